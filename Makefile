@@ -1,0 +1,106 @@
+# Needs make, Python >= 3.11 and a C++20 compiler. Everything else is installed into .venv.
+
+PYTHON      ?= python3
+JOBS        ?= 2
+OUT         ?= reproduction
+PYTEST_ARGS ?=
+
+VENV := .venv
+BIN  := $(VENV)/bin
+PIP  := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+# What the installed package depends on. Directories are listed too: they change when a file goes.
+SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
+           $(shell find include src -not -name '*.py[co]' -not -name __pycache__)
+HEADERS := $(shell find include -name '*.hpp')
+CXXCODE := $(HEADERS) $(shell find src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help build reproduce test lint format stubs bench clean
+
+help:
+	@echo 'make reproduce   build, then redo every figure and number of the paper, into $(OUT)/'
+	@echo 'make test        build, then run every test'
+	@echo 'make build       make .venv and install the package into it'
+	@echo 'make lint        check format, style and types'
+	@echo 'make format      reformat the sources'
+	@echo 'make stubs       rewrite the type stub of the extension module'
+	@echo 'make bench       measure speed against other programs'
+	@echo 'make clean       remove .venv, caches and $(OUT)/'
+	@echo
+	@echo 'Variables: PYTHON=$(PYTHON)  JOBS=$(JOBS)  OUT=$(OUT)  CXX=...  PYTEST_ARGS="-k chatter"'
+
+build: $(VENV)/.package
+
+reproduce: $(VENV)/.package
+	@echo '== reproduce: into $(OUT)/'
+	@$(BIN)/vibroimpact reproduce impact-damper --out '$(OUT)'
+
+test: $(VENV)/.package $(VENV)/.test
+	@echo '== test: $(JOBS) processes'
+	@$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_ARGS)
+
+bench: $(VENV)/.package $(VENV)/.bench
+	@echo '== bench'
+	@$(BIN)/python -m benchmarks
+
+lint: $(VENV)/.package $(VENV)/.lint
+	@echo '== lint: ruff'
+	@$(BIN)/ruff check --quiet
+	@$(BIN)/ruff format --quiet --check || { echo 'Run: make format'; exit 1; }
+	@echo '== lint: clang-format'
+	@$(BIN)/clang-format --dry-run --Werror $(CXXCODE)
+	@echo '== lint: clang-tidy'
+	@$(BIN)/clang-tidy --quiet $(HEADERS) -- -x c++ -std=c++20 -Iinclude 2>$(VENV)/tidy.log || { \
+	  grep -v Processing $(VENV)/tidy.log; exit 1; }
+	@echo '== lint: mypy'
+	@$(BIN)/mypy --no-error-summary
+	@echo '== lint: type stub of the extension'
+	@$(STUBGEN) -o $(VENV)/_kernel.pyi
+	@diff src/vibroimpact/_kernel.pyi $(VENV)/_kernel.pyi || { echo 'Run: make stubs'; exit 1; }
+	@echo '== lint: codespell'
+	@$(BIN)/codespell
+
+format: $(VENV)/.lint
+	@$(BIN)/ruff check --quiet --select I --fix
+	@$(BIN)/ruff format --quiet
+	@$(BIN)/clang-format -i $(CXXCODE)
+
+STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m vibroimpact._kernel
+stubs: $(VENV)/.package $(VENV)/.lint
+	@$(STUBGEN) -o src/vibroimpact/_kernel.pyi
+
+clean:
+	@rm -rf $(VENV) build dist '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+# ---- the environment ---------------------------------------------------------------------------
+
+$(VENV)/.made:
+	@command -v '$(PYTHON)' >/dev/null || { \
+	  echo 'PYTHON = $(PYTHON): not found. Install Python >= 3.11, or: make PYTHON=/path/to/python3'; exit 2; }
+	@'$(PYTHON)' -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "PYTHON = $(PYTHON) is $$('$(PYTHON)' --version 2>&1 | head -n 1): needs >= 3.11. Use: make PYTHON=python3.11"; exit 2; }
+	@'$(PYTHON)' -c 'import venv, ensurepip' 2>/dev/null || { \
+	  echo 'PYTHON = $(PYTHON): has no venv module. On Debian and Ubuntu: apt install python3-venv'; exit 2; }
+	@echo '== environment: $(VENV)'
+	@'$(PYTHON)' -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.package: $(SOURCES) | $(VENV)/.made
+	@.ci/check-compiler $(BIN)/python
+	@echo '== package: build and install (about a minute the first time)'
+	@$(PIP) .
+	@touch $@
+
+# The tools of one extra in pyproject.toml, without building the package again.
+EXTRA = import sys, tomllib; \
+  extras = tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]; \
+  print(*extras[sys.argv[1]], sep="\n")
+
+$(VENV)/.test $(VENV)/.lint $(VENV)/.bench: $(VENV)/.%: pyproject.toml | $(VENV)/.made
+	@echo '== environment: tools for $*'
+	@$(BIN)/python -c '$(EXTRA)' $* > $(VENV)/$*.txt
+	@$(PIP) -r $(VENV)/$*.txt
+	@touch $@
