@@ -1,0 +1,206 @@
+// The engine: flight -> event -> jump, one event per call.
+//
+// A scalar engine first tries the quick flight (event/strides.hpp), then the certified one; a pack
+// engine tries the quick flight for all its lanes and hands the rest to the scalar engine, lane by
+// lane, from the start of the flight. Both therefore do the same operations for each trajectory,
+// and give the same bits.
+//
+// What one call returns is one event: an impact, a graze, completed chatter, the beginning or the
+// end of rest on a stop, the horizon, or the statement that nothing could be decided.
+#pragma once
+
+#include "vibroimpact/event/strides.hpp"
+#include "vibroimpact/impact/rest.hpp"
+
+namespace vi {
+
+enum class status : int {
+    impact = 0,
+    grazing = 1,      // a gap touched zero within rounding: no impulse
+    chatter = 2,      // infinitely many impacts summed; the contact is at rest afterwards
+    stick = 3,        // a contact begins to press
+    release = 4,      // its force has fallen to zero
+    simultaneous = 5, // several contacts closed at once (Moreau's law)
+    horizon = 6,      // no event up to the given time
+    undecided = 7,    // the search could not be finished: an error, never silence
+    missing_mode = 8, // a set of closed contacts whose mode the host has to build
+};
+
+template <class T, class Shape>
+struct event {
+    status what;
+    int contact, side;
+    int code;   // closed set wanted, for missing_mode
+    T duration; // since the previous event
+    T rate_before, rate_after;
+    vec<T, Shape::max_dimension> before; // free coordinates just before the jump
+};
+
+namespace detail {
+
+template <class T, class Shape>
+VI_HD inline event<T, Shape> plain_event(status what, int contact, int side, const T& duration,
+                                         const vec<T, Shape::max_dimension>& before) {
+    return {what, contact, side, 0, duration, T(0.0), T(0.0), before};
+}
+
+// Which other stops are reached within rounding at the moment of an impact.
+template <class T, class Flow>
+VI_HD inline int touch_neighbours(const hybrid<Flow>& system,
+                                  trajectory<T, typename Flow::shape_type>& at, int hit) {
+    const auto& free = system.modes[0];
+    const int n = system.dimension();
+    int approaching = 0;
+    for (int i = 0; i < system.contacts(); ++i) {
+        if (i == hit || side_in_code(at.held, i) != 0.0) continue;
+        at.touching[i] = 0.0;
+        const auto& g = free.guards[i];
+        const double u = plain(watch(g, 0, at.y, n));
+        const double eps =
+            64.0 * unit_roundoff * (plain(magnitude(g, 0, at.y, n, free.flow.step)) + g.reach);
+        const double side = abs(g.upper - u) <= eps ? 1.0 : abs(u - g.lower) <= eps ? -1.0 : 0.0;
+        if (side == 0.0) continue;
+        at.touching[i] = side;
+        at.rate[i] = -side * watch(g, 1, at.y, n);
+        approaching += plain(at.rate[i]) < 0.0;
+    }
+    return approaching;
+}
+
+// The impact of everything that touches with a negative rate; free coordinates.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, int contact,
+       const T& duration) {
+    const int others = touch_neighbours(system, at, contact);
+    auto e = plain_event<T, typename Flow::shape_type>(
+        others > 0 ? status::simultaneous : status::impact, contact,
+        static_cast<int>(plain(at.touching[contact])), duration, at.y);
+    e.rate_before = at.rate[contact];
+    if (!resolve_impact(system, at)) e.what = status::undecided;
+    e.rate_after = at.rate[contact];
+    return e;
+}
+
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+              const landing<T, typename Flow::shape_type>& end) {
+    using Shape = typename Flow::shape_type;
+    const bool was_closed = end.contact >= 0 && system.modes[at.mode].guards[end.contact].closed;
+    at.y = end.y;
+    renormalise_forcing(at.y, system.dimension(), system.lines, system.inverse_omega_squared);
+    if (end.end == flight_end::horizon || end.end == flight_end::undecided) {
+        for (int i = 0; i < system.contacts(); ++i)
+            if (side_in_code(at.held, i) == 0.0 && plain(end.duration) > 0.0) at.touching[i] = 0.0;
+        auto y = at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
+        return plain_event<T, Shape>(end.end == flight_end::horizon ? status::horizon
+                                                                    : status::undecided,
+                                     end.contact, end.side, end.duration, y);
+    }
+    leave_mode(system, at);
+    for (int i = 0; i < system.contacts(); ++i)
+        at.touching[i] = 0.0;
+    touch_held(system, at, at.held);
+    if (was_closed) {
+        const double side = side_in_code(at.held, end.contact);
+        at.held -= code_of(end.contact, side);
+        return plain_event<T, Shape>(status::release, end.contact, static_cast<int>(side),
+                                     end.duration, at.y);
+    }
+    at.touching[end.contact] = end.side;
+    if (end.end == flight_end::grazing) {
+        at.rate[end.contact] = T(0.0);
+        return plain_event<T, Shape>(status::grazing, end.contact, end.side, end.duration, at.y);
+    }
+    at.rate[end.contact] = end.rate;
+    return strike(system, at, end.contact, end.duration);
+}
+
+// Is a touching contact being approached? Only a start given from outside can say so.
+template <class T, class Shape>
+VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
+    for (int i = 0; i < contacts; ++i)
+        if (at.touching[i] != 0.0 && plain(at.rate[i]) < 0.0) return i;
+    return -1;
+}
+
+} // namespace detail
+
+// The certified engine: any flow, any mode, every status.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+               double horizon) {
+    using Shape = typename Flow::shape_type;
+    const int struck = detail::approached(at, system.contacts());
+    if (struck >= 0) return detail::strike(system, at, struck, T(0.0));
+    const rest<T> r = settle(system, at);
+    if (r.what != settled::nothing) {
+        const auto y = at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
+        const status what = r.what == settled::chatter ? status::chatter
+                            : r.what == settled::stick ? status::stick
+                                                       : status::missing_mode;
+        const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
+        auto e = detail::plain_event<T, Shape>(what, r.contact, side, r.duration, y);
+        e.code = r.code;
+        return e;
+    }
+    const auto end = certified_flight(system.modes[at.mode], at, horizon);
+    return detail::finish_flight(system, at, end);
+}
+
+// Apply the impact that ends a quick flight, in every lane where it was proved.
+template <class T, class Mode, class Law, class Shape, class Rates>
+VI_HD inline T quick_impact(const Mode& m, const Law* laws, int lines, const Rates& rates,
+                            const stride_landing<T, Shape>& end, trajectory<T, Shape>& at,
+                            vec<T, Shape::max_dimension>& before) {
+    const int n = m.flow.dimension();
+    before = end.y;
+    renormalise_forcing(before, n, lines, rates);
+    auto y = before;
+    T after = T(0.0);
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        const mask_t<T> mine = end.proved & (end.contact == static_cast<double>(i));
+        const auto r = select(end.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
+        const T rate = select(mine, end.rate, T(0.0));
+        push_away(y, n, laws[i], end.side, -((1.0 + r) * rate) / laws[i].mobility[i]);
+        const T leaving = -r * rate;
+        after = select(mine, leaving, after);
+        at.touching[i] = select(end.proved, select(mine, end.side, real_t<T>(0.0)), at.touching[i]);
+        at.rate[i] = select(end.proved, leaving, at.rate[i]);
+        at.flat[i] = select(end.proved, real_t<T>(0.0), at.flat[i]);
+    }
+    detail::select_state(end.proved, at.y, y, n);
+    return after;
+}
+
+template <class Flow>
+inline constexpr bool is_modal = requires(const Flow& f) { f.k; };
+
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
+    using Shape = typename Flow::shape_type;
+    if constexpr (is_modal<Flow>) {
+        if (at.mode == 0 && at.held == 0) {
+            const auto end = stride_flight(system.modes[0], at, horizon);
+            if (end.proved) {
+                event<T, Shape> e{status::impact,
+                                  static_cast<int>(plain(end.contact)),
+                                  static_cast<int>(plain(end.side)),
+                                  0,
+                                  end.duration,
+                                  end.rate,
+                                  T(0.0),
+                                  {}};
+                e.rate_after = quick_impact(system.modes[0], system.laws, system.lines,
+                                            system.inverse_omega_squared, end, at, e.before);
+                return e;
+            }
+        }
+    }
+    return certified_step(system, at, horizon);
+}
+
+} // namespace vi

@@ -1,0 +1,157 @@
+// A flight to its first event, proved.
+//
+// Method      The ladder marches step by step. In every step each gap function is a Taylor
+//             polynomial (18 derivatives, rows of the guard times y), and its first root is found or
+//             excluded by first_root.hpp. The earliest over all guards ends the flight.
+// Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
+//             and sums can have added. Outside eps no contact is missed and none invented; inside
+//             it the flight ends as grazing.
+//             A flight that leaves a stop starts from exact zeros, so short hops keep their
+//             relative accuracy down to the smallest speeds.
+// Fails       horizon: no event up to the given time; undecided: see first_root.hpp, or 2^29 steps.
+// Reference   theory.md, "First contact"
+#pragma once
+
+#include "vibroimpact/event/first_root.hpp"
+#include "vibroimpact/event/ladder.hpp"
+#include "vibroimpact/hybrid.hpp"
+
+namespace vi {
+
+enum class flight_end { contact, grazing, horizon, undecided };
+
+// Where a trajectory stands: coordinates in a mode, and which stops it is about to leave.
+template <class T, class Shape>
+struct trajectory {
+    using real = real_t<T>;
+    vec<T, Shape::max_dimension> y;
+    int mode = 0;
+    int held = 0;                            // code of the contacts that were closed last
+    vec<real, Shape::max_contacts> touching; // +1, -1: on that stop, 0: not
+    vec<T, Shape::max_contacts> rate;    // gap rate of a touching contact, exact as the law gave it
+    vec<real, Shape::max_contacts> flat; // 1 where the gap's second derivative is zero exactly
+};
+
+template <class T, class Shape>
+struct landing {
+    flight_end end;
+    int contact, side;
+    T duration;
+    T rate;                         // gap rate at arrival
+    vec<T, Shape::max_dimension> y; // in the coordinates of the flight's mode
+};
+
+namespace detail {
+
+struct earliest {
+    finding what = finding::none;
+    double s = 0.0;
+    int contact = -1, side = 0;
+    taylor_polynomial gap{};
+};
+
+// u and its derivatives, values only.
+template <class T, int Dimension, int Orders>
+VI_HD inline taylor_polynomial watch_all(const guard<double, Dimension, Orders>& g,
+                                         const vec<T, Dimension>& y, int n) {
+    taylor_polynomial u{};
+    for (int m = 0; m <= taylor_order; ++m) {
+        double sum = g.gains[m];
+        for (int i = 0; i < n; ++i)
+            sum = sum + g.rows[m][i] * plain(y[i]);
+        u.d[m] = sum;
+    }
+    return u;
+}
+
+VI_HD inline taylor_polynomial gap_on(int side, double limit, const taylor_polynomial& u) {
+    taylor_polynomial g{};
+    for (int m = 0; m <= taylor_order; ++m)
+        g.d[m] = side * -u.d[m];
+    g.d[0] = side * (limit - u.d[0]);
+    return g;
+}
+
+template <class T, class Mode, class Shape>
+VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
+                                  const trajectory<T, Shape>* start, int applications, double span,
+                                  earliest& first) {
+    const auto& guard = m.guards[i];
+    const int n = m.flow.dimension();
+    const taylor_polynomial u = watch_all(guard, y, n);
+    const double eps = unit_roundoff * (16.0 + 4.0 * applications) *
+                       (plain(magnitude(guard, 0, y, n, m.flow.step)) + guard.reach);
+    for (int side = -1; side <= 1; side += 2) {
+        const double limit = side > 0 ? guard.upper : guard.lower;
+        if (!(abs(limit) < 0x1p1000)) continue;
+        taylor_polynomial g = gap_on(side, limit, u);
+        const bool leaving = start && start->touching[i] == side && !guard.closed;
+        if (leaving) {
+            g.d[0] = 0.0;
+            g.d[1] = plain(start->rate[i]);
+            if (start->flat[i] != 0.0) g.d[2] = 0.0;
+        }
+        if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
+        const window_verdict v = first_root(g, span, eps, leaving);
+        if (v.what == finding::none) continue;
+        if (first.what == finding::none || v.s < first.s) first = {v.what, v.s, i, side, g};
+    }
+}
+
+VI_HD inline flight_end end_of(finding what) {
+    return what == finding::root      ? flight_end::contact
+           : what == finding::grazing ? flight_end::grazing
+                                      : flight_end::undecided;
+}
+
+} // namespace detail
+
+// Give x another value and keep its derivatives.
+template <class T>
+VI_HD inline T with_value(const T& x, const real_t<T>& v) {
+    return x + (v - value(x));
+}
+
+template <class T, class Mode, class Shape>
+VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
+                                                double horizon) {
+    const auto& flow = m.flow;
+    const int n = flow.dimension();
+    ladder<T, typename Mode::flow_type> at(start.y);
+    detail::earliest first;
+    double left = horizon;
+    for (; at.steps() < 0x1p29; at.advance(flow)) {
+        left = horizon - at.steps() * flow.step;
+        const double span = min(flow.step, left);
+        const auto* leaving = at.steps() == 0.0 ? &start : nullptr;
+        for (int i = 0; i < flow.contacts(); ++i)
+            detail::inspect_contact(m, i, at.y, leaving, at.applications(), span, first);
+        if (first.what != finding::none || left <= flow.step) break;
+    }
+    const bool found = first.what != finding::none;
+    const double s = found ? first.s : max(left, 0.0);
+    const double duration = at.steps() * flow.step + s;
+    landing<T, Shape> out{found               ? detail::end_of(first.what)
+                          : left <= flow.step ? flight_end::horizon
+                                              : flight_end::undecided,
+                          first.contact,
+                          first.side,
+                          T(duration),
+                          T(0.0),
+                          flow.template short_flight<taylor_order>(at.y, s)};
+    if (!found) return out;
+    const auto& guard = m.guards[first.contact];
+    const T slope = -first.side * watch(guard, 1, out.y, n);
+    out.rate = with_value(slope, evaluate(first.gap, 1, s));
+    if (out.end != flight_end::contact) return out;
+    if constexpr (scalar_traits<T>::is_jet) { // dt = -dg / g', value zero
+        const T gap = -first.side * watch(guard, 0, out.y, n);
+        const T shift = with_value(-gap / plain(out.rate), 0.0);
+        out.y = flow.template short_flight<3>(out.y, shift);
+        out.rate = with_value(-first.side * watch(guard, 1, out.y, n), plain(out.rate));
+        out.duration = out.duration + shift;
+    }
+    return out;
+}
+
+} // namespace vi

@@ -1,0 +1,44 @@
+// Marching by recurrence without drift.
+//
+// Method      y_{n+1} = exp(B step) y_n. After 32 steps the state is taken anew by one step 32 times
+//             as long, and after 32 of those by one 1024 times as long, so at most
+//             31 + 31 + n / 1024 applications lie between a state and the start of its flight.
+// Accuracy    each application adds at most 4 ulp of the amplitude; applications() counts them
+#pragma once
+
+#include "vibroimpact/flow/modal.hpp"
+
+namespace vi {
+
+template <class T, class Flow>
+struct ladder {
+    using state = typename Flow::template state<T>;
+    state y, tens, hundreds; // after 1, 32 and 1024 steps
+    int ones_ = 0, tens_ = 0, hundreds_ = 0;
+
+    VI_HD explicit ladder(const state& start) : y(start), tens(start), hundreds(start) {}
+
+    VI_HD void advance(const Flow& flow) {
+        if (++ones_ < rung) {
+            y = flow.apply(flow.once, y);
+            return;
+        }
+        ones_ = 0;
+        if (++tens_ < rung) {
+            tens = flow.apply(flow.rungs[0], tens);
+        } else {
+            tens_ = 0;
+            ++hundreds_;
+            hundreds = flow.apply(flow.rungs[1], hundreds);
+            tens = hundreds;
+        }
+        y = tens;
+    }
+
+    VI_HD double steps() const {
+        return ones_ + rung * (tens_ + rung * static_cast<double>(hundreds_));
+    }
+    VI_HD int applications() const { return ones_ + tens_ + hundreds_; }
+};
+
+} // namespace vi

@@ -1,0 +1,152 @@
+// Flow of any linear mechanism: y' = B y + b with a full matrix B.
+//
+// Method      exp(B s) by its Taylor series for |B| s <= 7/10, longer times by squaring: the ladder
+//             exp(B step 2^n), n = 0, 1, ..., is stored, and a flight of any length applies the
+//             rungs named by the binary digits of t / step, then one Taylor flight. No eigenvector
+//             is formed, so repeated and defective eigenvalues, free masses and exact resonance
+//             are ordinary points, and no library decides the bits.
+// Assumes     finite B, b; |B| in the maximum row sum.
+// Accuracy    relative to |exp(B t)| |y|: about (number of digits + 18) ulp, that of (B, t)
+//             perturbed by a few ulp
+// Reference   theory.md, "Flight"; Higham, Functions of Matrices (2008), ch. 10 (scaling and squaring)
+#pragma once
+
+#include "vibroimpact/flow/modal.hpp"
+
+namespace vi {
+
+template <class R, class Shape>
+struct dense_flow : sizes<Shape> {
+    using shape_type = Shape;
+    static constexpr int max_dimension = Shape::max_dimension;
+    static constexpr int max_contacts = Shape::max_contacts;
+    static constexpr int ladder_length = 40; // flights up to 2^40 steps
+    template <class T>
+    using state = vec<T, max_dimension>;
+    using matrix = vec<vec<R, max_dimension>, max_dimension>;
+
+    struct propagator {
+        matrix e;
+        vec<R, max_dimension> shift;
+    };
+
+    matrix b;
+    vec<R, max_dimension> constant;
+    R step;
+    propagator once, leap, rungs[2];
+    propagator ladder[ladder_length];
+
+    template <class T>
+    VI_HD constexpr state<T> apply(const propagator& p, const state<T>& y) const {
+        const int n = this->dimension();
+        state<T> out = y;
+        for (int i = 0; i < n; ++i)
+            out[i] = dot(p.e[i], y, n) + p.shift[i];
+        return out;
+    }
+
+    template <class T>
+    VI_HD constexpr state<T> derivative(const state<T>& y) const {
+        const int n = this->dimension();
+        state<T> out = y;
+        for (int i = 0; i < n; ++i)
+            out[i] = dot(b[i], y, n) + constant[i];
+        return out;
+    }
+
+    // Horner's rule for y + s y' + s^2/2 y'' + ..., the derivatives being B^n y'.
+    template <int Order, class T, class Time>
+    VI_HD constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
+        const int n = this->dimension();
+        const state<T> dy = derivative(y);
+        state<T> sum = dy;
+        for (int m = Order; m >= 2; --m) {
+            state<T> next = dy;
+            for (int i = 0; i < n; ++i)
+                next[i] = dy[i] + dot(b[i], sum, n) * (s * (1.0 / m));
+            sum = next;
+        }
+        state<T> out = y;
+        for (int i = 0; i < n; ++i)
+            out[i] = y[i] + sum[i] * s;
+        return out;
+    }
+
+    template <class T>
+    VI_HD state<T> flight(const state<T>& y, double t) const
+        requires is_same<R, double>
+    {
+        state<T> out = y;
+        double left = t;
+        for (int m = ladder_length - 1; m >= 0; --m) {
+            double length = step;
+            for (int i = 0; i < m; ++i)
+                length = length + length;
+            if (left >= length) {
+                out = apply(ladder[m], out);
+                left = left - length;
+            }
+        }
+        return short_flight<taylor_order>(out, left);
+    }
+
+    VI_HD void prepare()
+        requires is_same<R, double>
+    {
+        ladder[0] = taylor_propagator();
+        for (int m = 1; m < ladder_length; ++m)
+            ladder[m] = after(ladder[m - 1], ladder[m - 1]);
+        once = ladder[0];
+        leap = after(ladder[1], ladder[0]);
+        rungs[0] = ladder[5];
+        rungs[1] = ladder[10];
+    }
+
+    VI_HD constexpr vec<R, max_dimension> next_row(const vec<R, max_dimension>& r) const {
+        const int n = this->dimension();
+        vec<R, max_dimension> out = r;
+        for (int j = 0; j < n; ++j) {
+            R sum = r[0] * b[0][j];
+            for (int i = 1; i < n; ++i)
+                sum = sum + r[i] * b[i][j];
+            out[j] = sum;
+        }
+        return out;
+    }
+    VI_HD constexpr R row_gain(const vec<R, max_dimension>& r) const {
+        return dot(r, constant, this->dimension());
+    }
+
+private:
+    // Columns of exp(B step) are flights of unit vectors; the shift is the flight of zero.
+    VI_HD propagator taylor_propagator() const {
+        const int n = this->dimension();
+        propagator p{};
+        state<R> zero{};
+        p.shift = short_flight<taylor_order>(zero, step);
+        for (int j = 0; j < n; ++j) {
+            state<R> unit{};
+            unit[j] = R(1.0);
+            const state<R> column = short_flight<taylor_order>(unit, step);
+            for (int i = 0; i < n; ++i)
+                p.e[i][j] = column[i] - p.shift[i];
+        }
+        return p;
+    }
+
+    VI_HD propagator after(const propagator& second, const propagator& first) const {
+        const int n = this->dimension();
+        propagator p{};
+        p.shift = apply(second, first.shift);
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) {
+                R sum = second.e[i][0] * first.e[0][j];
+                for (int m = 1; m < n; ++m)
+                    sum = sum + second.e[i][m] * first.e[m][j];
+                p.e[i][j] = sum;
+            }
+        return p;
+    }
+};
+
+} // namespace vi

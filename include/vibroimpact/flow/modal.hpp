@@ -1,0 +1,168 @@
+// Flow of a mechanism with classical damping: independent second-order blocks.
+//
+// Method      y = (q_1, q_1', q_2, q_2', ...), each block q'' = -k q - c q' + a; the last blocks
+//             are the forcing lines, q = sin(theta), q' = omega cos(theta), k = omega^2.
+//             Between events the flow is linear, so marching at a fixed step needs the 2x2
+//             propagators of that step only, and no elementary function.
+//             Within a step S and I of block.hpp are Taylor polynomials of stored coefficients, and
+//               q(s)  = q0 + S(s) q0' + I(s) (a - k q0)                                (1)
+//               q'(s) = q0' + S(s) (a - k q0 - c q0') - k I(s) q0'                     (2)
+// Assumes     k >= 0 and c >= 0 where curvature_bound is used.
+// Accuracy    one step adds at most 4 ulp of a block's amplitude (four products, two sums);
+//             short_flight: 18 Taylor terms, remainder (7/10)^19/19! of the amplitude, below 2^-60
+// Reference   theory.md, "Flight"
+#pragma once
+
+#include "vibroimpact/flow/block.hpp"
+#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/shape.hpp"
+
+namespace vi {
+
+// Terms of every Taylor expansion over one step; a step is at most 7/10 of the fastest rate.
+inline constexpr int taylor_order = 18;
+// Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
+inline constexpr int rung = 32;
+// The long and the short stride of the quick flight, in steps: 0.3 and 0.03 of the fastest period.
+inline constexpr int leap_steps = 3;
+inline constexpr double creep_steps = 0.25;
+
+template <class R, class Shape>
+struct modal_flow : sizes<Shape> {
+    using shape_type = Shape;
+    static constexpr int max_dimension = Shape::max_dimension;
+    static constexpr int max_contacts = Shape::max_contacts;
+    static constexpr int max_blocks = Shape::max_dimension / 2;
+    template <class T>
+    using state = vec<T, max_dimension>;
+
+    struct propagator {
+        block_step<R> block[max_blocks];
+    };
+
+    vec<R, max_blocks> k, c, a;
+    R step;              // a short number, so that n * step is exact for n < 2^29
+    propagator once;     // exp(B step)
+    propagator leap;     // exp(B leap_steps step)
+    propagator creep;    // exp(B creep_steps step)
+    propagator rungs[2]; // exp(B rung step), exp(B rung^2 step)
+    vec<R, max_dimension> series[taylor_order]; // of S / s and I / s^2, in turn, for each block
+
+    template <class T>
+    VI_HD constexpr state<T> apply(const propagator& e, const state<T>& y) const {
+        state<T> out = y;
+        for (int j = 0; j < this->blocks(); ++j) {
+            const T q = y[2 * j], v = y[2 * j + 1];
+            const block_step<R>& b = e.block[j];
+            out[2 * j] = b.qq * q + b.qv * v + b.qs;
+            out[2 * j + 1] = b.vq * q + b.vv * v + b.vs;
+        }
+        return out;
+    }
+
+    // y' = B y + b.
+    template <class T>
+    VI_HD constexpr state<T> derivative(const state<T>& y) const {
+        state<T> out = y;
+        for (int j = 0; j < this->blocks(); ++j) {
+            out[2 * j] = y[2 * j + 1];
+            out[2 * j + 1] = a[j] - k[j] * y[2 * j] - c[j] * y[2 * j + 1];
+        }
+        return out;
+    }
+
+    // exp(B s) y for |s| <= step, by (1) and (2).
+    template <int Order, class T, class Time>
+    VI_HD constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
+        state<T> out = y;
+        const auto sums = integrals<Order>(s);
+        for (int j = 0; j < this->blocks(); ++j) {
+            const Time velocity = s * sums[2 * j], position = s * s * sums[2 * j + 1]; // S, I
+            const T q = y[2 * j], v = y[2 * j + 1];
+            const T pull = a[j] - k[j] * q;
+            out[2 * j] = q + (v * velocity + pull * position);
+            out[2 * j + 1] = v + ((pull - c[j] * v) * velocity - v * (k[j] * position));
+        }
+        return out;
+    }
+
+    // exp(B t) y for any t >= 0.
+    template <class T>
+    VI_HD state<T> flight(const state<T>& y, double t) const
+        requires is_same<R, double>
+    {
+        return apply(at_time(t), y);
+    }
+    VI_HD propagator at_time(double t) const
+        requires is_same<R, double>
+    {
+        propagator e{};
+        for (int j = 0; j < this->blocks(); ++j)
+            e.block[j] = propagate(k[j], c[j], a[j], t);
+        return e;
+    }
+
+    VI_HD void prepare()
+        requires is_same<R, double>
+    {
+        once = at_time(step);
+        leap = at_time(leap_steps * step);
+        creep = at_time(creep_steps * step);
+        rungs[0] = at_time(rung * step);
+        rungs[1] = at_time(rung * rung * step);
+        for (int j = 0; j < this->blocks(); ++j)
+            expand(j);
+    }
+
+    // row -> row B: the next time derivative of a row, and the constant it gains.
+    VI_HD constexpr vec<R, max_dimension> next_row(const vec<R, max_dimension>& r) const {
+        vec<R, max_dimension> out = r;
+        for (int j = 0; j < this->blocks(); ++j) {
+            out[2 * j] = -(k[j] * r[2 * j + 1]);
+            out[2 * j + 1] = r[2 * j] - c[j] * r[2 * j + 1];
+        }
+        return out;
+    }
+    VI_HD constexpr R row_gain(const vec<R, max_dimension>& r) const {
+        R sum = R(0.0);
+        for (int j = 0; j < this->blocks(); ++j)
+            sum = sum + r[2 * j + 1] * a[j];
+        return sum;
+    }
+
+private:
+    // (n+1) n S_{n+1} = -c n S_n - k S_{n-1}, S = S_1 s + S_2 s^2 + ...
+    VI_HD void expand(int j) {
+        double before = 0.0, coefficient = 1.0;
+        for (int n = 1; n <= taylor_order; ++n) {
+            series[n - 1][2 * j] = coefficient;
+            series[n - 1][2 * j + 1] = coefficient / (n + 1.0);
+            const double next = -(c[j] * n * coefficient + k[j] * before) / (n * (n + 1.0));
+            before = coefficient;
+            coefficient = next;
+        }
+    }
+
+    // S / s and I / s^2 of every block: the first terms of the series, an even number of them. Even
+    // and odd powers are summed apart, which halves the time until the result is there.
+    template <int Order, class Time>
+    VI_HD constexpr vec<Time, max_dimension> integrals(const Time& s) const {
+        constexpr int last = Order + Order % 2 - 1;
+        const Time square = s * s;
+        vec<Time, max_dimension> even{}, odd{};
+        for (int i = 0; i < this->dimension(); ++i) {
+            odd[i] = Time(series[last][i]);
+            even[i] = Time(series[last - 1][i]);
+        }
+        for (int n = last - 2; n > 0; n -= 2)
+            for (int i = 0; i < this->dimension(); ++i) {
+                odd[i] = series[n][i] + odd[i] * square;
+                even[i] = series[n - 1][i] + even[i] * square;
+            }
+        for (int i = 0; i < this->dimension(); ++i)
+            even[i] = even[i] + odd[i] * s;
+        return even;
+    }
+};
+
+} // namespace vi

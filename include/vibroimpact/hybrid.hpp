@@ -1,0 +1,90 @@
+// A piecewise-linear hybrid system: modes, guards, jumps, as data.
+//
+//   mode     a linear flow and one guard per contact. Mode 0 is free: every contact open. Another
+//            mode holds a set of contacts closed (sticking); its code is the sum over contacts of
+//            3^i (1 at the upper, 2 at the lower stop).
+//   guard    a row with limits (event/guard.hpp): the distance to a stop, or a contact force.
+//   jump     an impact adds impulse * p to y in the free mode: the matrix I + w r. Between modes y
+//            is carried by an affine map; entering a mode projects velocities as a perfectly
+//            plastic impact does.
+//
+// The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
+#pragma once
+
+#include "vibroimpact/event/guard.hpp"
+
+namespace vi {
+
+inline constexpr int max_lines = 8;
+
+template <class R, class Flow, int Orders = taylor_order>
+struct mode {
+    using flow_type = Flow;
+    static constexpr int dimension_limit = Flow::max_dimension;
+    Flow flow;
+    guard<R, dimension_limit, Orders> guards[Flow::max_contacts];
+};
+
+// Affine change of coordinates y -> matrix y + shift.
+template <int Dimension>
+struct coordinate_map {
+    vec<vec<double, Dimension>, Dimension> matrix;
+    vec<double, Dimension> shift;
+
+    template <class T>
+    VI_HD constexpr vec<T, Dimension> operator()(const vec<T, Dimension>& y, int n) const {
+        vec<T, Dimension> out = y;
+        for (int i = 0; i < n; ++i)
+            out[i] = dot(matrix[i], y, n) + shift[i];
+        return out;
+    }
+};
+
+// One contact in the free mode. u is pushed by a unit impulse along +u: y += impulse, and the rate
+// of contact j changes by mobility[j].
+template <class R, int Dimension, int Contacts>
+struct contact_law {
+    vec<R, Dimension> impulse;
+    R mobility[Contacts];
+    R restitution_lower, restitution_upper;
+};
+
+template <class Flow>
+struct hybrid : sizes<typename Flow::shape_type> {
+    static constexpr int max_dimension = Flow::max_dimension;
+    static constexpr int max_contacts = Flow::max_contacts;
+    using mode_type = mode<double, Flow>;
+    using map_type = coordinate_map<max_dimension>;
+
+    const mode_type* modes;    // modes[0] is free
+    const map_type* from_free; // from_free[m]: free coordinates to those of mode m
+    const map_type* to_free;
+    const int* codes; // codes[m]: which contacts mode m holds closed
+    int mode_count;
+    contact_law<double, max_dimension, max_contacts> laws[max_contacts];
+    int lines;
+    double inverse_omega_squared[max_lines];
+
+    // The mode with this code, or -1 if it has not been built.
+    VI_HD constexpr int find_mode(int code) const {
+        for (int m = 0; m < mode_count; ++m)
+            if (codes[m] == code) return m;
+        return -1;
+    }
+};
+
+// sin^2 + cos^2 = 1, restored to first order after each flight.
+template <class T, class Rates, int Dimension>
+VI_HD constexpr void renormalise_forcing(vec<T, Dimension>& y, int dimension, int lines,
+                                         const Rates& inverse_omega_squared) {
+    for (int l = 0; l < lines; ++l) {
+        T& s = y[dimension - 2 * lines + 2 * l];
+        T& c = y[dimension - 2 * lines + 2 * l + 1];
+        const T norm = s * s + c * c * inverse_omega_squared[l];
+        const T factor = 1.5 - 0.5 * norm;
+        s = s * factor;
+        c = c * factor;
+    }
+}
+
+} // namespace vi

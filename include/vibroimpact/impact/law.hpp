@@ -1,0 +1,115 @@
+// The impact law: Newton restitution at one contact, Moreau's law where several close at once.
+//
+// Method      gamma = gap rates of the touching contacts before, p = impulses >= 0 along the gaps:
+//               gamma+ = gamma + A p,  0 <= p  complementary to  gamma+ + R gamma >= 0      (1)
+//             with A the mobility (M^-1 seen at the contacts). One contact: p = -(1 + R) gamma / A,
+//             gamma+ = -R gamma, which for the impact damper is (7) of the paper.           (2)
+//             y changes by impulse * p: a jump of rank one per contact, its forces internal, so
+//             momentum is kept exactly and energy falls by (1 - R^2) gamma^2 / (2 A) in (2).
+// Assumes     0 <= R <= 1. Contacts that close together but do not share a body have A_ij = 0: then
+//             (1) is (2) for each.
+// Fails       false where (1) has no solution: dependent contacts
+// Reference   Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988)
+#pragma once
+
+#include "vibroimpact/event/certified_flight.hpp"
+#include "vibroimpact/impact/complementarity.hpp"
+
+namespace vi {
+
+template <class Flow>
+VI_HD inline double restitution_at(const hybrid<Flow>& system, int contact, double side) {
+    const auto& law = system.laws[contact];
+    return side > 0.0 ? law.restitution_upper : law.restitution_lower;
+}
+
+// Mobility between the gaps of two contacts, whose sides turn the signs.
+template <class Flow, class State>
+VI_HD inline double gap_mobility(const hybrid<Flow>& system, const State& at, int i, int j) {
+    return plain(at.touching[i]) * plain(at.touching[j]) * system.laws[i].mobility[j];
+}
+
+// Add p along the gap of a contact: away from the stop.
+template <class T, class R, class Side, int Dimension, int Contacts>
+VI_HD inline void push_away(vec<T, Dimension>& y, int n,
+                            const contact_law<R, Dimension, Contacts>& law, const Side& side,
+                            const T& p) {
+    const T along = -(side * p);
+    for (int i = 0; i < n; ++i)
+        y[i] = y[i] + law.impulse[i] * along;
+}
+
+namespace detail {
+
+// The touching contacts, in index order.
+template <int N>
+struct contact_list {
+    int count = 0;
+    int index[N] = {};
+};
+template <int N, class State>
+VI_HD inline contact_list<N> touching_contacts(const State& at, int contacts) {
+    contact_list<N> list;
+    for (int i = 0; i < contacts; ++i)
+        if (at.touching[i] != 0.0) list.index[list.count++] = i;
+    return list;
+}
+
+// p of the active set with derivatives: A_SS p_S = -(1 + R) gamma_S, by the inverse applied to T.
+template <class T, int N>
+VI_HD inline void active_impulses(const small_system<N>& p, int set, const vec<T, N>& b,
+                                  vec<T, N>& x) {
+    for (int i = 0; i < p.n; ++i)
+        x[i] = T(0.0);
+    for (int j = 0; j < p.n; ++j) {
+        if (!(set >> j & 1)) continue;
+        small_system<N> unit = p; // column j of the inverse
+        for (int i = 0; i < p.n; ++i)
+            unit.b[i] = i == j ? -1.0 : 0.0;
+        vec<double, N> column{};
+        solve_active(unit, set, column);
+        for (int i = 0; i < p.n; ++i)
+            if (set >> i & 1) x[i] = x[i] - column[i] * b[j];
+    }
+}
+
+} // namespace detail
+
+// Resolve the impact of all touching contacts; at.rate holds gap rates before and after.
+// The trajectory is in free coordinates. bounce = 0 makes every contact perfectly plastic.
+template <class T, class Flow>
+VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
+                                 trajectory<T, typename Flow::shape_type>& at,
+                                 double bounce = 1.0) {
+    constexpr int N = Flow::max_contacts;
+    const int n = system.dimension();
+    const auto list = detail::touching_contacts<N>(at, system.contacts());
+    small_system<N> problem{};
+    problem.n = list.count;
+    vec<T, N> b{}, p{};
+    for (int i = 0; i < list.count; ++i) {
+        const int ci = list.index[i];
+        b[i] = (1.0 + bounce * restitution_at(system, ci, plain(at.touching[ci]))) * at.rate[ci];
+        problem.b[i] = plain(b[i]);
+        for (int j = 0; j < list.count; ++j)
+            problem.a[i][j] = gap_mobility(system, at, ci, list.index[j]);
+    }
+    const auto solution = solve_complementarity(problem);
+    if (solution.active < 0) return false;
+    detail::active_impulses(problem, solution.active, b, p);
+    for (int i = 0; i < list.count; ++i) {
+        const int ci = list.index[i];
+        const double side = plain(at.touching[ci]);
+        if (solution.active >> i & 1) {
+            push_away(at.y, n, system.laws[ci], side, p[i]);
+            at.rate[ci] = -(bounce * restitution_at(system, ci, side)) * at.rate[ci];
+        } else {
+            for (int j = 0; j < list.count; ++j)
+                at.rate[ci] = at.rate[ci] + problem.a[i][j] * p[j];
+        }
+        at.flat[ci] = 0.0;
+    }
+    return true;
+}
+
+} // namespace vi

@@ -1,0 +1,53 @@
+// Sizes, and the small arrays that have them.
+//
+// A system is compiled for a shape: how many coordinates y has, and how many contacts there are.
+// fixed<D, N> means exactly that many, known to the compiler; bounded<D, N> at most that many, the
+// numbers being read from the system. Loops run in the same order in both, so a system gives the
+// same bits in either shape.
+#pragma once
+
+#include "vibroimpact/config.hpp"
+
+namespace vi {
+
+template <int Dimension, int Contacts, bool Exact>
+struct shape {
+    static constexpr int max_dimension = Dimension;
+    static constexpr int max_contacts = Contacts;
+    static constexpr bool exact = Exact;
+};
+template <int Dimension, int Contacts>
+using fixed = shape<Dimension, Contacts, true>;
+template <int Dimension, int Contacts>
+using bounded = shape<Dimension, Contacts, false>;
+
+// The sizes in use; a fixed shape ignores what is stored.
+template <class Shape>
+struct sizes {
+    int dimension_ = Shape::max_dimension;
+    int contacts_ = Shape::max_contacts;
+
+    VI_HD constexpr int dimension() const {
+        return Shape::exact ? Shape::max_dimension : dimension_;
+    }
+    VI_HD constexpr int blocks() const { return dimension() / 2; }
+    VI_HD constexpr int contacts() const { return Shape::exact ? Shape::max_contacts : contacts_; }
+};
+
+template <class T, int N>
+struct vec {
+    T x[N];
+    VI_HD constexpr T& operator[](int i) { return x[i]; }
+    VI_HD constexpr const T& operator[](int i) const { return x[i]; }
+};
+
+// r . y over the first n entries, in index order.
+template <class T, class R, int N>
+VI_HD constexpr T dot(const vec<R, N>& r, const vec<T, N>& y, int n) {
+    T sum = r[0] * y[0];
+    for (int i = 1; i < n; ++i)
+        sum = sum + r[i] * y[i];
+    return sum;
+}
+
+} // namespace vi

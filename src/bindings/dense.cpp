@@ -1,0 +1,9 @@
+#include "system_of.hpp"
+
+namespace binding {
+
+std::unique_ptr<system> make_dense(const system_data& data) {
+    return std::make_unique<system_of<vi::dense_flow<double, vi::bounded<32, 8>>>>(data);
+}
+
+} // namespace binding

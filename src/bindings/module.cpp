@@ -1,0 +1,229 @@
+// Python module vibroimpact._kernel: one class, System, over the compiled shapes.
+#include <stdexcept>
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include "system.hpp"
+#include "vibroimpact/math.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using binding::numbers;
+using array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+
+numbers numbers_of(const array& a) {
+    return {a.data(), a.data() + a.size()};
+}
+
+// Hand a vector to numpy without copying it again.
+template <class T>
+nb::object to_numpy(std::vector<T> values, std::vector<std::size_t> shape) {
+    auto* kept = new std::vector<T>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), shape.size(), shape.data(), owner));
+}
+
+binding::system_data read_system(int dimension, int degrees, numbers omegas, numbers kappas,
+                                 double step, const nb::list& laws) {
+    binding::system_data data{dimension, degrees, std::move(omegas), std::move(kappas), step, {}};
+    for (nb::handle law : laws) {
+        const auto t = nb::cast<std::tuple<numbers, numbers, double, double>>(law);
+        data.contacts.push_back({std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t)});
+    }
+    return data;
+}
+
+numbers flattened(nb::handle rows) {
+    numbers out;
+    for (nb::handle row : rows)
+        for (nb::handle x : row)
+            out.push_back(nb::cast<double>(x));
+    return out;
+}
+
+class kernel_system {
+public:
+    kernel_system(bool dense, int dimension, int degrees, numbers omegas, numbers kappas,
+                  double step, const nb::list& laws) {
+        const auto data =
+            read_system(dimension, degrees, std::move(omegas), std::move(kappas), step, laws);
+        const bool small = dimension == 6 && data.contacts.size() == 1;
+        system_ = dense   ? binding::make_dense(data)
+                  : small ? binding::make_modal_small(data)
+                          : binding::make_modal(data);
+        dimension_ = static_cast<std::size_t>(dimension);
+        degrees_ = static_cast<std::size_t>(degrees);
+        lines_ = data.omegas.size();
+    }
+
+    void add_mode(int code, const nb::dict& flow, const nb::list& guards, const array& to_x,
+                  const array& to_v, numbers offset, const array& from_x, const array& from_v,
+                  const array& particular) {
+        binding::mode_data data{code,
+                                {},
+                                {},
+                                {},
+                                {},
+                                {},
+                                {},
+                                numbers_of(to_x),
+                                numbers_of(to_v),
+                                std::move(offset),
+                                numbers_of(from_x),
+                                numbers_of(from_v),
+                                numbers_of(particular)};
+        if (flow.contains("k")) {
+            data.k = nb::cast<numbers>(flow["k"]);
+            data.c = nb::cast<numbers>(flow["c"]);
+            data.a = nb::cast<numbers>(flow["a"]);
+        } else {
+            data.b = flattened(flow["b"]);
+            data.constant = nb::cast<numbers>(flow["constant"]);
+        }
+        for (nb::handle guard : guards) {
+            const auto t = nb::cast<std::tuple<numbers, double, double, double, int>>(guard);
+            data.guards.push_back(
+                {std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), std::get<4>(t)});
+        }
+        system_->add_mode(data);
+    }
+
+    nb::dict start(numbers x, numbers v, numbers phases) const {
+        const auto s = system_->start({std::move(x), std::move(v), std::move(phases)});
+        nb::dict out;
+        out["at"] = nb::cast(s.at);
+        out["gap_lower"] = s.gap_lower;
+        out["gap_upper"] = s.gap_upper;
+        out["eps"] = s.eps;
+        return out;
+    }
+
+    nb::dict simulate(binding::position& at, double t_max, double flight_limit, long events,
+                      long impacts) const {
+        binding::record r;
+        {
+            nb::gil_scoped_release release;
+            r = system_->simulate(at, {t_max, flight_limit, events, impacts});
+        }
+        const std::size_t n = r.status.size();
+        nb::dict out;
+        out["why"] = r.why;
+        out["code"] = r.code;
+        out["status"] = to_numpy(std::move(r.status), {n});
+        out["contact"] = to_numpy(std::move(r.contact), {n});
+        out["side"] = to_numpy(std::move(r.side), {n});
+        out["mode"] = to_numpy(std::move(r.mode), {n});
+        out["high"] = to_numpy(std::move(r.high), {n});
+        out["low"] = to_numpy(std::move(r.low), {n});
+        out["rate_before"] = to_numpy(std::move(r.rate_before), {n});
+        out["rate_after"] = to_numpy(std::move(r.rate_after), {n});
+        out["y"] = to_numpy(std::move(r.y), {n, dimension_});
+        out["before"] = to_numpy(std::move(r.before), {n, 2 * degrees_});
+        out["after"] = to_numpy(std::move(r.after), {n, 2 * degrees_});
+        out["phase"] = to_numpy(std::move(r.phase), {n, lines_});
+        return out;
+    }
+
+    std::tuple<int, int, long> advance(binding::position& at, double t_max, double flight_limit,
+                                       long events, long impacts) const {
+        nb::gil_scoped_release release;
+        const auto p = system_->advance(at, {t_max, flight_limit, events, impacts});
+        return {p.why, p.code, p.events};
+    }
+
+    nb::object evaluate(std::vector<int> mode, const array& y, const array& dt) const {
+        auto out = system_->evaluate(mode, numbers_of(y), numbers_of(dt));
+        return to_numpy(std::move(out), {dt.size(), 2 * degrees_});
+    }
+
+    nb::dict tangents(numbers x, numbers v, numbers phases, const array& seeds, double t_max,
+                      double flight_limit, long events, long impacts) const {
+        const int count = static_cast<int>(seeds.shape(1));
+        auto r =
+            system_->tangents({std::move(x), std::move(v), std::move(phases)}, numbers_of(seeds),
+                              count, {t_max, flight_limit, events, impacts});
+        nb::dict out;
+        out["why"] = r.why;
+        out["code"] = r.code;
+        out["events"] = r.events;
+        out["columns"] = to_numpy(std::move(r.columns), {2 * degrees_ + lines_, seeds.shape(1)});
+        out["durations"] = to_numpy(std::move(r.durations), {seeds.shape(1)});
+        return out;
+    }
+
+    nb::dict lyapunov(const binding::position& at, double t_max, double flight_limit, long events,
+                      long impacts, long block) const {
+        binding::lyapunov_result r;
+        {
+            nb::gil_scoped_release release;
+            r = system_->lyapunov(at, {t_max, flight_limit, events, impacts}, block);
+        }
+        const std::size_t n = r.growth.size();
+        nb::dict out;
+        out["why"] = r.why;
+        out["code"] = r.code;
+        out["events"] = r.events;
+        out["growth"] = to_numpy(std::move(r.growth), {n});
+        out["time"] = to_numpy(std::move(r.time), {n});
+        return out;
+    }
+
+    nb::object acceleration(numbers x, numbers v, numbers phases) const {
+        return to_numpy(system_->acceleration({std::move(x), std::move(v), std::move(phases)}),
+                        {degrees_});
+    }
+    nb::object flow_matrix(double dt) const {
+        return to_numpy(system_->flow_matrix(dt), {2 * degrees_, 2 * degrees_ + 2 * lines_});
+    }
+    nb::object impact_matrix(int contact, int side) const {
+        return to_numpy(system_->impact_matrix(contact, side), {degrees_, degrees_});
+    }
+
+private:
+    std::unique_ptr<binding::system> system_;
+    std::size_t dimension_, degrees_, lines_;
+};
+
+} // namespace
+
+NB_MODULE(_kernel, m) {
+    m.def("version", [] { return VIBROIMPACT_VERSION; });
+    m.def(
+        "sincos",
+        [](double x) {
+            const auto w = vi::sincos(x);
+            return std::make_tuple(w.s, w.c);
+        },
+        "x"_a, "Sine and cosine with the kernel's own bits.");
+    nb::class_<binding::position>(m, "Position")
+        .def("copy", [](const binding::position& p) { return binding::position(p); })
+        .def_ro("touching", &binding::position::touching)
+        .def_ro("rate", &binding::position::rate)
+        .def_ro("y", &binding::position::y)
+        .def_ro("mode", &binding::position::mode);
+    nb::class_<kernel_system>(m, "System")
+        .def(nb::init<bool, int, int, numbers, numbers, double, const nb::list&>(), "dense"_a,
+             "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a, "laws"_a)
+        .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "to_x"_a,
+             "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a)
+        .def("start", &kernel_system::start, "x"_a, "v"_a, "phases"_a)
+        .def("simulate", &kernel_system::simulate, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
+             "impacts"_a)
+        .def("advance", &kernel_system::advance, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
+             "impacts"_a)
+        .def("evaluate", &kernel_system::evaluate, "mode"_a, "y"_a, "dt"_a)
+        .def("tangents", &kernel_system::tangents, "x"_a, "v"_a, "phases"_a, "seeds"_a, "t_max"_a,
+             "flight_limit"_a, "events"_a, "impacts"_a)
+        .def("lyapunov", &kernel_system::lyapunov, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
+             "impacts"_a, "block"_a)
+        .def("acceleration", &kernel_system::acceleration, "x"_a, "v"_a, "phases"_a)
+        .def("flow_matrix", &kernel_system::flow_matrix, "dt"_a)
+        .def("impact_matrix", &kernel_system::impact_matrix, "contact"_a, "side"_a);
+}

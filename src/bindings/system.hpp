@@ -1,0 +1,111 @@
+// What the Python side of the package sees of a compiled hybrid system, whatever its shape.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace binding {
+
+using numbers = std::vector<double>;
+
+struct contact_data {
+    numbers impulse, mobility;
+    double restitution_lower, restitution_upper;
+};
+
+struct guard_data {
+    numbers row;
+    double gain, lower, upper;
+    int side;
+};
+
+// Row-major matrices; see hybrid.py for what they mean.
+struct mode_data {
+    int code;
+    numbers k, c, a;     // modal
+    numbers b, constant; // dense
+    std::vector<guard_data> guards;
+    numbers to_x, to_v, offset, from_x, from_v, particular;
+};
+
+struct system_data {
+    int dimension, degrees;
+    numbers omegas, kappas;
+    double step;
+    std::vector<contact_data> contacts;
+};
+
+// A trajectory as plain numbers, so that a run can be continued.
+struct position {
+    numbers y;
+    int mode = 0, held = 0;
+    numbers touching, rate, flat;
+    double high = 0.0, low = 0.0; // clock
+};
+
+struct start_data {
+    numbers x, v, phases;
+};
+
+struct start_result {
+    position at;
+    numbers gap_lower, gap_upper, eps;
+};
+
+struct limits_data {
+    double t_max, flight_limit;
+    long events, impacts;
+};
+
+// One row per event; state rows are y in the mode that follows, x_v rows are physical.
+struct record {
+    std::vector<int> status, contact, side, mode;
+    numbers high, low, y, before, after, phase, rate_before, rate_after;
+    int why = 0, code = 0;
+};
+
+struct progress {
+    int why, code;
+    long events;
+};
+
+struct tangent_result {
+    numbers columns;   // d(x, v, theta_1..) after the last event, one column per seed, row-major
+    numbers durations; // d(time of the last event), one per seed
+    int events = 0, why = 0, code = 0;
+};
+
+struct lyapunov_result {
+    numbers growth, time; // log growth and elapsed time, one per block of events
+    long events = 0;
+    int why = 0, code = 0;
+};
+
+class system {
+public:
+    virtual ~system() = default;
+    virtual void add_mode(const mode_data& data) = 0;
+    virtual start_result start(const start_data& data) const = 0;
+    virtual record simulate(position& at, const limits_data& limits) const = 0;
+    // The same without a record: settling, timing. Returns the reason, the code and the events seen.
+    virtual progress advance(position& at, const limits_data& limits) const = 0;
+    // Evaluate flights: y[i] in mode[i] after dt[i], as x, v rows.
+    virtual numbers evaluate(const std::vector<int>& mode, const numbers& y,
+                             const numbers& dt) const = 0;
+    // Derivatives of the run in the physical directions (dx, dv, dtheta) of the start.
+    virtual tangent_result tangents(const start_data& start, const numbers& seeds, int count,
+                                    const limits_data& limits) const = 0;
+    virtual lyapunov_result lyapunov(const position& at, const limits_data& limits,
+                                     long block) const = 0;
+    // Free mode: accelerations at (x, v, phases); the flow after dt as a matrix; the impact matrix.
+    virtual numbers acceleration(const start_data& state) const = 0;
+    virtual numbers flow_matrix(double dt) const = 0;
+    virtual numbers impact_matrix(int contact, int side) const = 0;
+};
+
+std::unique_ptr<system> make_modal_small(const system_data& data);
+std::unique_ptr<system> make_modal(const system_data& data);
+std::unique_ptr<system> make_dense(const system_data& data);
+
+} // namespace binding

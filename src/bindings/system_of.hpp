@@ -1,0 +1,342 @@
+// The compiled system for one flow of the kernel.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "observers.hpp"
+#include "vibroimpact/flow/dense.hpp"
+
+namespace binding {
+
+template <class Flow>
+class system_of final : public system {
+    using Shape = typename Flow::shape_type;
+    static constexpr int D = Flow::max_dimension;
+    static constexpr int tangent_width = 6;
+    using map_type = vi::coordinate_map<D>;
+    using state = vi::vec<double, D>;
+    template <class T>
+    using trajectory = vi::trajectory<T, Shape>;
+
+public:
+    explicit system_of(const system_data& data)
+        : data_(data), n_(data.dimension), degrees_(data.degrees),
+          lines_(static_cast<int>(data.omegas.size())), physical_(n_, degrees_, data.kappas) {
+        hybrid_.dimension_ = n_;
+        hybrid_.contacts_ = static_cast<int>(data.contacts.size());
+        hybrid_.lines = lines_;
+        for (int l = 0; l < lines_; ++l)
+            hybrid_.inverse_omega_squared[l] = 1.0 / (data.kappas[l] * data.kappas[l]);
+        for (int i = 0; i < hybrid_.contacts(); ++i) {
+            auto& law = hybrid_.laws[i];
+            const auto& from = data.contacts[i];
+            std::copy(from.impulse.begin(), from.impulse.end(), law.impulse.x);
+            std::copy(from.mobility.begin(), from.mobility.end(), law.mobility);
+            law.restitution_lower = from.restitution_lower;
+            law.restitution_upper = from.restitution_upper;
+        }
+    }
+
+    const vi::hybrid<Flow>& hybrid() const { return hybrid_; }
+
+    void add_mode(const mode_data& data) override {
+        physical_.add(
+            {data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular});
+        modes_.push_back(compile(data));
+        codes_.push_back(data.code);
+        const int m = static_cast<int>(modes_.size()) - 1;
+        from_free_.push_back(physical_.between(0, m));
+        to_free_.push_back(physical_.between(m, 0));
+        hybrid_.modes = modes_.data();
+        hybrid_.codes = codes_.data();
+        hybrid_.from_free = from_free_.data();
+        hybrid_.to_free = to_free_.data();
+        hybrid_.mode_count = m + 1;
+    }
+
+    // A start in the free mode; seeds are columns of (dx, dv, dtheta), of which jets carry those
+    // from `first` on.
+    template <class T>
+    trajectory<T> begin(const start_data& data, const numbers& seeds = {}, int columns = 0,
+                        int first = 0) const {
+        numbers plain = data.x;
+        plain.insert(plain.end(), data.v.begin(), data.v.end());
+        plain.insert(plain.end(), data.phases.begin(), data.phases.end());
+        std::vector<T> p(plain.begin(), plain.end());
+        if constexpr (vi::scalar_traits<T>::is_jet)
+            for (std::size_t i = 0; i < p.size(); ++i)
+                for (int j = 0; j < tangent_width && first + j < columns; ++j)
+                    p[i].d[j] = seeds[i * columns + first + j];
+        std::vector<T> waves(2 * lines_, T(0.0));
+        for (int l = 0; l < lines_; ++l) {
+            const auto wave = vi::sincos(p[2 * degrees_ + l]);
+            waves[2 * l] = wave.s;
+            waves[2 * l + 1] = wave.c;
+        }
+        trajectory<T> out{};
+        out.y = physical_.free_from(p.data(), p.data() + degrees_, waves.data());
+        for (int i = 0; i < hybrid_.contacts(); ++i)
+            touch(out, i, p.data() + degrees_);
+        return out;
+    }
+
+    start_result start(const start_data& data) const override {
+        const auto at = begin<double>(data);
+        start_result out;
+        out.at = packed(at, vi::clock{});
+        for (int i = 0; i < hybrid_.contacts(); ++i) {
+            const auto& g = modes_[0].guards[i];
+            const double u = vi::watch(g, 0, at.y, n_);
+            out.gap_lower.push_back(u - g.lower);
+            out.gap_upper.push_back(g.upper - u);
+            out.eps.push_back(noise(at.y, i, 0) + 64.0 * vi::unit_roundoff * g.reach);
+        }
+        return out;
+    }
+
+    record simulate(position& from, const limits_data& limit) const override {
+        recorder<Shape> see{physical_, n_, lines_};
+        const auto end = go_on(from, limit, see);
+        see.out.why = static_cast<int>(end.why);
+        see.out.code = end.code;
+        return std::move(see.out);
+    }
+
+    progress advance(position& from, const limits_data& limit) const override {
+        counter see;
+        const auto end = go_on(from, limit, see);
+        return {static_cast<int>(end.why), end.code, see.events};
+    }
+
+    numbers evaluate(const std::vector<int>& mode, const numbers& y,
+                     const numbers& dt) const override {
+        numbers out;
+        out.reserve(dt.size() * 2 * degrees_);
+        for (std::size_t i = 0; i < dt.size(); ++i) {
+            state at{};
+            std::copy_n(y.begin() + static_cast<std::ptrdiff_t>(i) * n_, n_, at.x);
+            physical_.append(out, mode[i], modes_[mode[i]].flow.flight(at, dt[i]));
+        }
+        return out;
+    }
+
+    tangent_result tangents(const start_data& data, const numbers& seeds, int count,
+                            const limits_data& limit) const override {
+        tangent_result out;
+        out.columns.assign(static_cast<std::size_t>(2 * degrees_ + lines_) * count, 0.0);
+        out.durations.assign(count, 0.0);
+        for (int first = 0; first < count; first += tangent_width)
+            tangent_block(data, seeds, first, count, limit, out);
+        return out;
+    }
+
+    lyapunov_result lyapunov(const position& from, const limits_data& limit,
+                             long block) const override {
+        using jet = vi::jet<double, 1>;
+        auto at = unpacked<jet>(from);
+        for (int i = 0; i < n_; ++i)
+            at.y[i].d[0] = 1.0 / (i + 2.0); // a generic direction
+        vi::clock now{};
+        growth_meter<Shape> see{n_, hybrid_.contacts(), block};
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        see.out.why = static_cast<int>(end.why);
+        see.out.code = end.code;
+        return std::move(see.out);
+    }
+
+    numbers acceleration(const start_data& data) const override {
+        const auto rates = modes_[0].flow.derivative(begin<double>(data).y);
+        numbers out;
+        for (int i = 0; i < degrees_; ++i)
+            out.push_back(physical_.row_times(physical_[0].to_v, i, rates));
+        return out;
+    }
+
+    // Columns: x, v, then the forcing pairs (sin, cos) of the lines: (2n, 2n + 2L), row-major.
+    numbers flow_matrix(double dt) const override {
+        const int columns = 2 * degrees_ + 2 * lines_;
+        numbers out(static_cast<std::size_t>(2 * degrees_) * columns, 0.0);
+        const numbers zero(columns, 0.0);
+        const numbers base = flown(zero, dt);
+        for (int j = 0; j < columns; ++j) {
+            numbers unit = zero;
+            unit[j] = 1.0;
+            const numbers moved = flown(unit, dt);
+            for (int i = 0; i < 2 * degrees_; ++i)
+                out[static_cast<std::size_t>(i) * columns + j] = moved[i] - base[i];
+        }
+        return out;
+    }
+
+    // (v before) -> (v after) as an (n, n) matrix, row-major.
+    numbers impact_matrix(int contact, int side) const override {
+        numbers out(static_cast<std::size_t>(degrees_) * degrees_);
+        const auto& law = hybrid_.laws[contact];
+        const double bounce = 1.0 + vi::restitution_at(hybrid_, contact, side);
+        for (int j = 0; j < degrees_; ++j) {
+            state y{};
+            for (int i = 0; i < n_; ++i)
+                y[i] = entry(physical_[0].from_v, i, j, degrees_);
+            const double rate = side * vi::dot(modes_[0].guards[contact].rows[1], y, n_);
+            vi::push_away(y, n_, law, static_cast<double>(side),
+                          bounce * rate / law.mobility[contact]);
+            for (int i = 0; i < degrees_; ++i)
+                out[static_cast<std::size_t>(i) * degrees_ + j] =
+                    physical_.row_times(physical_[0].to_v, i, y);
+        }
+        return out;
+    }
+
+private:
+    static vi::limits limits_of(const limits_data& l) {
+        return {l.t_max, l.flight_limit, l.events, l.impacts};
+    }
+
+    template <class Observer>
+    vi::run_result go_on(position& from, const limits_data& limit, Observer& see) const {
+        auto at = unpacked<double>(from);
+        vi::clock now{from.high, from.low};
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        from = packed(at, now);
+        return end;
+    }
+
+    vi::mode<double, Flow> compile(const mode_data& data) const {
+        vi::mode<double, Flow> m{};
+        auto& flow = m.flow;
+        flow.dimension_ = n_;
+        flow.contacts_ = hybrid_.contacts();
+        flow.step = data_.step;
+        if constexpr (vi::is_modal<Flow>) {
+            std::copy(data.k.begin(), data.k.end(), flow.k.x);
+            std::copy(data.c.begin(), data.c.end(), flow.c.x);
+            std::copy(data.a.begin(), data.a.end(), flow.a.x);
+        } else {
+            for (int i = 0; i < n_; ++i)
+                std::copy_n(data.b.begin() + static_cast<std::ptrdiff_t>(i) * n_, n_, flow.b[i].x);
+            std::copy(data.constant.begin(), data.constant.end(), flow.constant.x);
+        }
+        flow.prepare();
+        for (int i = 0; i < hybrid_.contacts(); ++i)
+            fill_guard(m.guards[i], data.guards[i], flow);
+        return m;
+    }
+
+    static void fill_guard(vi::guard<double, D>& guard, const guard_data& from, const Flow& flow) {
+        const auto finite = [](double x) { return std::isfinite(x) ? std::abs(x) : 0.0; };
+        std::copy(from.row.begin(), from.row.end(), guard.rows[0].x);
+        guard.gains[0] = from.gain;
+        guard.lower = from.lower;
+        guard.upper = from.upper;
+        guard.closed = from.side;
+        guard.reach = std::max(finite(from.lower), finite(from.upper));
+        vi::differentiate(guard, flow);
+    }
+
+    // Rounding of the terms of u or its rate.
+    template <class T>
+    double noise(const vi::vec<T, D>& y, int contact, int order) const {
+        const auto& free = modes_[0];
+        return 64.0 * vi::unit_roundoff *
+               vi::magnitude(free.guards[contact], order, y, n_, free.flow.step);
+    }
+
+    // d u / d x_k of a contact.
+    double gradient(int contact, int k) const {
+        const auto& row = modes_[0].guards[contact].rows[0];
+        double sum = 0.0;
+        for (int i = 0; i < n_; ++i)
+            sum += row[i] * entry(physical_[0].from_x, i, k, degrees_);
+        return sum;
+    }
+
+    // Whether a start stands on a stop of this contact. Its rate is taken from the velocities v as
+    // given, which y has mixed with larger numbers; within their rounding it is rest.
+    template <class T>
+    void touch(trajectory<T>& at, int i, const T* v) const {
+        const auto& g = modes_[0].guards[i];
+        const double u = vi::plain(vi::watch(g, 0, at.y, n_));
+        const double eps = noise(at.y, i, 0) + 64.0 * vi::unit_roundoff * g.reach;
+        at.touching[i] = std::abs(g.upper - u) <= eps   ? 1.0
+                         : std::abs(u - g.lower) <= eps ? -1.0
+                                                        : 0.0;
+        T rate = T(0.0);
+        double terms = 0.0;
+        for (int k = 0; k < degrees_; ++k) {
+            rate = rate + gradient(i, k) * v[k];
+            terms += std::abs(gradient(i, k) * vi::plain(v[k]));
+        }
+        at.rate[i] = -at.touching[i] * rate;
+        if (std::abs(vi::plain(rate)) <= 8.0 * degrees_ * vi::unit_roundoff * terms)
+            at.rate[i] = vi::with_value(at.rate[i], 0.0);
+    }
+
+    void tangent_block(const start_data& data, const numbers& seeds, int first, int count,
+                       const limits_data& limit, tangent_result& out) const {
+        using jet = vi::jet<double, tangent_width>;
+        auto at = begin<jet>(data, seeds, count, first);
+        vi::clock now{};
+        duration_sum<jet> see;
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        out.events = see.events;
+        out.why = static_cast<int>(end.why);
+        out.code = end.code;
+        const auto& p = physical_[at.mode];
+        const auto put = [&](int row, int j, double x) {
+            out.columns[row * count + first + j] = x;
+        };
+        for (int j = 0; j < std::min(tangent_width, count - first); ++j) {
+            for (int i = 0; i < degrees_; ++i) {
+                put(i, j, physical_.row_times(p.to_x, i, at.y).d[j]);
+                put(degrees_ + i, j, physical_.row_times(p.to_v, i, at.y).d[j]);
+            }
+            for (int l = 0; l < lines_; ++l) { // dtheta = cos d(sin) - sin d(cos)
+                const jet s = physical_.sine(at.y, l), c = physical_.cosine(at.y, l);
+                put(2 * degrees_ + l, j, c.v * s.d[j] - s.v * c.d[j]);
+            }
+            out.durations[first + j] = see.duration.d[j];
+        }
+    }
+
+    numbers flown(const numbers& p, double dt) const {
+        const auto y = physical_.free_from(p.data(), p.data() + degrees_, p.data() + 2 * degrees_);
+        numbers out;
+        physical_.append(out, 0, modes_[0].flow.flight(y, dt));
+        return out;
+    }
+
+    position packed(const trajectory<double>& at, const vi::clock& now) const {
+        const int contacts = hybrid_.contacts();
+        return {{at.y.x, at.y.x + n_},
+                at.mode,
+                at.held,
+                {at.touching.x, at.touching.x + contacts},
+                {at.rate.x, at.rate.x + contacts},
+                {at.flat.x, at.flat.x + contacts},
+                now.high,
+                now.low};
+    }
+
+    template <class T>
+    trajectory<T> unpacked(const position& p) const {
+        trajectory<T> out{};
+        out.mode = p.mode;
+        out.held = p.held;
+        std::copy(p.y.begin(), p.y.end(), out.y.x);
+        std::copy(p.touching.begin(), p.touching.end(), out.touching.x);
+        std::copy(p.rate.begin(), p.rate.end(), out.rate.x);
+        std::copy(p.flat.begin(), p.flat.end(), out.flat.x);
+        return out;
+    }
+
+    system_data data_;
+    int n_, degrees_, lines_;
+    physical_maps<D> physical_;
+    vi::hybrid<Flow> hybrid_{};
+    std::vector<vi::mode<double, Flow>> modes_;
+    std::vector<map_type> from_free_, to_free_;
+    std::vector<int> codes_;
+};
+
+} // namespace binding
