@@ -1,0 +1,283 @@
+"""Attractors: what a motion settles on, decided by stated tests and never by eye.
+
+Method      windows of section points after 1, 8, 64 ... times the shortest settling are looked
+            at (iterates.py); the first periodic window decides, otherwise the last; where that is
+            undecided, all are taken again with more points and settling
+            transient: the settling before the first window from which all windows agree
+Fails       undecided, with the reason
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.iterates import FEWEST_POINTS, Kind, Shape, classify_points
+from vibroimpact.lyapunov import LyapunovEstimate, exponent_from
+from vibroimpact.motion import Motion, Stop
+from vibroimpact.orbit_type import OrbitType, is_symmetric, multipliers, orbit_type
+from vibroimpact.rotation import Rotation, weighted_average
+from vibroimpact.sections import (
+    IMPACTS_PER_POINT,
+    Section,
+    check_count,
+    check_stop,
+    coordinates,
+    section_of,
+)
+from vibroimpact.simulate import RunEnd, Status, System, mechanism_of
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+
+SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
+EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
+# Where nothing decides, all is repeated with four times the points (near a locked motion a curve
+# shows only after many turns) and four times the longest settling, twice.
+ATTEMPTS, MORE = 3, 4
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """What a motion settles on.
+
+    Attributes
+    ----------
+    shape
+        What the section points lie on: kind, period, pieces, curve, return distance, reason.
+    type
+        n-p-q of a periodic motion, else None; completed chatter counts as one impact.
+    multipliers
+        Floquet multipliers of a periodic motion, largest first; None for other kinds and for
+        orbits that chatter or stick.
+    symmetric
+        Whether the attractor is its own mirror image; None where not decided (chaos).
+    exponent
+        Largest Lyapunov exponent.
+    periods_per_point
+        Forcing periods per section point, on average; 0 without forcing.
+    impacts, chatters, sticks
+        Recorded on the attractor: impacts at all stops, completed chatter, rests on a stop.
+    transient
+        Impacts before the first window from which all windows agree; 0 if all do.
+    windows
+        (impacts settled, label) of every window.
+    section
+        The points of the last window.
+    """
+
+    shape: Shape
+    type: OrbitType | None
+    multipliers: NDArray[np.complex128] | None
+    symmetric: bool | None
+    exponent: LyapunovEstimate
+    periods_per_point: float
+    impacts: int
+    chatters: int
+    sticks: int
+    section: Section = field(repr=False)
+    transient: int = 0
+    windows: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def kind(self) -> Kind:
+        """What it is."""
+        return self.shape.kind
+
+    @property
+    def reason(self) -> str:
+        """Why it is undecided; else empty."""
+        return self.shape.reason
+
+    @property
+    def rotation(self) -> Rotation | None:
+        """Rotation number of quasiperiodic motion: angle / 2 pi per return to its closed curve.
+
+        The angle is about the centre of the curve, averaged over all ``shape.pieces``-th section
+        points, folded to [0, 1/2]. With one curve and one section point per forcing period it is
+        the angle per forcing cycle, comparable with that of a Neimark-Sacker multiplier.
+        """
+        if self.kind is not Kind.QUASIPERIODIC or self.shape.curve is None:
+            return None
+        return self.shape.curve.rotation
+
+    @property
+    def name(self) -> str:
+        """Kind with n-p-q, number of curves or of pieces."""
+        shape = self.shape
+        if shape.kind is Kind.PERIODIC:
+            return f"{self.type} periodic"
+        if shape.kind is Kind.QUASIPERIODIC and shape.curve:
+            turns = f" of {shape.curve.turns} turns" if shape.curve.turns > 1 else ""
+            plural = "s" if shape.pieces > 1 else ""
+            return f"quasiperiodic, {shape.pieces} closed curve{plural}{turns}"
+        if shape.kind is Kind.CHAOTIC and shape.pieces > 1:
+            return f"chaotic in {shape.pieces} pieces"
+        return str(shape.kind)
+
+    @property
+    def label(self) -> str:
+        """Name, symmetry, chatter and sticking in one line."""
+        words = [self.name]
+        if self.symmetric is not None:
+            words.append("symmetric" if self.symmetric else "not symmetric")
+        words += ["with chatter"] if self.chatters else []
+        words += ["with sticking"] if self.sticks else []
+        return ", ".join(words)
+
+    @property
+    def transient_name(self) -> str:
+        """What the motion looked like before it settled; empty if it settled at once."""
+        before = [name for settled, name in self.windows if settled < self.transient]
+        return before[-1] if before else ""
+
+
+def classify(
+    system: System,
+    state: State,
+    *,
+    settle: int = 1000,
+    points: int = 4000,
+    max_settle: int = 64_000,
+    stop: Stop = "A",
+    contact: int = 0,
+) -> Attractor:
+    """Say what a motion settles on.
+
+    Parameters
+    ----------
+    system
+        A :class:`~vibroimpact.Mechanism`, or anything with one.
+    state
+        Where to start.
+    settle
+        Impacts discarded before the first window, >= 1; every next window waits 8 times longer.
+    points
+        Section points per window, >= 64; chaos with k bands or k closed curves needs 64 k.
+    max_settle
+        Longest settling; chaos that lasts as long is called chaotic. Where nothing decides, all is
+        repeated with 4, then 16 times ``points`` and ``max_settle``.
+    stop, contact
+        The section, as in :func:`~vibroimpact.impact_section`.
+
+    Returns
+    -------
+    Attractor
+        With :attr:`Attractor.label`, and :attr:`Attractor.reason` where it is undecided.
+
+    Raises
+    ------
+    InvalidParameterError
+        A bad start, counts out of range, no such stop.
+
+    Notes
+    -----
+    A quarter of a second for the impact damper, less for periodic motion, some seconds where all
+    is repeated; the tests are those of :func:`~vibroimpact.iterates.classify_points`. Unreliable:
+    chaos that ends after ``max_settle`` impacts; motion within 1e-6 of a bifurcation in its
+    multiplier; several forcing lines of incommensurate frequencies (only the phase of the first is
+    seen).
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> classify(damper, vi.State((0.0, 0.0), (0.0, 1.0))).label
+    '1-1-1 periodic, symmetric'
+    """
+    check_count("settle", settle, 1)
+    check_count("points", points, FEWEST_POINTS)
+    check_count("max_settle", max_settle, settle)
+    check_stop(system, contact, stop)
+    for attempt in range(ATTEMPTS):
+        more = MORE**attempt
+        windows = _windows(
+            Motion(system, state), settle, more * max_settle, more * points, contact, stop
+        )
+        found = _with_history(list(windows))
+        if found.kind is not Kind.UNDECIDED:
+            break
+    return found
+
+
+def _windows(
+    motion: Motion, settle: int, max_settle: int, points: int, contact: int, stop: Stop
+) -> Iterator[tuple[int, Attractor]]:
+    """Impacts settled and what is seen then, until a window decides."""
+    spent = 0
+    while settle <= max_settle:
+        motion.settle(max(settle - spent, 0))
+        spent = max(settle, spent)
+        window = _look(motion, points, contact, stop)
+        yield spent, window
+        if window.kind in (Kind.PERIODIC, Kind.SILENT):
+            return
+        spent, settle = spent + window.impacts, settle * SETTLING_FACTOR
+
+
+def _with_history(seen: list[tuple[int, Attractor]]) -> Attractor:
+    """Return the last window with what the earlier ones say about transients and rare chatter."""
+    last = seen[-1][1]
+    agreeing = len(seen)
+    while agreeing and seen[agreeing - 1][1].name == last.name:
+        agreeing -= 1
+    kept = seen[agreeing:]
+    return dataclasses.replace(
+        last,
+        impacts=sum(window.impacts for _, window in kept),
+        chatters=sum(window.chatters for _, window in kept),
+        sticks=sum(window.sticks for _, window in kept),
+        transient=kept[0][0] if agreeing else 0,
+        windows=tuple((settled, window.name) for settled, window in seen),
+    )
+
+
+def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
+    """Take the next window of a motion and say what it looks like."""
+    part = motion.record(_impacts_for(motion, points, contact, stop))
+    section = section_of(motion, [part], contact, stop, points, part.end)
+    exponent = exponent_from(motion, EXPONENT_IMPACTS)
+    if part.end is RunEnd.IMPACTS:
+        shape = classify_points(scaled(section), exponent)
+    else:
+        silent = part.end is RunEnd.SILENT
+        shape = Shape(Kind.SILENT if silent else Kind.UNDECIDED, reason=part.end.sentence)
+    omega = mechanism_of(section.system).omega
+    elapsed = np.diff(section.time) * (omega / (2.0 * np.pi))
+    return Attractor(
+        shape=shape,
+        type=orbit_type(shape, part, section),
+        multipliers=multipliers(motion, shape, part, section),
+        symmetric=is_symmetric(shape, part, section),
+        exponent=exponent,
+        periods_per_point=float(weighted_average(elapsed)) if len(elapsed) else 0.0,
+        impacts=len(part.high),
+        chatters=int((part.status == Status.CHATTER).sum()),
+        sticks=part.sticks,
+        section=section,
+    )
+
+
+def _impacts_for(motion: Motion, points: int, contact: int, stop: Stop) -> int:
+    """Impacts at all stops that hold so many points of the section, from a look ahead."""
+    at, last = motion.at, motion.last
+    count = 2 * points
+    while True:
+        part = motion.record(count)
+        motion.at, motion.last = at, last
+        enough = part.at(contact, stop).size >= points
+        if enough or part.end is not RunEnd.IMPACTS or count >= IMPACTS_PER_POINT * points:
+            return count
+        count *= 2
+
+
+def scaled(section: Section) -> Floats:
+    """Section points with positions and velocities divided by their largest values."""
+    x = section.position / (np.abs(section.position).max(initial=0.0) or 1.0)
+    v = section.velocity / (np.abs(section.velocity).max(initial=0.0) or 1.0)
+    return coordinates(x, v, section.phase)

@@ -1,0 +1,326 @@
+"""All bifurcations of the symmetric 1-1-1 branch of the impact damper in a range of omega.
+
+Method. With alpha sin theta + beta cos theta = delta (orbits.py), orbits exist where
+r^2 = alpha^2 + beta^2 >= delta^2, and the folds are the zeros of r^2 - delta^2, an analytic
+function of omega. Between folds both signs of (14) are one smooth curve once the square root is
+removed:
+
+    omega = middle - half cos(s)         (a fold at both ends),
+    omega = fold +- s^2                  (one fold),     omega = s  (none),
+
+where cos(theta + lead) = +-sqrt(1 - delta^2 / r^2) changes sign with s. Along s the test functions
+
+    symmetry breaking  w det(DH + I),     Neimark-Sacker  w^3 prod_{i<j} (1 - nu_i nu_j)
+
+are analytic: w is the closing speed, which removes the pole of the saltation matrix (a rank-one
+term, so at most of order one in the determinant and three in the product of pairs). Each is
+expanded in Chebyshev polynomials until the series has fallen to rounding (chebyshev.py); all zeros
+of every piece are then found at once, so that two bifurcations within any step are both seen. What
+is assumed: the functions are analytic on the interval, as they are for zeta > 0 and wherever w does
+not vanish identically, and no zero hides below 1e-10 of a function's size. Zeros are then polished
+on the test function itself to rounding.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.polynomial import chebyshev as series
+from numpy.typing import NDArray
+
+from vibroimpact.chebyshev import bracketed_zero, pieces, real_zeros
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import positive
+from vibroimpact.orbits import SymmetricOrbit, half_map_jacobian, on_circle, symmetric_orbits
+
+Floats = NDArray[np.float64]
+
+RESONANCE_ORDER = 12  # resonances p/q up to this q are named
+UNIT = 1e-6  # |nu| this close to 1: the pair with product 1 lies on the unit circle
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """A bifurcation of the symmetric branch.
+
+    Attributes
+    ----------
+    kind
+        "SN" fold (nu = +1, the two signs of (14) meet), "BP" symmetry breaking (nu = -1: two
+        mirror images are born), "NS" Neimark-Sacker (a pair nu on the unit circle).
+    omega
+        Where, to rounding of the test function (better than 1e-12).
+    sign
+        Sign in (14) of the orbit, 0 at a fold.
+    half_multiplier, multiplier
+        The critical nu (upper half plane) and lambda = nu^2.
+    crossing
+        "leaves" or "enters": what the critical |nu| does to the unit disc as omega increases;
+        empty at a fold.
+    orbit
+        The orbit at the point; its ``admissible`` says whether the bifurcation is real.
+    """
+
+    kind: str
+    omega: float
+    sign: int
+    half_multiplier: complex
+    crossing: str
+    orbit: SymmetricOrbit
+
+    @property
+    def multiplier(self) -> complex:
+        """Lambda = nu^2."""
+        return self.half_multiplier**2
+
+    @property
+    def half_angle(self) -> float:
+        """Angle of nu in degrees, in [0, 180]."""
+        return math.degrees(abs(np.angle(self.half_multiplier)))
+
+    @property
+    def angle(self) -> float:
+        """Angle of lambda in degrees, in (-180, 180]."""
+        return math.degrees(float(np.angle(self.multiplier)))
+
+    @property
+    def resonance(self) -> tuple[int, int]:
+        """Nearest p/q of the half map with q <= 12: nu^q is nearly 1."""
+        nearest = Fraction(self.half_angle / 360.0).limit_denominator(RESONANCE_ORDER)
+        return nearest.numerator, nearest.denominator
+
+    @property
+    def resonance_distance(self) -> float:
+        """Degrees between the angle of nu and that resonance."""
+        p, q = self.resonance
+        return abs(self.half_angle - 360.0 * p / q)
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the orbit at the point is a motion of the damper."""
+        return self.orbit.admissible
+
+    def __repr__(self) -> str:
+        p, q = self.resonance
+        real = "" if self.admissible else ", not admissible"
+        return (
+            f"{self.kind} at omega = {self.omega:.12f}, sign {self.sign:+d}: nu = "
+            f"{self.half_multiplier:.6f} ({self.half_angle:.3f} deg, {self.resonance_distance:.3f} "
+            f"from {p}/{q}){', ' + self.crossing if self.crossing else ''}{real}"
+        )
+
+
+def excess(damper: ImpactDamper, omega: float) -> float:
+    """r^2 / delta^2 - 1: positive where the two orbits exist, zero at folds."""
+    _, alpha, beta, _ = on_circle(replace(damper, omega=omega))
+    return (alpha * alpha + beta * beta) / damper.half_clearance**2 - 1.0
+
+
+def _test_functions(damper: ImpactDamper, omega: float, upper: bool) -> Floats:
+    """(symmetry breaking, Neimark-Sacker) on one half of the curve cos(theta + lead) = +-sqrt."""
+    here = replace(damper, omega=omega)
+    w, alpha, beta, compiled = on_circle(here)
+    ratio = min(1.0, here.half_clearance / math.hypot(alpha, beta))
+    rise = math.asin(ratio)
+    theta = (rise if upper else math.pi - rise) - math.atan2(beta, alpha)
+    x1, _, v1, v2 = (float(z) for z in w @ [math.sin(theta), math.cos(theta)])
+    state = here.on_stop("A", x1=x1, v1=v1, v2=v2, phase=theta % (2.0 * math.pi))
+    jacobian, closing = half_map_jacobian(here, compiled, state)
+    nus = np.linalg.eigvals(jacobian)
+    i, j = np.triu_indices(4, 1)
+    pairs = float(np.real(np.prod(1.0 - nus[i] * nus[j])))
+    flip = float(np.linalg.det(jacobian + np.eye(4)))
+    return np.array([closing * flip, closing**3 * pairs])
+
+
+@dataclass(frozen=True)
+class _Chart:
+    """A smooth piece of the branch: omega(s), and which half of the curve s lies on."""
+
+    low: float
+    high: float
+    omega: Callable[[float], float]
+    upper: Callable[[float], bool]
+
+
+def _charts(damper: ImpactDamper, low: float, high: float) -> tuple[list[float], list[_Chart]]:
+    """Folds in [low, high], and charts of the pieces of the branch between them."""
+    folds: list[float] = []
+
+    def gap(omega: float) -> float:
+        return excess(damper, omega)
+
+    for a, b, coefficients in pieces(lambda omega: np.array([gap(omega)]), low, high):
+        folds += _polished(gap, a, b, real_zeros(coefficients[:, 0]))
+    edges = [low, *folds, high]
+    charts: list[_Chart] = []
+    for a, b in itertools.pairwise(edges):
+        if b > a and gap((a + b) / 2) > 0.0:
+            charts += _charts_between(a, b, a in folds, b in folds)
+    return folds, charts
+
+
+def _charts_between(a: float, b: float, fold_a: bool, fold_b: bool) -> list[_Chart]:
+    middle, half, root = (a + b) / 2, (b - a) / 2, math.sqrt(b - a)
+    if fold_a and fold_b:
+        return [
+            _Chart(0.0, 2.0 * math.pi, lambda s: middle - half * math.cos(s), lambda s: s < math.pi)
+        ]
+    if fold_a:
+        return [_Chart(-root, root, lambda s: min(a + s * s, b), lambda s: s > 0.0)]
+    if fold_b:
+        return [_Chart(-root, root, lambda s: max(b - s * s, a), lambda s: s > 0.0)]
+    return [_Chart(a, b, float, lambda _: True), _Chart(a, b, float, lambda _: False)]
+
+
+def _polished(f: Callable[[float], float], a: float, b: float, zeros: Floats) -> list[float]:
+    """Zeros (in [-1, 1]) of a piece's series, moved to where f itself changes sign."""
+    found: list[float] = []
+    for x in zeros:
+        at, reach = (a + b) / 2 + (b - a) / 2 * float(x), 1e-8 * (b - a)
+        for _ in range(8):
+            left, right = max(at - reach, a), min(at + reach, b)
+            if f(left) * f(right) <= 0.0:
+                at = bracketed_zero(f, left, right)
+                break
+            reach *= 4.0
+        else:
+            continue  # a zero just outside the piece: its neighbour has it
+        if not found or abs(at - found[-1]) > 1e-12 * (b - a):
+            found.append(at)
+    return found
+
+
+def symmetric_bifurcations(
+    damper: ImpactDamper, omega: tuple[float, float]
+) -> tuple[Bifurcation, ...]:
+    """Find every bifurcation of the symmetric 1-1-1 orbits for omega in a range.
+
+    Parameters
+    ----------
+    damper
+        The system; its own omega is not used.
+    omega
+        (low, high), 0 < low < high.
+
+    Returns
+    -------
+    tuple of Bifurcation
+        In order of omega, both signs of (14), orbits that are not admissible included and marked.
+
+    Raises
+    ------
+    InvalidParameterError
+        An empty range, or a system without loss (zeta = 0 and R = 1): its multipliers stay on
+        the unit circle.
+
+    Notes
+    -----
+    Module docstring: why none is skipped. Cost: some hundred closed-form orbits, about a second.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.0)
+    >>> [point.kind for point in vi.symmetric_bifurcations(damper, (1.0, 1.02))]
+    ['NS']
+    """
+    low, high = (positive("omega", x) for x in omega)
+    if not low < high:
+        raise InvalidParameterError(f"omega = {omega}: need low < high.")
+    if damper.zeta * damper.omega_n == 0.0 and damper.restitution == 1.0:
+        raise InvalidParameterError(
+            "zeta = 0, restitution = 1: without loss every multiplier stays on the unit circle. "
+            "Add damping or take restitution < 1."
+        )
+    folds, charts = _charts(damper, low, high)
+    points = [_fold(damper, at) for at in folds]
+    for chart in charts:
+        points += _on_chart(damper, chart)
+    return tuple(sorted(points, key=lambda point: point.omega))
+
+
+def _fold(damper: ImpactDamper, omega: float) -> Bifurcation:
+    """The orbit at a fold; where rounding leaves none, the nearest omega that has one."""
+    for step in range(64):
+        for side in (1.0, -1.0):
+            near = omega * (1.0 + side * step * 2.0**-52)
+            orbits = symmetric_orbits(replace(damper, omega=near))
+            if orbits:
+                return Bifurcation("SN", omega, 0, 1.0 + 0.0j, "", orbits[0])
+    raise ArithmeticError(f"no orbit next to the fold at omega = {omega}")
+
+
+def _on_chart(damper: ImpactDamper, chart: _Chart) -> list[Bifurcation]:
+    def tests(s: float) -> Floats:
+        return _test_functions(damper, chart.omega(s), chart.upper(s))
+
+    found: list[Bifurcation | None] = []
+    for a, b, coefficients in pieces(tests, chart.low, chart.high):
+        for k in range(2):
+            found += _zeros_of(damper, chart, tests, k, (a, b), coefficients[:, k])
+    return [point for point in found if point is not None]
+
+
+def _zeros_of(
+    damper: ImpactDamper,
+    chart: _Chart,
+    tests: Callable[[float], Floats],
+    k: int,
+    ends: tuple[float, float],
+    coefficients: Floats,
+) -> list[Bifurcation | None]:
+    """Zeros of test function k on one resolved piece."""
+    a, b = ends
+    slope = series.chebder(coefficients)
+    found = []
+    for s in _polished(lambda s: float(tests(s)[k]), a, b, real_zeros(coefficients)):
+        rising = float(series.chebval((2.0 * s - a - b) / (b - a), slope)) * _direction(chart, s)
+        found.append(_identify(damper, chart, s, k, rising))
+    return found
+
+
+def _direction(chart: _Chart, s: float) -> float:
+    """Sign of d omega / d s."""
+    width = (chart.high - chart.low) / 1e6
+    return 1.0 if chart.omega(s + width) > chart.omega(s - width) else -1.0
+
+
+def _identify(
+    damper: ImpactDamper, chart: _Chart, s: float, k: int, slope: float
+) -> Bifurcation | None:
+    """A zero of test function k as a bifurcation; None for a pair nu, 1/nu off the circle."""
+    omega = chart.omega(s)
+    orbits = symmetric_orbits(replace(damper, omega=omega))
+    values = [_nearest(orbit, k) for orbit in orbits]
+    sizes = [size for size, _, _ in values]
+    orbit = orbits[int(np.argmin(sizes))]
+    _, nu, rest = values[int(np.argmin(sizes))]
+    if abs(abs(nu) - 1.0) > UNIT:
+        return None
+    weight = orbit.impact_speed ** (1 if k == 0 else 3) * rest
+    inward = slope * weight > 0.0  # the factor 1 - |nu|^2, or 1 + nu, grows
+    crossing = "enters" if inward else "leaves"
+    return Bifurcation("BP" if k == 0 else "NS", omega, orbit.sign, nu, crossing, orbit)
+
+
+def _nearest(orbit: SymmetricOrbit, k: int) -> tuple[float, complex, float]:
+    """(how far from critical, the critical nu, product of the other factors of test function k)."""
+    nus = orbit.half_multipliers
+    if k == 0:
+        at = int(np.argmin(np.abs(nus + 1.0)))
+        rest = np.prod(np.delete(nus, at) + 1.0)
+        return float(abs(nus[at] + 1.0)), complex(nus[at]), float(rest.real)
+    i, j = np.triu_indices(4, 1)
+    factors = 1.0 - nus[i] * nus[j]
+    least = int(np.argmin(np.abs(factors)))
+    nu = complex(nus[int(i[least])])
+    others = np.prod(np.delete(factors, least))
+    return float(abs(factors[least])), complex(nu.real, abs(nu.imag)), float(others.real)

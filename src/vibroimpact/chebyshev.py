@@ -1,0 +1,79 @@
+"""All real zeros of an analytic function on an interval, by adaptive Chebyshev expansion.
+
+An interval is halved until the expansion on each piece has fallen to rounding; the zeros of a
+piece's polynomial are the eigenvalues of its colleague matrix, so none between two samples is
+lost. References: Boyd, Solving Transcendental Equations (2014), ch. 2-3; Trefethen, Approximation
+Theory and Approximation Practice (2013), ch. 18.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Many = Callable[[float], Floats]  # several functions at once, shape (k,)
+
+POINTS = 33  # samples per piece
+RESOLVED = 1e-10  # a piece is resolved when its last coefficients are below this part of the first
+DEEPEST = 30  # halvings of the interval before it is called unresolved
+EDGE = 1e-6  # zeros this far outside a piece, relative to its length, are kept and polished
+
+
+class UnresolvedError(ArithmeticError):
+    """The function is not analytic enough on this interval; ``args`` holds its ends."""
+
+
+def pieces(f: Many, low: float, high: float) -> Iterator[tuple[float, float, Floats]]:
+    """Resolved pieces (low, high, coefficients of shape (POINTS, k)) from left to right."""
+    stack = [(low, high, 0)]
+    nodes = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
+    vandermonde = chebyshev.chebvander(nodes, POINTS - 1)
+    while stack:
+        a, b, depth = stack.pop()
+        values = np.array([f((a + b) / 2 + (b - a) / 2 * x) for x in nodes])
+        weights = np.full((POINTS, 1), 2.0 / POINTS)
+        weights[0] = 1.0 / POINTS
+        coefficients = weights * (vandermonde.T @ values)
+        scale = np.abs(coefficients).max(axis=0)
+        tail = np.abs(coefficients[-4:]).max(axis=0)
+        if np.all(tail <= RESOLVED * scale):
+            yield a, b, coefficients
+        elif depth == DEEPEST:
+            raise UnresolvedError(a, b)
+        else:
+            middle = (a + b) / 2
+            stack += [(middle, b, depth + 1), (a, middle, depth + 1)]
+
+
+def real_zeros(coefficients: Floats) -> Floats:
+    """Zeros in [-1, 1] (and EDGE beyond) of a Chebyshev series, as they come out of rounding.
+
+    A pair that has left the real line by less than the square root of RESOLVED, which a double
+    zero does, is returned twice, at its real part.
+    """
+    series = np.trim_zeros(np.where(np.abs(coefficients) > 0, coefficients, 0.0), "b")
+    if series.size < 2:
+        return np.empty(0)
+    zeros = chebyshev.chebroots(series)
+    near = (np.abs(zeros.imag) <= RESOLVED**0.5) & (np.abs(zeros.real) <= 1.0 + EDGE)
+    return np.sort(zeros.real[near])
+
+
+def bracketed_zero(f: Callable[[float], float], low: float, high: float) -> float:
+    """The zero of f, continuous with a change of sign, to the last bits (bisection)."""
+    at_low = f(low)
+    while True:
+        middle = low + (high - low) / 2
+        if middle in (low, high):
+            return middle
+        at_middle = f(middle)
+        if at_middle == 0.0:
+            return middle
+        if (at_middle > 0.0) == (at_low > 0.0):
+            low = middle
+        else:
+            high = middle

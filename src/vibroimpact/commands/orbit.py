@@ -1,0 +1,74 @@
+"""vibroimpact orbit: the symmetric orbits of the impact damper and their multipliers."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from vibroimpact import __version__
+from vibroimpact.commands import common
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.files import write
+from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.plotting import plot_multipliers
+
+NAME = "orbit"
+HELP = "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability"
+EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_system(parser)
+    common.add_out(parser)
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Find the orbits, write, and say what they are."""
+    targets = common.targets_of(arguments)
+    damper = common.case_of(arguments).system
+    if not isinstance(damper, ImpactDamper):
+        raise InvalidParameterError("system = [mechanism]: must be an impact damper.")
+    orbits = symmetric_orbits(damper)
+    if not orbits:
+        raise common.Failure(
+            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) fails."
+        )
+    write(
+        targets,
+        data=lambda: _dataset(damper, orbits),
+        picture=lambda: plot_multipliers([o.half_multipliers for o in orbits]),
+    )
+    return "\n".join([str(damper), *map(_described, orbits)]) + common.listed(targets)
+
+
+def _described(orbit: SymmetricOrbit) -> str:
+    sizes = ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
+    return (
+        f"{orbit}\n  moduli of the multipliers of the full map: {sizes}\n"
+        f"  relative error of the determinant identity: {orbit.determinant_error:.1e}"
+    )
+
+
+def _dataset(damper: ImpactDamper, orbits: Sequence[SymmetricOrbit]) -> xr.Dataset:
+    nu = np.array([o.half_multipliers for o in orbits])
+    several, place = ("orbit", "multiplier"), ("orbit", "coordinate")
+    return xr.Dataset(
+        {
+            "stable": ("orbit", [int(o.stable) for o in orbits]),
+            "admissible": ("orbit", [int(o.admissible) for o in orbits]),
+            "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in orbits]),
+            "position": (place, [o.state.position for o in orbits]),
+            "velocity": (place, [o.state.velocity for o in orbits]),
+            "phase": ("orbit", [o.state.phase for o in orbits]),
+            "half_multiplier_real": (several, nu.real),
+            "half_multiplier_imaginary": (several, nu.imag),
+            "determinant_error": ("orbit", [o.determinant_error for o in orbits]),
+        },
+        coords={"sign": ("orbit", [o.sign for o in orbits])},
+        attrs={"system": repr(damper), "version": __version__},
+    )

@@ -1,0 +1,53 @@
+"""vibroimpact simulate: every impact of a motion."""
+
+from __future__ import annotations
+
+import argparse
+
+from matplotlib.axes import Axes
+
+from vibroimpact.commands import common
+from vibroimpact.files import write
+from vibroimpact.plotting import plot_history
+from vibroimpact.simulate import Run, RunEnd, mechanism_of, simulate
+
+NAME = "simulate"
+HELP = "simulate a motion and record every impact"
+EXAMPLE = (
+    "  vibroimpact simulate impact-damper/A --omega 1.0 --perturb 1e-3 --impacts 4000 "
+    "--out run.nc --out history.svg"
+)
+LENGTH = ("impacts", "t_max")
+PERIODS = 6  # forcing periods in the picture if no window is given
+TURN = 2.0 * 3.141592653589793
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_system(parser)
+    common.add_start(parser)
+    common.add_arguments_of(parser, simulate, LENGTH)
+    parser.add_argument(
+        "--window", type=float, nargs=2, metavar=("T0", "T1"),
+        help=f"time shown in the picture (default: the last {PERIODS} forcing periods)",
+    )  # fmt: skip
+    common.add_out(parser)
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Simulate, write, and say what happened."""
+    targets = common.targets_of(arguments)
+    case = common.case_of(arguments)
+    state = common.start_of(arguments, case)
+    motion = simulate(case.system, state, **common.given(arguments, LENGTH))
+    if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
+        raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.")
+    write(targets, data=motion.to_dataset, picture=lambda: _picture(motion, arguments.window))
+    return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{common.listed(targets)}"
+
+
+def _picture(motion: Run, window: list[float] | None) -> Axes:
+    if window:
+        return plot_history(motion, *window)
+    omega, end = mechanism_of(motion.system).omega, float(motion.time[-1])
+    return plot_history(motion, max(0.0, end - PERIODS * TURN / omega) if omega else 0.0)

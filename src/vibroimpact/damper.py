@@ -1,0 +1,198 @@
+"""The impact damper: a free mass in a slot of a vibrating main mass.
+
+    x1'' + 2 zeta omega_n x1' + omega_n^2 x1 = force sin(omega t)      (3) of the paper
+    mass_ratio x2'' = 0  while  |x2 - x1| < half_clearance             (4)
+
+Stop A is x2 - x1 = +half_clearance (the paper's section), stop B is x2 - x1 = -half_clearance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import (
+    Contact,
+    Harmonic,
+    Mechanism,
+    fraction,
+    nonnegative,
+    positive,
+)
+from vibroimpact.state import State
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Physical units of the nondimensional system: multiply by these to get back.
+
+    Parameters
+    ----------
+    time
+        Seconds per unit of t.
+    length
+        Metres per unit of x.
+    """
+
+    time: float = 1.0
+    length: float = 1.0
+
+    @property
+    def velocity(self) -> float:
+        """Metres per second per unit of velocity."""
+        return self.length / self.time
+
+    @property
+    def frequency(self) -> float:
+        """Radians per second per unit of angular frequency."""
+        return 1.0 / self.time
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImpactDamper:
+    """Two-degree-of-freedom impact damper, nondimensional.
+
+    Parameters
+    ----------
+    mass_ratio
+        mu = M2 / M1 > 0.
+    omega_n
+        Natural frequency of the main mass, >= 0 (0: no spring).
+    zeta
+        Damping ratio of the main mass, >= 0; above 1 it is overdamped.
+    restitution
+        Coefficient of restitution R in [0, 1].
+    half_clearance
+        delta > 0, half the play of the free mass.
+    omega
+        Forcing frequency > 0.
+    force
+        Force amplitude, > 0; only ``half_clearance / force`` matters.
+    scales
+        Units, if the damper was made by :meth:`from_physical`.
+
+    Raises
+    ------
+    InvalidParameterError
+        A value outside its range; the message names value, range and remedy.
+
+    Notes
+    -----
+    Exact scaling: (omega_n, omega, half_clearance, t) -> (s omega_n, s omega,
+    half_clearance / s^2, t / s) maps motions to motions, x -> x / s^2 (theory.md, "Model").
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> round(damper.period, 6)
+    5.235988
+    """
+
+    mass_ratio: float
+    omega_n: float
+    zeta: float
+    restitution: float
+    half_clearance: float
+    omega: float
+    force: float = 1.0
+    scales: Scales = field(default=Scales(), compare=False)
+
+    def __post_init__(self) -> None:
+        checks = {
+            "mass_ratio": positive("mass_ratio", self.mass_ratio, "It is M2 / M1."),
+            "omega_n": nonnegative("omega_n", self.omega_n),
+            "zeta": nonnegative("zeta", self.zeta),
+            "restitution": fraction("restitution", self.restitution),
+            "half_clearance": positive(
+                "half_clearance", self.half_clearance, "Without play there is no impact."
+            ),
+            "omega": positive("omega", self.omega, "The force must be periodic."),
+            "force": positive("force", self.force),
+        }
+        for name, value in checks.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_physical(
+        cls,
+        *,
+        M1: float,
+        M2: float,
+        K: float,
+        C: float,
+        F0: float,
+        Omega: float,
+        D: float,
+        restitution: float,
+    ) -> ImpactDamper:
+        """Scale a damper given in SI units; :attr:`scales` leads back.
+
+        Parameters
+        ----------
+        M1, M2
+            Main and free mass [kg], > 0.
+        K, C
+            Stiffness [N/m], > 0, and damping [N s/m], >= 0, of the main mass.
+        F0, Omega
+            Force amplitude [N], > 0, and angular frequency [rad/s], > 0.
+        D
+            Whole play of the free mass [m], > 0.
+        restitution
+            Coefficient of restitution in [0, 1].
+
+        Notes
+        -----
+        t = T sqrt(K / M1), x = K X / F0: then omega_n = 1, zeta = C / (2 sqrt(K M1)),
+        delta = K D / (2 F0).
+        """
+        given = {"M1": M1, "M2": M2, "K": K, "F0": F0, "Omega": Omega, "D": D}
+        m1, m2, k, f0, big_omega, d = (positive(name, x) for name, x in given.items())
+        c = nonnegative("C", C)
+        rate = (k / m1) ** 0.5
+        return cls(
+            mass_ratio=m2 / m1,
+            omega_n=1.0,
+            zeta=c / (2.0 * (k * m1) ** 0.5),
+            restitution=restitution,
+            half_clearance=k * d / (2.0 * f0),
+            omega=big_omega / rate,
+            scales=Scales(time=1.0 / rate, length=f0 / k),
+        )
+
+    @property
+    def period(self) -> float:
+        """Forcing period 2 pi / omega."""
+        return 2.0 * 3.141592653589793 / self.omega
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The damper as masses, springs and a two-sided contact."""
+        w, mu = self.omega_n, self.mass_ratio
+        return Mechanism(
+            mass=[[1.0, 0.0], [0.0, mu]],
+            damping=[[2.0 * self.zeta * w, 0.0], [0.0, 0.0]],
+            stiffness=[[w * w, 0.0], [0.0, 0.0]],
+            forces=(Harmonic(self.omega, (self.force, 0.0)),),
+            contacts=(
+                Contact((-1.0, 1.0), -self.half_clearance, self.half_clearance, self.restitution),
+            ),
+        )
+
+    def on_stop(self, stop: str, *, x1: float, v1: float, v2: float, phase: float) -> State:
+        """A state in which the free mass stands on stop "A" or "B".
+
+        Parameters
+        ----------
+        stop
+            "A" (x2 = x1 + half_clearance) or "B" (x2 = x1 - half_clearance).
+        x1, v1, v2
+            Place and velocity of the main mass, velocity of the free mass.
+        phase
+            Phase theta of the force F sin(theta) at this instant, radians.
+        """
+        if stop not in ("A", "B"):
+            raise InvalidParameterError(f'stop = {stop!r}: must be "A" or "B".')
+        side = 1.0 if stop == "A" else -1.0
+        return State((x1, x1 + side * self.half_clearance), (v1, v2), phase)

@@ -1,0 +1,229 @@
+"""Compile a mechanism to the hybrid system that the kernel runs: modes, guards, jumps.
+
+Where every closed set of contacts leaves a classically damped system, each mode is written in
+vibration modes (kernel flow ``modal``), otherwise in physical coordinates (flow ``dense``).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from vibroimpact import _kernel, linear
+from vibroimpact.coordinates import (
+    Closed,
+    ModeCoordinates,
+    Reduced,
+    dense,
+    diagonal,
+    force_rows,
+    guard_row,
+    limit_of,
+    modal,
+    reduce,
+    vibration_modes,
+)
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.linear import Matrix, Vector, dot, product, transpose
+from vibroimpact.mechanism import Mechanism
+
+STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
+
+
+def code_of(closed: Closed) -> int:
+    """Number of a closed set, as the kernel counts it: digits 1 (upper), 2 (lower) in base 3."""
+    return sum((1 if side > 0 else 2) * 3**contact for contact, side in closed)
+
+
+def closed_from_code(code: int, contacts: int) -> Closed:
+    """Inverse of :func:`code_of`."""
+    digits = [(i, code // 3**i % 3) for i in range(contacts)]
+    return tuple((i, 1 if digit == 1 else -1) for i, digit in digits if digit)
+
+
+class Compiled:
+    """A mechanism compiled for the kernel. Modes of closed sets are added when first wanted."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        n, lines = mechanism.degrees, len(mechanism.forces)
+        self.size = 2 * (n + lines)
+        self._shapes: dict[Closed, tuple[Reduced, Matrix | None] | None] = {}
+        self._closed = self._closed_sets() if len(mechanism.contacts) <= 2 else []
+        self.dense = not self._is_modal()
+        rates = [self._rate(), *(force.omega for force in mechanism.forces)]
+        self.rate = max(rates) or self._drift_rate()
+        self.step = _short(STEP_ANGLE / self.rate)
+        omegas = [force.omega for force in mechanism.forces]
+        self.kappas = [1.0] * lines if self.dense else omegas
+        self.free = self._coordinates(())
+        self.kernel = _kernel.System(
+            dense=self.dense,
+            dimension=self.size,
+            degrees=n,
+            omegas=omegas,
+            kappas=self.kappas,
+            step=self.step,
+            laws=self._laws(),
+        )
+        self.add_mode(())
+        for closed in self._closed:
+            self.add_mode(closed)
+
+    def add_mode(self, closed: Closed) -> None:
+        """Compile the mode of a closed set and hand it to the kernel."""
+        c = self._coordinates(closed)
+        forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
+        held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
+        sides = dict(closed)
+        guards = []
+        for i, contact in enumerate(self.mechanism.contacts):
+            if i in held:
+                row, gain, limits = held[i][:-1], held[i][-1], (0.0, math.inf)
+            else:
+                row, gain = guard_row(c, contact)
+                limits = (contact.lower, contact.upper)
+            guards.append((row, gain, *limits, sides.get(i, 0)))
+        self.kernel.add_mode(
+            code=code_of(closed),
+            flow=c.flow,
+            guards=guards,
+            to_x=np.array(c.to_x),
+            to_v=np.array(c.to_v),
+            offset=c.offset,
+            from_x=np.array(c.from_x),
+            from_v=np.array(c.from_v),
+            particular=np.array(c.particular).reshape(self.size, -1),
+        )
+
+    def add_code(self, code: int) -> None:
+        """Compile the mode that the kernel asked for."""
+        self.add_mode(closed_from_code(code, len(self.mechanism.contacts)))
+
+    def _shape(self, closed: Closed) -> tuple[Reduced, Matrix | None] | None:
+        """Reduced system and vibration modes of a closed set, computed once."""
+        if closed not in self._shapes:
+            reduced = reduce(self.mechanism, closed)
+            self._shapes[closed] = (reduced, vibration_modes(reduced)) if reduced else None
+        return self._shapes[closed]
+
+    def _closed_sets(self) -> list[Closed]:
+        """Every set of contacts that can be closed together."""
+        sides = [
+            [None, *(s for s in (1, -1) if math.isfinite(limit_of(c, s)))]
+            for c in self.mechanism.contacts
+        ]
+        sets = [
+            tuple((i, s) for i, s in enumerate(choice) if s is not None)
+            for choice in itertools.product(*sides)
+        ]
+        return [s for s in sets if s and self._shape(s) is not None]
+
+    def _squares(self, closed: Closed) -> tuple[Vector, Vector] | None:
+        """Squared frequencies and damping rates of a closed set, if it is classically damped."""
+        reduced, phi = self._shape(closed) or (None, None)
+        if reduced is None or phi is None:
+            return None
+        return (
+            (diagonal(phi, reduced.stiffness), diagonal(phi, reduced.damping)) if phi else ([], [])
+        )
+
+    def _is_modal(self) -> bool:
+        """Classical damping in every mode, no negative stiffness or damping."""
+        m = self.mechanism
+        if len(m.contacts) > 2 and linear.largest(m.damping) > 0.0:
+            return False  # closed sets are not all built: only C = 0 is surely classical
+        squares = [self._squares(closed) for closed in ((), *self._closed)]
+        return all(s is not None and min([*s[0], *s[1]], default=0.0) >= 0.0 for s in squares)
+
+    def _rate(self) -> float:
+        """An upper estimate of the fastest rate of the mechanical part."""
+        m = self.mechanism
+        if self.dense:
+            stiff, damp = (
+                linear.row_sum_norm(linear.solve_definite(m.mass, a))
+                for a in (m.stiffness, m.damping)
+            )
+            self.scale = max(math.sqrt(stiff), damp, *(f.omega for f in m.forces), 2.0**-500)
+            return 2.0 * self.scale
+        squares = [self._squares(closed) or ([], []) for closed in ((), *self._closed)]
+        return max(
+            [math.sqrt(x) for k, _ in squares for x in k] + [x for _, c in squares for x in c]
+        )
+
+    def _drift_rate(self) -> float:
+        """Time scale where nothing oscillates or decays: falling through the smallest length."""
+        m = self.mechanism
+        fall = linear.solve_definite(m.mass, [[f] for f in m.constant_force])
+        rates = []
+        for contact in m.contacts:
+            pull = abs(dot(contact.row, [a for (a,) in fall]))
+            lengths = (abs(contact.lower), abs(contact.upper), contact.upper - contact.lower)
+            length = min((x for x in lengths if x and math.isfinite(x)), default=1.0)
+            rates.append(math.sqrt(pull / length))
+        return max(rates) or 1.0
+
+    def _coordinates(self, closed: Closed) -> ModeCoordinates:
+        shape = self._shape(closed)
+        if shape is None:
+            raise InvalidParameterError(
+                f"contacts {closed}: closed together they hold the same coordinate twice, so the "
+                "contact forces are not determined. Remove one of them."
+            )
+        reduced, phi = shape
+        if self.dense or phi is None:
+            return dense(self.mechanism, reduced, self.size, self.scale)
+        return modal(self.mechanism, reduced, phi, self.size)
+
+    def _laws(self) -> list[tuple[Vector, Vector, float, float]]:
+        """Impulse in free coordinates, mobilities and restitutions of every contact."""
+        m = self.mechanism
+        rows = [list(contact.row) for contact in m.contacts]
+        lift = linear.solve_definite(m.mass, transpose(rows))
+        mobility = product(rows, lift)
+        impulses = transpose(product(self.free.from_v, lift))
+        return [
+            (impulses[i], mobility[i], *contact.restitutions)
+            for i, contact in enumerate(m.contacts)
+        ]
+
+
+def _short(x: float) -> float:
+    """X rounded down to 20 significant bits, so that multiples of it are exact."""
+    mantissa, exponent = math.frexp(x)
+    return math.ldexp(math.floor(mantissa * 2**20) / 2**20, exponent)
+
+
+def _key(m: Mechanism) -> tuple[object, ...]:
+    def flat(a: Matrix) -> tuple[float, ...]:
+        return tuple(x for row in a for x in row)
+
+    return (
+        flat(m.mass), flat(m.damping), flat(m.stiffness), m.contacts, m.forces, m.constant_force,
+    )  # fmt: skip
+
+
+class _Keyed:
+    """A mechanism as a dictionary key."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.key = mechanism, _key(mechanism)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Keyed) and self.key == other.key
+
+
+@lru_cache(maxsize=64)
+def _compiled(keyed: _Keyed) -> Compiled:
+    return Compiled(keyed.mechanism)
+
+
+def compile_mechanism(mechanism: Mechanism) -> Compiled:
+    """Compile, or return what was compiled before for equal parameters."""
+    return _compiled(_Keyed(mechanism))

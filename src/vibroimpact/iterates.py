@@ -1,0 +1,218 @@
+"""What the iterates of a map lie on: a periodic orbit, closed curves, or a chaotic set.
+
+Method      period p        the smallest p with  max |x_n - x_m| <= 1e-9  over the last third of
+                            the record, m in the last p iterates, m = n (mod p)             (1)
+            pieces k        the largest k that divides the time lags between near neighbours  (2)
+            chaos           exponent above three errors, and more e-folds of stretching than any
+                            smooth curve can hold                                           (3)
+            closed curves   every iterate, or else every k-th, in the order of its phases runs along
+                            a smooth closed curve (rotation.py), without gaps and of a size that
+                            does not change                                                  (4)
+Assumes     iterates of one map, scaled so that 1 is the size of the whole motion
+Fails       undecided, with the reason; ``settled`` says whether more settling may help
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from vibroimpact.lyapunov import LyapunovEstimate
+from vibroimpact.rotation import ClosedCurve, closed_curve, weights
+
+Floats = NDArray[np.float64]
+
+FEWEST_POINTS = 64  # fewer are not looked at
+LONGEST_PERIOD = 256  # iterates; longer orbits are undecided, and contracting
+# (1): rounding of 1e-16 per iterate, amplified by 1 / (1 - |multiplier|), stays below for every
+# orbit that contracts by more than 1e-6 per period; a torus of this size is not told from a point.
+RETURN_TOLERANCE = 1e-9
+# (2): six neighbours reach both ways along a curve, so that their lags are not all alike; one in a
+# thousand may be wrong, at the ends of a chaotic band.
+NEIGHBOURS, STRAY = 6, 1e-3
+MOST_PIECES, FEWEST_PER_PIECE = 64, 64
+# (3): a smooth curve of N points stretches its tangents by less than N, some 8 e-folds, for ever.
+LEAST_GROWTH = 10.0
+# (4): the weighted spread of a quasiperiodic motion changes between thirds by far less; of a spiral
+# by more, unless it contracts by less than this per record.
+DRIFT_TOLERANCE = 1e-3
+# (4): a longer gap than one part in twenty of the curve and nobody sees that it closes.
+WIDEST_GAP = 0.05
+
+
+class Kind(StrEnum):
+    """What an attractor is."""
+
+    PERIODIC = "periodic"
+    QUASIPERIODIC = "quasiperiodic"
+    CHAOTIC = "chaotic"
+    SILENT = "without impacts"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """What a record of iterates lies on.
+
+    Attributes
+    ----------
+    kind
+        :class:`Kind`.
+    period
+        Iterates until a periodic orbit closes, else 0.
+    pieces
+        Closed curves of quasiperiodic motion, bands of chaos; 1 otherwise.
+    curve
+        One of the closed curves, of every ``pieces``-th iterate.
+    return_distance
+        Of (1), for the period, or the smallest of any p up to 256.
+    drift
+        Relative change of the spread over the record, by thirds.
+    settled
+        False where the record still changes: iterate longer.
+    reason
+        Why it is undecided; else empty.
+    """
+
+    kind: Kind
+    period: int = 0
+    pieces: int = 1
+    curve: ClosedCurve | None = None
+    return_distance: float = np.inf
+    drift: float = 0.0
+    settled: bool = True
+    reason: str = ""
+
+
+def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) -> Shape:
+    """Say what the iterates of a map lie on.
+
+    Parameters
+    ----------
+    points
+        Consecutive iterates, shape (n_point, dimension), nondimensional: tolerances refer to 1.
+    exponent
+        Largest Lyapunov exponent of the map. Without it nothing is called chaotic, and an orbit
+        that is about to leave an unstable periodic one is called periodic.
+
+    Returns
+    -------
+    Shape
+        ``Kind.UNDECIDED`` with the reason where no test decides.
+
+    Notes
+    -----
+    O(256 N + N log N) for N points; 4000 take some 30 ms. Needs some 64 points per piece. Close to
+    a bifurcation a motion settles slowly: ``settled`` is then False.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = 2.0 * np.pi * np.sqrt(2.0) * np.arange(1000)
+    >>> shape = classify_points(np.column_stack([np.cos(angle), 0.5 * np.sin(angle)]))
+    >>> str(shape.kind), shape.pieces
+    ('quasiperiodic', 1)
+    """
+    n = len(points)
+    if n < FEWEST_POINTS:
+        return Shape(Kind.UNDECIDED, reason=f"{n} points are too few: at least {FEWEST_POINTS}.")
+    period, distance = find_period(points)
+    if period:
+        return _periodic(period, distance, exponent)
+    if exponent and exponent.is_positive and exponent.growth.sum() > LEAST_GROWTH:
+        pieces, drift = count_pieces(points), spread_drift(points)
+        return Shape(Kind.CHAOTIC, pieces=pieces, return_distance=distance, drift=drift)
+    one = _curves(points, 1, distance, exponent)
+    if one.kind is Kind.QUASIPERIODIC:
+        return one
+    pieces = count_pieces(points)
+    return _curves(points, pieces, distance, exponent) if pieces > 1 else one
+
+
+def _periodic(period: int, distance: float, exponent: LyapunovEstimate | None) -> Shape:
+    if exponent is None or not exponent.is_positive:
+        return Shape(Kind.PERIODIC, period=period, return_distance=distance)
+    reason = (
+        f"The motion repeats after {period} iterates, but the orbit is unstable "
+        f"(exponent {exponent.value:.3g}) and the motion will leave it."
+    )
+    return Shape(Kind.UNDECIDED, return_distance=distance, settled=False, reason=reason)
+
+
+def _curves(
+    points: Floats, pieces: int, distance: float, exponent: LyapunovEstimate | None
+) -> Shape:
+    """Look for closed curves (4), so many, and say why not."""
+    curve = closed_curve(points[::pieces])
+    drift = spread_drift(points[::pieces])
+    doubts = [] if curve else [f"{pieces} set(s) of points on no smooth closed curve"]
+    if curve and curve.widest_gap > WIDEST_GAP * curve.length:
+        gap = curve.widest_gap / curve.length
+        doubts += [f"a gap in the closed curve, {gap:.2g} of its length: more points are needed"]
+    if drift > DRIFT_TOLERANCE:
+        doubts += [f"the spread changes by {drift:.2g} over the record"]
+    contracting = exponent is not None and exponent.is_negative
+    if exponent and contracting:
+        doubts += [
+            f"contracting (exponent {exponent.value:.3g}): still settling, or periodic beyond "
+            f"{LONGEST_PERIOD} iterates"
+        ]
+    return Shape(
+        Kind.UNDECIDED if doubts else Kind.QUASIPERIODIC,
+        pieces=pieces,
+        curve=curve,
+        return_distance=distance,
+        drift=drift,
+        settled=drift <= DRIFT_TOLERANCE and not contracting,
+        reason="; ".join(doubts),
+    )
+
+
+def find_period(points: Floats) -> tuple[int, float]:
+    """Return the period (1) and its return distance, or 0 and the smallest distance."""
+    tail = points[-max(len(points) // 3, FEWEST_POINTS // 2) :]
+    smallest = np.inf
+    for period in range(1, min(LONGEST_PERIOD, len(tail) // 2) + 1):
+        distance = _return_distance(tail, period)
+        if distance <= RETURN_TOLERANCE:
+            return period, distance
+        smallest = min(smallest, distance)
+    return 0, smallest
+
+
+def _return_distance(tail: Floats, period: int) -> float:
+    """Largest distance of a point from the one of the last period that it should repeat."""
+    # The nearest return is enough to reject, and cheap.
+    last = float(np.linalg.norm(tail[-1] - tail[-1 - period]))
+    if last > RETURN_TOLERANCE:
+        return last
+    cycles = len(tail) // period
+    folded = tail[len(tail) - cycles * period :].reshape(cycles, period, -1)
+    return float(np.linalg.norm(folded - folded[-1], axis=2).max())
+
+
+def count_pieces(points: Floats) -> int:
+    """Count the separate sets (2) that the map visits in turn."""
+    n = len(points)
+    _, index = cKDTree(points).query(points, k=NEIGHBOURS + 1)
+    lags = np.abs(index - np.arange(n)[:, None]).ravel()
+    lags = lags[lags > 0]
+    for pieces in range(min(MOST_PIECES, n // FEWEST_PER_PIECE), 1, -1):
+        if np.count_nonzero(lags % pieces) <= STRAY * lags.size:
+            return pieces
+    return 1
+
+
+def spread_drift(points: Floats) -> float:
+    """Largest relative change of the weighted spread between the thirds of a record."""
+    spreads = [_spread(part) for part in np.array_split(points, 3)]
+    return max(abs(s / spreads[-1] - 1.0) for s in spreads) if spreads[-1] > 0.0 else np.inf
+
+
+def _spread(points: Floats) -> float:
+    w = weights(len(points))
+    return float(np.sqrt(w @ ((points - w @ points) ** 2).sum(axis=1)))

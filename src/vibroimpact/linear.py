@@ -1,0 +1,182 @@
+"""Small dense linear algebra in a fixed order of operations.
+
+Systems are compiled with these few routines instead of a BLAS, whose sums are ordered differently
+on different processors: the same mechanism gives the same bits everywhere. Matrices are lists of
+rows of floats; sizes are those of mechanisms, up to a few tens.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+Vector = list[float]
+Matrix = list[list[float]]
+
+
+def matrix_of(rows: Sequence[Sequence[float]]) -> Matrix:
+    """Copy rows as plain floats."""
+    return [[float(x) for x in row] for row in rows]
+
+
+def zeros(rows: int, columns: int) -> Matrix:
+    """A matrix of zeros."""
+    return [[0.0] * columns for _ in range(rows)]
+
+
+def identity(n: int) -> Matrix:
+    """The unit matrix."""
+    return [[1.0 if i == j else 0.0 for j in range(n)] for i in range(n)]
+
+
+def transpose(a: Matrix) -> Matrix:
+    """Rows become columns."""
+    return [list(column) for column in zip(*a, strict=True)]
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    """A B, sums in index order."""
+    columns = transpose(b) if b and b[0] else [[] for _ in range(0)]
+    return [[dot(row, column) for column in columns] for row in a]
+
+
+def apply(a: Matrix, x: Vector) -> Vector:
+    """A x."""
+    return [dot(row, x) for row in a]
+
+
+def dot(x: Sequence[float], y: Sequence[float]) -> float:
+    """Sum of products in index order."""
+    total = 0.0
+    for xi, yi in zip(x, y, strict=True):
+        total += xi * yi
+    return total
+
+
+def plus(a: Matrix, b: Matrix, factor: float = 1.0) -> Matrix:
+    """A + factor B."""
+    return [
+        [x + factor * y for x, y in zip(ra, rb, strict=True)] for ra, rb in zip(a, b, strict=True)
+    ]
+
+
+def largest(a: Matrix) -> float:
+    """The largest absolute entry."""
+    return max((abs(x) for row in a for x in row), default=0.0)
+
+
+def row_sum_norm(a: Matrix) -> float:
+    """The largest sum of absolute values in a row."""
+    return max((sum(abs(x) for x in row) for row in a), default=0.0)
+
+
+def cholesky(a: Matrix) -> Matrix | None:
+    """Lower triangle L with A = L L^T, or None where A is not positive definite."""
+    n = len(a)
+    low = zeros(n, n)
+    for i in range(n):
+        for j in range(i + 1):
+            rest = a[i][j] - dot(low[i][:j], low[j][:j])
+            if i != j:
+                low[i][j] = rest / low[j][j]
+            elif rest > 0.0:
+                low[i][i] = math.sqrt(rest)
+            else:
+                return None
+    return low
+
+
+def solve_lower(low: Matrix, b: Matrix) -> Matrix:
+    """L^-1 B by forward substitution."""
+    out: Matrix = []
+    for i, row in enumerate(low):
+        rest = list(b[i])
+        for j in range(i):
+            rest = [r - row[j] * x for r, x in zip(rest, out[j], strict=True)]
+        out.append([r / row[i] for r in rest])
+    return out
+
+
+def solve_upper(low: Matrix, b: Matrix) -> Matrix:
+    """L^-T B by back substitution."""
+    n = len(low)
+    out: Matrix = [[] for _ in range(n)]
+    for i in reversed(range(n)):
+        rest = list(b[i])
+        for j in range(i + 1, n):
+            rest = [r - low[j][i] * x for r, x in zip(rest, out[j], strict=True)]
+        out[i] = [r / low[i][i] for r in rest]
+    return out
+
+
+def solve_definite(a: Matrix, b: Matrix) -> Matrix:
+    """A^-1 B for positive definite A."""
+    low = cholesky(a)
+    if low is None:
+        raise ArithmeticError("matrix is not positive definite")
+    return solve_upper(low, solve_lower(low, b))
+
+
+def symmetric_eigenvectors(a: Matrix, sweeps: int = 60) -> Matrix:
+    """Orthogonal V with V^T A V diagonal, by cyclic Jacobi rotations in fixed order.
+
+    A diagonal matrix gives exactly the unit matrix. References: Golub and Van Loan, Matrix
+    Computations (2013), section 8.5.
+    """
+    n = len(a)
+    work, vectors = [list(row) for row in a], identity(n)
+    for _ in range(sweeps):
+        rotated = False
+        for p in range(n - 1):
+            for q in range(p + 1, n):
+                rotated |= _rotate(work, vectors, p, q)
+        if not rotated:
+            break
+    return vectors
+
+
+def _rotate(a: Matrix, v: Matrix, p: int, q: int) -> bool:
+    """Annihilate a[p][q] unless it is already below rounding of the diagonal."""
+    off = a[p][q]
+    if off == 0.0 or abs(off) <= 2.0**-60 * math.sqrt(abs(a[p][p] * a[q][q])):
+        return False
+    ratio = (a[q][q] - a[p][p]) / (2.0 * off)
+    t = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(1.0 + ratio * ratio))
+    c = 1.0 / math.sqrt(1.0 + t * t)
+    s = t * c
+    for row in a:
+        row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
+    a[p], a[q] = (
+        [c * x - s * y for x, y in zip(a[p], a[q], strict=True)],
+        [s * x + c * y for x, y in zip(a[p], a[q], strict=True)],
+    )
+    a[p][q] = a[q][p] = 0.0
+    for row in v:
+        row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
+    return True
+
+
+def null_space(rows: Matrix) -> Matrix | None:
+    """Columns spanning {x: rows x = 0}, by Gauss-Jordan elimination with pivoting.
+
+    Returns None where the rows are linearly dependent.
+    """
+    work, n = [list(row) for row in rows], len(rows[0])
+    pivots: list[int] = []
+    for i, row in enumerate(work):
+        pivot = max((j for j in range(n) if j not in pivots), key=lambda j: abs(row[j]))
+        if abs(row[pivot]) <= 2.0**-40 * max(map(abs, rows[i])):
+            return None
+        work[i] = [x / row[pivot] for x in row]
+        pivots.append(pivot)
+        for k in range(len(work)):
+            if k != i:
+                factor = work[k][pivot]
+                work[k] = [x - factor * y for x, y in zip(work[k], work[i], strict=True)]
+    free = [j for j in range(n) if j not in pivots]
+    basis = zeros(n, len(free))
+    for column, j in enumerate(free):
+        basis[j][column] = 1.0
+        for i, pivot in enumerate(pivots):
+            basis[pivot][column] = -work[i][j]
+    return basis

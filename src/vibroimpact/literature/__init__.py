@@ -1,0 +1,1 @@
+"""Published cases as checked, runnable entries."""

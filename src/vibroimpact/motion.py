@@ -1,0 +1,118 @@
+"""A motion that goes on: settle, then record impacts, as often as wanted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.hybrid import Compiled, compile_mechanism
+from vibroimpact.simulate import (
+    RunEnd,
+    Status,
+    System,
+    begin,
+    flight_limit_of,
+    mechanism_of,
+)
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+Stop = Literal["A", "B"]
+
+EVENTS_PER_IMPACT = 4  # room for releases and grazes beside the impacts asked for
+COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """Every impact of a stretch of motion, at all stops; arrays with one entry per impact."""
+
+    system: System
+    high: Floats
+    low: Floats
+    phase: Floats
+    position: Floats
+    velocity: Floats
+    status: Integers
+    contact: Integers
+    side: Integers
+    sticks: int
+    last: State
+    end: RunEnd
+
+    @property
+    def time(self) -> Floats:
+        """Time since the start of the motion."""
+        return self.high + self.low
+
+    def at(self, contact: int, stop: Stop) -> NDArray[np.intp]:
+        """Return the indices of the impacts at one stop."""
+        wanted = (self.contact == contact) & (self.side == (1 if stop == "A" else -1))
+        return np.flatnonzero(wanted)
+
+
+class Motion:
+    """A motion that goes on: settle it, then record its impacts, as often as wanted."""
+
+    def __init__(self, system: System, state: State) -> None:
+        self.system, self.last = system, state
+        self.compiled: Compiled = compile_mechanism(mechanism_of(system))
+        self.at: Any = begin(self.compiled, state)
+
+    def _call(self, kernel_call: Any) -> Any:
+        """Repeat a call from the same position until no closed set of contacts is missing."""
+        while True:
+            at = self.at.copy()
+            result = kernel_call(at)
+            why, code = _why(result)
+            if why is not RunEnd.MISSING or code < 0:
+                self.at = at
+                return result
+            self.compiled.add_code(code)
+
+    def settle(self, impacts: int) -> RunEnd:
+        """Run over so many impacts without a record."""
+        if impacts == 0:
+            return RunEnd.IMPACTS
+        limit, events = flight_limit_of(self.compiled), EVENTS_PER_IMPACT * impacts + 64
+        kernel = self.compiled.kernel
+        result = self._call(lambda at: kernel.advance(at, math.inf, limit, events, impacts))
+        return _why(result)[0]
+
+    def record(self, impacts: int) -> Impacts:
+        """Record the next impacts."""
+        limit, events = flight_limit_of(self.compiled), EVENTS_PER_IMPACT * impacts + 64
+        kernel = self.compiled.kernel
+        part = self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
+        n = self.compiled.mechanism.degrees
+        if len(part["status"]):
+            row = part["after"][-1]
+            phase = float(part["phase"][-1, 0]) if part["phase"].shape[1] else 0.0
+            self.last = State(tuple(row[:n]), tuple(row[n:]), phase)
+        keep = np.isin(part["status"], COUNTED)
+        phases = part["phase"][keep]
+        return Impacts(
+            system=self.system,
+            high=part["high"][keep],
+            low=part["low"][keep],
+            phase=phases[:, 0] if phases.shape[1] else np.zeros(len(phases)),
+            position=part["after"][keep, :n],
+            velocity=part["after"][keep, n:],
+            status=part["status"][keep].astype(np.int32),
+            contact=part["contact"][keep].astype(np.int32),
+            side=part["side"][keep].astype(np.int32),
+            sticks=int((part["status"] == Status.STICK).sum()),
+            last=self.last,
+            end=_why(part)[0],
+        )
+
+
+def _why(result: Any) -> tuple[RunEnd, int]:
+    if isinstance(result, dict):
+        return RunEnd(result["why"]), int(result["code"])
+    return RunEnd(result[0]), int(result[1])

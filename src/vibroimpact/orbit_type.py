@@ -1,0 +1,109 @@
+"""The type n-p-q of a periodic motion, its multipliers, and whether an attractor is symmetric.
+
+Method      n = elapsed forcing periods, p and q = impacts at stops A and B while the orbit closes
+            multipliers: eigenvalues of the Jacobian of the closed loop of impacts in the section,
+            from tangents dz along it that keep to the stop, row . dx = 0                    (1)
+            symmetric: the states at stop B, turned by (x, v, theta) -> (-x, -v, theta + pi), are
+            those at stop A                                                                  (2)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+from scipy.spatial import cKDTree
+
+from vibroimpact.iterates import Kind, Shape
+from vibroimpact.motion import EVENTS_PER_IMPACT, Impacts, Motion
+from vibroimpact.sections import Section, coordinates
+from vibroimpact.simulate import RunEnd, Status, flight_limit_of, mechanism_of, phases_of
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+# Elapsed time over forcing periods may miss an integer by the return tolerance and rounding.
+WHOLE_PERIODS = 1e-6
+# Mirror images of a periodic orbit agree to the return tolerance, amplified by the map between.
+MIRROR_TOLERANCE = 1e-6
+# Points of a curve lie up to half the widest gap from those of its mirror image; the other stop
+# stretches the gap by a factor of order 1, here at most 4.
+MIRROR_GAPS = 2.0
+
+
+class OrbitType(NamedTuple):
+    """n-p-q: forcing periods, impacts at stop A, impacts at stop B, until the orbit closes."""
+
+    n_periods: int
+    impacts_a: int
+    impacts_b: int
+
+    def __str__(self) -> str:
+        return f"{self.n_periods or '?'}-{self.impacts_a}-{self.impacts_b}"
+
+
+def loop_of(shape: Shape, part: Impacts, section: Section) -> tuple[int, int]:
+    """First and last index of the impacts of the last closed loop."""
+    here = part.at(section.contact, section.stop)
+    return int(here[-1 - shape.period]), int(here[-1])
+
+
+def orbit_type(shape: Shape, part: Impacts, section: Section) -> OrbitType | None:
+    """n-p-q of a periodic motion, None for others; n = 0 if the time is no whole number."""
+    if shape.kind is not Kind.PERIODIC:
+        return None
+    first, last = loop_of(shape, part, section)
+    elapsed = (part.high[last] - part.high[first]) + (part.low[last] - part.low[first])
+    periods = float(elapsed) * mechanism_of(section.system).omega / (2.0 * np.pi)
+    whole = round(periods) if abs(periods - round(periods)) <= WHOLE_PERIODS * periods else 0
+    same = part.contact[first + 1 : last + 1] == section.contact
+    side = part.side[first + 1 : last + 1]
+    return OrbitType(whole, int((same & (side == 1)).sum()), int((same & (side == -1)).sum()))
+
+
+def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -> Complexes | None:
+    """Floquet multipliers (1) of a periodic motion, largest first.
+
+    None for other kinds, for orbits with chatter or sticking (where the loop does not start from
+    an ordinary impact), and with several forcing lines.
+    """
+    mechanism = motion.compiled.mechanism
+    if shape.kind is not Kind.PERIODIC or part.sticks or len(mechanism.forces) > 1:
+        return None
+    first, last = loop_of(shape, part, section)
+    if np.any(part.status[first : last + 1] != Status.IMPACT):
+        return None
+    row = np.array(mechanism.contacts[section.contact].row)[None, :]
+    n, lines = len(row[0]), len(mechanism.forces)
+    basis = np.zeros((2 * n + lines, 2 * n + lines - 1))
+    basis[:n, : n - 1] = null_space(row)
+    basis[n:, n - 1 :] = np.eye(n + lines)
+    x, v = part.position[first].tolist(), part.velocity[first].tolist()
+    count = last - first
+    result = motion.compiled.kernel.tangents(
+        x, v, phases_of(mechanism, float(part.phase[first])), basis, math.inf,
+        flight_limit_of(motion.compiled), EVENTS_PER_IMPACT * count + 64, count,
+    )  # fmt: skip
+    if RunEnd(result["why"]) is not RunEnd.IMPACTS:
+        return None
+    values: Complexes = np.linalg.eigvals(basis.T @ result["columns"]).astype(complex)
+    return values[np.argsort(-np.abs(values))]
+
+
+def is_symmetric(shape: Shape, part: Impacts, section: Section) -> bool | None:
+    """Whether an attractor is its own mirror image (2); None for chaos and the undecided."""
+    if shape.kind not in (Kind.PERIODIC, Kind.QUASIPERIODIC):
+        return None
+    tail = 2 * shape.period if shape.kind is Kind.PERIODIC else len(part.high)
+    a, b = (part.at(section.contact, stop)[-tail:] for stop in ("A", "B"))
+    if not a.size or not b.size:
+        return False
+    x, v = (np.abs(c).max() or 1.0 for c in (part.position, part.velocity))
+    here = coordinates(part.position[a] / x, part.velocity[a] / v, part.phase[a])
+    there = -coordinates(part.position[b] / x, part.velocity[b] / v, part.phase[b])
+    distance = max(cKDTree(here).query(there)[0].max(), cKDTree(there).query(here)[0].max())
+    allowed = MIRROR_GAPS * shape.curve.widest_gap if shape.curve else MIRROR_TOLERANCE
+    return bool(distance <= allowed)

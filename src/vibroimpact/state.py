@@ -1,0 +1,43 @@
+"""States of a mechanism: positions, velocities, phase."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vibroimpact.mechanism import real, vector
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Where a motion stands at one instant.
+
+    Parameters
+    ----------
+    position, velocity
+        Coordinates and their rates, shape (n,).
+    phase
+        Phase theta of the first forcing line, radians, any finite value; other lines have the
+        phase they reach at the time phase / omega of the first.
+
+    Notes
+    -----
+    A state that lies on a stop within rounding starts on it, exactly; one that lies behind a stop
+    is refused by :func:`vibroimpact.simulate`.
+    """
+
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        position = vector("position", self.position)
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "velocity", vector("velocity", self.velocity, len(position)))
+        object.__setattr__(self, "phase", real("phase", self.phase))
+
+    def perturbed(self, amount: float) -> State:
+        """The state with ``amount`` added to its phase.
+
+        A shift of phase keeps a state on its stop and excites every direction of the section.
+        """
+        return State(self.position, self.velocity, self.phase + amount)
