@@ -48,6 +48,15 @@ numbers flattened(nb::handle rows) {
     return out;
 }
 
+// Ctrl-C, seen while the kernel runs.
+bool interrupted() {
+    const nb::gil_scoped_acquire hold;
+    return PyErr_CheckSignals() != 0;
+}
+void raise_if_interrupted() {
+    if (PyErr_Occurred()) throw nb::python_error();
+}
+
 class kernel_system {
 public:
     kernel_system(bool dense, int dimension, int degrees, numbers omegas, numbers kappas,
@@ -110,8 +119,9 @@ public:
         binding::record r;
         {
             nb::gil_scoped_release release;
-            r = system_->simulate(at, {t_max, flight_limit, events, impacts});
+            r = system_->simulate(at, {t_max, flight_limit, events, impacts, interrupted});
         }
+        raise_if_interrupted();
         const std::size_t n = r.status.size();
         nb::dict out;
         out["why"] = r.why;
@@ -133,8 +143,12 @@ public:
 
     std::tuple<int, int, long> advance(binding::position& at, double t_max, double flight_limit,
                                        long events, long impacts) const {
-        nb::gil_scoped_release release;
-        const auto p = system_->advance(at, {t_max, flight_limit, events, impacts});
+        binding::progress p{};
+        {
+            nb::gil_scoped_release release;
+            p = system_->advance(at, {t_max, flight_limit, events, impacts, interrupted});
+        }
+        raise_if_interrupted();
         return {p.why, p.code, p.events};
     }
 
@@ -163,8 +177,9 @@ public:
         binding::lyapunov_result r;
         {
             nb::gil_scoped_release release;
-            r = system_->lyapunov(at, {t_max, flight_limit, events, impacts}, block);
+            r = system_->lyapunov(at, {t_max, flight_limit, events, impacts, interrupted}, block);
         }
+        raise_if_interrupted();
         const std::size_t n = r.growth.size();
         nb::dict out;
         out["why"] = r.why;

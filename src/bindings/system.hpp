@@ -56,6 +56,7 @@ struct start_result {
 struct limits_data {
     double t_max, flight_limit;
     long events, impacts;
+    bool (*interrupted)() = nullptr; // asked now and then; true ends the run
 };
 
 // One row per event; state rows are y in the mode that follows, x_v rows are physical.

@@ -139,7 +139,7 @@ public:
             at.y[i].d[0] = 1.0 / (i + 2.0); // a generic direction
         vi::clock now{};
         growth_meter<Shape> see{n_, hybrid_.contacts(), block};
-        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        const auto end = watched(at, now, limit, see);
         see.out.why = static_cast<int>(end.why);
         see.out.code = end.code;
         return std::move(see.out);
@@ -193,11 +193,18 @@ private:
         return {l.t_max, l.flight_limit, l.events, l.impacts};
     }
 
+    template <class T, class Observer>
+    vi::run_result watched(trajectory<T>& at, vi::clock& now, const limits_data& limit,
+                           Observer& see) const {
+        interruptible<Observer> observer{see, limit.interrupted};
+        return vi::run(hybrid_, at, now, limits_of(limit), observer);
+    }
+
     template <class Observer>
     vi::run_result go_on(position& from, const limits_data& limit, Observer& see) const {
         auto at = unpacked<double>(from);
         vi::clock now{from.high, from.low};
-        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        const auto end = watched(at, now, limit, see);
         from = packed(at, now);
         return end;
     }
@@ -278,7 +285,7 @@ private:
         auto at = begin<jet>(data, seeds, count, first);
         vi::clock now{};
         duration_sum<jet> see;
-        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        const auto end = watched(at, now, limit, see);
         out.events = see.events;
         out.why = static_cast<int>(end.why);
         out.code = end.code;
