@@ -28,7 +28,7 @@ RECORDS_PER_IMPACT = 4  # room for releases and grazes beside the impacts asked 
 class Status(IntEnum):
     """What an event of a run is."""
 
-    IMPACT = 0
+    IMPACT = 0  #: one contact closed and opened again
     GRAZING = 1  #: a gap touched zero within rounding; no impulse
     CHATTER = 2  #: infinitely many impacts summed; the contact is at rest afterwards
     STICK = 3  #: a contact begins to press
@@ -295,8 +295,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
 
     Notes
     -----
-    Each flight's first contact is proved, not sampled (theory.md, "First contact"). About 0.1
-    microseconds per impact of the damper, 1 to 10 for larger mechanisms.
+    Each flight's first contact is proved, not sampled (theory.md, "First contact"). About one
+    microsecond per impact of the damper, most of it for the record; 2 to 20 for larger mechanisms.
 
     Examples
     --------

@@ -30,5 +30,6 @@ def run(arguments: argparse.Namespace) -> str:
         )
     from vibroimpact.literature.impact_damper.reproduce import reproduce
 
-    reproduce(arguments.out)
-    return f"wrote {arguments.out / 'report.html'}"
+    score = reproduce(arguments.out).score
+    counted = ", ".join(f"{count} {word.value}" for word, count in score.items())
+    return f"verdicts: {counted}\nwrote {arguments.out / 'report.html'}"

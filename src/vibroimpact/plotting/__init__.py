@@ -1,0 +1,28 @@
+"""Figures of results. Every function takes a result, computes nothing, and returns its Axes.
+
+>>> import vibroimpact as vi
+>>> from vibroimpact import plotting
+>>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+...                          half_clearance=5.0, omega=1.2)
+>>> ax = plotting.plot_mechanism(damper)
+"""
+
+from __future__ import annotations
+
+from vibroimpact.plotting.bifurcation_diagram import plot_bifurcation_diagram
+from vibroimpact.plotting.history import plot_history
+from vibroimpact.plotting.mechanism import plot_mechanism
+from vibroimpact.plotting.multipliers import plot_multipliers
+from vibroimpact.plotting.phase_portrait import plot_phase_portrait
+from vibroimpact.plotting.sections import plot_section
+from vibroimpact.plotting.style import save
+
+__all__ = [
+    "plot_bifurcation_diagram",
+    "plot_history",
+    "plot_mechanism",
+    "plot_multipliers",
+    "plot_phase_portrait",
+    "plot_section",
+    "save",
+]

@@ -1,0 +1,105 @@
+"""Time history: what moves where, and when it impacts."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.plotting import style
+from vibroimpact.simulate import Run
+
+POINTS = 4000  # per picture: more than the pixels of a printed column
+STOPS = ((0, "A", style.BLUE, "^"), (1, "B", style.VERMILLION, "v"))
+COLOURS = (style.BLACK, style.ORANGE, style.GREEN, style.PURPLE, style.SKY)
+
+
+def plot_history(
+    run: Run, t0: float = 0.0, t1: float | None = None, *, ax: Axes | None = None
+) -> Axes:
+    """Draw the coordinates over time and mark every impact.
+
+    Parameters
+    ----------
+    run
+        What :func:`vibroimpact.simulate` returned.
+    t0, t1
+        Window of time within the run; to its last event if ``t1`` is not given.
+    ax
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        What was drawn on.
+
+    Notes
+    -----
+    For an :class:`ImpactDamper` both stops are drawn as they move, x1 + delta (A) and x1 - delta
+    (B), and the free mass between them. For other systems the impacts are marked on the
+    coordinates that take part.
+    """
+    t, places = sampled(run, t0, t1)
+    inside = run.impacts & (run.time >= t[0]) & (run.time <= t[-1])
+    with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
+        if isinstance(run.system, ImpactDamper):
+            _damper(ax, run, run.system.half_clearance, t, places, inside)
+        else:
+            _any_system(ax, run, t, places, inside)
+        ax.set(xlabel="time $t$", xlim=(t[0], t[-1]))
+        style.legend_outside(ax, columns=6)
+    return ax
+
+
+def sampled(
+    run: Run, t0: float, t1: float | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times of a window, those of the events included so that corners stay sharp, and places."""
+    end = float(run.time[-1]) if t1 is None and len(run) else t1 or 0.0
+    events = run.time[(run.time > t0) & (run.time < end)]
+    t = np.union1d(np.linspace(t0, end, POINTS), events)
+    return t, run.at(t)[0]
+
+
+def _damper(
+    ax: Axes, run: Run, delta: float, t: NDArray[np.float64], places: NDArray[np.float64],
+    inside: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    x1, x2 = places.T
+    ax.fill_between(t, x1 - delta, x1 + delta, color="#EEF2F6", linewidth=0.0)
+    for shift, (_, name, colour, _) in zip((delta, -delta), STOPS, strict=True):
+        sign = "+" if shift > 0 else "-"
+        ax.plot(t, x1 + shift, color=colour, label=rf"stop {name}: $x_1{sign}\delta$")
+    ax.plot(t, x1, color=style.GREY, linewidth=0.8, label="$x_1$")
+    ax.plot(t, x2, color=style.BLACK, label="$x_2$")
+    for index, _, colour, marker in STOPS:
+        chosen = inside & (run.stop == index)
+        ax.plot(run.time[chosen], run.position[chosen, 1], marker, color=colour, markersize=4.0,
+                zorder=3)  # fmt: skip
+    ax.set_ylabel("$x_1,\\ x_2$")
+
+
+def _any_system(
+    ax: Axes, run: Run, t: NDArray[np.float64], places: NDArray[np.float64],
+    inside: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    for i, place in enumerate(places.T):
+        ax.plot(t, place, color=COLOURS[i % len(COLOURS)], label=f"$x_{{{i + 1}}}$")
+    _fixed_stops(ax, run)
+    for index, _, colour, marker in STOPS:
+        for i in range(run.position.shape[1]):
+            moved = run.velocity_after[:, i] != run.velocity_before[:, i]
+            chosen = inside & (run.stop == index) & moved
+            ax.plot(run.time[chosen], run.position[chosen, i], marker, color=colour,
+                    markersize=4.0, zorder=3)  # fmt: skip
+    ax.set_ylabel("$x_i$" if places.shape[1] > 1 else "$x_1$")
+
+
+def _fixed_stops(ax: Axes, run: Run) -> None:
+    """Stops of contacts that involve one coordinate only stand still: draw them."""
+    for contact in getattr(run.system, "contacts", ()):
+        entries = [r for r in contact.row if r]
+        for stop in (contact.lower, contact.upper):
+            if len(entries) == 1 and np.isfinite(stop):
+                ax.axhline(stop / entries[0], color=style.GREY, linewidth=2.0, zorder=0)

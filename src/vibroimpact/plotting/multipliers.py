@@ -1,0 +1,116 @@
+"""Multipliers in the complex plane, against the unit circle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol, cast
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import style
+
+STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
+COLOURS = "cividis"  # even in lightness for every reader
+
+
+class Orbit(Protocol):
+    """An orbit with its multipliers."""
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """lambda, shape (n_multiplier,)."""
+        ...
+
+    @property
+    def half_multipliers(self) -> NDArray[np.complex128]:
+        """nu, shape (n_multiplier,)."""
+        ...
+
+
+def plot_multipliers(
+    path: Sequence[Orbit] | ArrayLike, *, omega: ArrayLike | None = None, half: bool = True,
+    ax: Axes | None = None,
+) -> Axes:  # fmt: skip
+    """Draw how multipliers move as omega varies, with the unit circle.
+
+    Parameters
+    ----------
+    path
+        Orbits along omega, or their multipliers, complex, shape (n_omega, n_multiplier).
+    omega
+        Colours the points, shape (n_omega,); taken from ``orbit.damper`` if orbits are given.
+    half
+        Draw nu of the half map (True) or lambda = nu^2 of the full map. Names the axes if
+        ``path`` is an array.
+    ax
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        What was drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
+    """
+    values, along = _values(path, omega, half)
+    with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
+        _unit_circle(ax)
+        _points(ax, values, along)
+        symbol = r"\nu" if half else r"\lambda"
+        ax.set(
+            xlabel=rf"$\mathrm{{Re}}\,{symbol}$",
+            ylabel=rf"$\mathrm{{Im}}\,{symbol}$",
+            aspect="equal",
+        )
+    return ax
+
+
+def _values(
+    path: Sequence[Orbit] | ArrayLike, omega: ArrayLike | None, half: bool
+) -> tuple[NDArray[np.complex128], NDArray[np.float64] | None]:
+    items: list[Any] = list(cast(Any, path))
+    if items and hasattr(items[0], "half_multipliers"):
+        values = np.array([o.half_multipliers if half else o.multipliers for o in items])
+        omega = [o.damper.omega for o in items] if omega is None else omega
+    else:
+        values = np.asarray(items, dtype=complex)
+    colours = None if omega is None else np.asarray(omega, dtype=float)
+    if values.ndim != 2 or (colours is not None and colours.shape != values.shape[:1]):
+        raise InvalidParameterError(
+            f"path has shape {values.shape}: must be (n_omega, n_multiplier), omega (n_omega,)."
+        )
+    return values, colours
+
+
+def _unit_circle(ax: Axes) -> None:
+    turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, 361))
+    ax.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=0)
+    ax.axvline(0.0, color=style.GREY, linewidth=0.4, zorder=0)
+    ax.plot(turn.real, turn.imag, color=style.BLACK, linewidth=0.8, zorder=1)
+    strong = np.exp(2j * np.pi * np.array(sorted({p / q for q in STRONG for p in range(q)})))
+    ax.plot(strong.real, strong.imag, "o", markersize=4.0, markerfacecolor="white",
+            markeredgecolor=style.BLACK, markeredgewidth=0.7, zorder=2)  # fmt: skip
+
+
+def _points(ax: Axes, values: NDArray[np.complex128], along: NDArray[np.float64] | None) -> None:
+    each = np.repeat(np.arange(len(values)), values.shape[1])
+    flat = values.ravel()
+    look: dict[str, Any] = {
+        "s": 5.0,
+        "linewidths": 0.0,
+        "zorder": 3,
+        "rasterized": flat.size > style.MANY,
+    }
+    if along is None:
+        ax.scatter(flat.real, flat.imag, color=style.BLUE, **look)
+        return
+    norm = Normalize(float(along.min()), float(along.max()))
+    colours = mpl.colormaps[COLOURS]
+    ax.scatter(flat.real, flat.imag, c=along[each], cmap=colours, norm=norm, **look)
+    figure = cast(Figure, ax.get_figure(root=True))
+    figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=r"$\omega$", shrink=0.9)

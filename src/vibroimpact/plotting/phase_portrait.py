@@ -1,0 +1,91 @@
+"""Phase portrait: velocity over place, with the jumps of impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact.plotting import style
+from vibroimpact.plotting.history import POINTS
+from vibroimpact.simulate import Run
+
+Floats = NDArray[np.float64]
+
+
+def plot_phase_portrait(
+    run: Run, t0: float = 0.0, t1: float | None = None, *,
+    row: Sequence[float] = (1.0,), ax: Axes | None = None,
+) -> Axes:  # fmt: skip
+    """Draw velocity over place of one coordinate, or of a combination of coordinates.
+
+    Parameters
+    ----------
+    run
+        What :func:`vibroimpact.simulate` returned.
+    t0, t1
+        Window of time within the run; to its last event if ``t1`` is not given.
+    row
+        What to draw: u = row . x, missing entries zero. ``(1,)`` is x1, ``(0, 1)`` is x2,
+        ``(-1, 1)`` is x2 - x1, the contact coordinate of the damper.
+    ax
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        What was drawn on.
+    """
+    full = np.zeros(run.position.shape[1])
+    full[: len(row)] = row
+    end = float(run.time[-1]) if t1 is None and len(run) else t1 or 0.0
+    with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
+        ax.plot(*_flights(run, full, t0, end), color=style.BLUE, linewidth=0.8)
+        ax.plot(*_jumps(run, full, t0, end), color=style.VERMILLION, linewidth=0.8,
+                linestyle=(0, (2, 1.5)))  # fmt: skip
+        place, speed = _names(full)
+        ax.set(xlabel=f"${place}$", ylabel=f"${speed}$")
+    return ax
+
+
+def _flights(run: Run, row: Floats, t0: float, t1: float) -> tuple[Floats, Floats]:
+    """The motion; a NaN at each event breaks the line there."""
+    inside = (run.time > t0) & (run.time <= t1)
+    t = np.linspace(t0, t1, POINTS)
+    place, speed = (part @ row for part in run.at(t))
+    at, events = np.searchsorted(t, run.time[inside]), run.position[inside] @ row
+    gap = np.full(events.size, np.nan)
+    before, after = (v[inside] @ row for v in (run.velocity_before, run.velocity_after))
+    where = np.repeat(at, 3)
+    return (
+        np.insert(place, where, np.stack([events, gap, events], axis=1).ravel()),
+        np.insert(speed, where, np.stack([before, gap, after], axis=1).ravel()),
+    )
+
+
+def _jumps(run: Run, row: Floats, t0: float, t1: float) -> tuple[Floats, Floats]:
+    """One vertical stroke per impact, from the velocity before to the one after."""
+    inside = run.impacts & (run.time > t0) & (run.time <= t1)
+    place = run.position[inside] @ row
+    before, after = (v[inside] @ row for v in (run.velocity_before, run.velocity_after))
+    gap = np.full(place.size, np.nan)
+    return (
+        np.stack([place, place, gap], axis=1).ravel(),
+        np.stack([before, after, gap], axis=1).ravel(),
+    )
+
+
+def _names(row: Floats) -> tuple[str, str]:
+    """Labels of u = row . x and its rate, the positive terms first."""
+    terms = sorted((i for i in range(row.size) if row[i]), key=lambda i: row[i] < 0.0)
+
+    def label(symbol: str) -> str:
+        text = ""
+        for i in terms:
+            size = "" if abs(row[i]) == 1.0 else rf"{abs(row[i]):g}\,"
+            text += ("-" if row[i] < 0.0 else "+" if text else "") + f"{size}{symbol}_{{{i + 1}}}"
+        return text
+
+    return label("x"), label(r"\dot x")

@@ -1,0 +1,83 @@
+"""Poincare section: the motion seen at every impact on one stop."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import style
+
+
+class SectionPoints(Protocol):
+    """What is drawn: states just after impacts."""
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Coordinates, shape (n_point, n)."""
+        ...
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Velocities just after the impact, shape (n_point, n)."""
+        ...
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """Phase of the force."""
+        ...
+
+
+def plot_section(
+    section: SectionPoints, *, x: str = "x1", y: str = "v1", ax: Axes | None = None, **looks: Any
+) -> Axes:
+    """Draw a section in the paper's projection, or in another.
+
+    Parameters
+    ----------
+    section
+        What :func:`vibroimpact.impact_section` returned.
+    x, y
+        Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities after impact,
+        "phase" the phase of the force.
+    ax
+        Where to draw; a new figure if not given.
+    **looks
+        Passed to matplotlib's ``plot``: ``color``, ``marker``, ``label`` (which adds a legend).
+
+    Returns
+    -------
+    Axes
+        What was drawn on.
+    """
+    across, up = component(section, x), component(section, y)
+    with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
+        style.points(ax, across, up, **({"color": style.BLUE} | looks))
+        ax.set(xlabel=symbol(x), ylabel=symbol(y))
+        if "label" in looks:
+            style.legend_outside(ax, columns=2)
+    return ax
+
+
+def component(section: SectionPoints, name: str) -> NDArray[np.float64]:
+    """One coordinate of a section by its name."""
+    if name == "phase":
+        return section.phase
+    degrees = section.position.shape[1]
+    names = {f"{kind}{i + 1}": (kind, i) for kind in "xv" for i in range(degrees)}
+    if name not in names:
+        raise InvalidParameterError(
+            f"coordinate = {name!r}: must be one of {', '.join([*names, 'phase'])}."
+        )
+    kind, i = names[name]
+    return (section.position if kind == "x" else section.velocity)[:, i]
+
+
+def symbol(name: str) -> str:
+    """A coordinate's name as a formula: x1, v1 (after the impact), phase."""
+    if name == "phase":
+        return r"$\theta$ [rad]"
+    return f"$x_{{{name[1:]}}}$" if name[0] == "x" else rf"$\dot x_{{{name[1:]}+}}$"

@@ -1,0 +1,103 @@
+"""The common look of all figures: sizes, fonts, colours that colour-blind readers tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from typing import Any, cast
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+# Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#8C8C8C"  # not of the palette: guide lines
+
+WIDTH = 3.4  # inches: one column of a journal
+HEIGHT = 2.5
+MANY = 2000  # points above which a scatter is stored as pixels, not as one path each
+PIXELS_PER_INCH = 300
+LEGEND_MARKER = 4.0  # points
+
+RC: Any = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 10.0,
+    "axes.labelsize": 11.0,
+    "axes.titlesize": 10.0,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-4, 6),
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "legend.fontsize": 9.0,
+    "legend.frameon": False,
+    "legend.handletextpad": 0.4,
+    "lines.linewidth": 1.0,
+    "lines.solid_capstyle": "round",
+    "savefig.dpi": PIXELS_PER_INCH,
+    "svg.fonttype": "path",  # looks the same without the fonts
+    "svg.hashsalt": "vibroimpact",  # the same data give the same file
+}
+
+
+@contextmanager
+def drawing(ax: Axes | None, *, width: float = WIDTH, height: float = HEIGHT) -> Iterator[Axes]:
+    """Lend the style while drawing on ``ax``, or on a new figure; the user's rcParams come back."""
+    with mpl.rc_context(RC):
+        yield plt.subplots(figsize=(width, height), layout="constrained")[1] if ax is None else ax
+
+
+def save(ax: Axes, path: str | PathLike[str]) -> None:
+    """Write the figure of ``ax`` to an SVG, PNG or PDF file, without a date inside.
+
+    Parameters
+    ----------
+    ax
+        What a plot function returned.
+    path
+        Where to; the suffix decides the format.
+    """
+    figure = cast(Figure, ax.get_figure(root=True))
+    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with mpl.rc_context(RC):
+        figure.savefig(path, metadata=dated.get(Path(path).suffix.lower()))
+
+
+def points(ax: Axes, x: Any, y: Any, **style: Any) -> None:
+    """Scatter points, smaller and as pixels when they are many."""
+    count = len(x)
+    given: dict[str, Any] = {
+        "linestyle": "none",
+        "marker": "o",
+        "markeredgewidth": 0.0,
+        "markersize": 1.0 if count > MANY else 1.8 if count > 100 else 4.0,
+        "rasterized": count > MANY,
+    }
+    ax.plot(x, y, **(given | style))
+
+
+def legend_outside(ax: Axes, *, columns: int = 3) -> None:
+    """A legend above the axes, where it covers no data, with points large enough to see."""
+    legend = ax.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns,
+        borderaxespad=0.0, borderpad=0.2, columnspacing=1.2, handlelength=1.4,
+    )  # fmt: skip
+    for handle in legend.legend_handles:
+        if isinstance(handle, Line2D):
+            handle.set_markersize(LEGEND_MARKER)

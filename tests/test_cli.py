@@ -1,0 +1,376 @@
+"""The command line: its output is the library's, its errors say what to do, it leaves no debris."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import types
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibroimpact as vi
+from vibroimpact import cli
+from vibroimpact.literature.impact_damper import panels, parameter_sets
+from vibroimpact.report import Word
+
+CASE = ["impact-damper/A", "--omega", "1.2"]
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
+)
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    plt.switch_backend("Agg")
+    monkeypatch.chdir(tmp_path)
+    yield
+    plt.close("all")
+
+
+def opened(path: str) -> xr.Dataset:
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        return data.load()
+
+
+def refused(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """The message of a misuse, after which nothing is left behind."""
+    before = sorted(Path().rglob("*"))
+    assert cli.main(argv) == cli.MISUSE
+    assert sorted(Path().rglob("*")) == before
+    return capsys.readouterr().err
+
+
+# ---- the output is the library's -----------------------------------------------------------------
+
+
+def test_simulate_writes_the_run_of_the_library() -> None:
+    assert (
+        cli.main(["simulate", *CASE, "--perturb", "1e-3", "--impacts", "50", "--out", "r.nc"]) == 0
+    )
+    start = vi.symmetric_orbits(SET_A)[0].state.perturbed(1e-3)
+    expected = vi.simulate(SET_A, start, impacts=50).to_dataset()
+    xr.testing.assert_identical(opened("r.nc"), expected)
+
+
+def test_section_writes_the_section_of_the_library() -> None:
+    argv = ["section", *CASE, "--position", "0", "0", "--velocity", "0", "-1e0", "--points", "30"]
+    assert cli.main([*argv, "--settle", "7", "--stop", "B", "--out", "s.nc"]) == 0
+    start = vi.State((0.0, 0.0), (0.0, -1.0))
+    expected = vi.impact_section(SET_A, start, points=30, settle=7, stop="B")
+    xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
+
+
+def test_orbit_writes_the_orbits_of_the_library() -> None:
+    assert cli.main(["orbit", *CASE, "--out", "o.nc"]) == 0
+    data, orbits = opened("o.nc"), vi.symmetric_orbits(SET_A)
+    nu = data.half_multiplier_real.values + 1j * data.half_multiplier_imaginary.values
+    np.testing.assert_array_equal(nu, [orbit.half_multipliers for orbit in orbits])
+    assert list(data.stable) == [1, 0]
+    assert list(data.sign) == [1, -1]
+
+
+@pytest.mark.parametrize("command", ["simulate", "orbit", "section"])
+@pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])
+def test_every_command_draws_a_picture(command: str, suffix: str) -> None:
+    assert cli.main([command, *CASE, "--out", f"p.{suffix}"]) == 0
+    assert Path(f"p.{suffix}").stat().st_size > 1000
+    assert not plt.get_fignums()
+
+
+def test_several_files_are_written_at_once_and_old_ones_replaced() -> None:
+    Path("r.nc").write_text("an old file")
+    assert cli.main(["simulate", *CASE, "--impacts", "9", "--out", "r.nc", "--out", "h.svg"]) == 0
+    assert opened("r.nc").sizes["event"] == 9
+    assert sorted(path.name for path in Path().iterdir()) == ["h.svg", "r.nc"]
+
+
+def test_the_case_names_are_those_of_the_paper(capsys: pytest.CaptureFixture[str]) -> None:
+    for name, known in parameter_sets().items():
+        omega = str(known.omega_range[0])
+        cli.main(["orbit", f"impact-damper/{name}", "--omega", omega])
+        assert f"half_clearance={known.parameters.half_clearance}" in capsys.readouterr().out
+    panel = next(panel for panel in panels() if panel.name == "2c")
+    cli.main(["orbit", "impact-damper/2c"])
+    assert f"omega={panel.omega}" in capsys.readouterr().out
+
+
+def test_an_option_replaces_the_value_of_the_case(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["orbit", *CASE, "--restitution", "0.75"]) == 0
+    assert "restitution=0.75" in capsys.readouterr().out
+
+
+def test_a_start_on_a_stop_is_that_of_the_library() -> None:
+    argv = ["--on-stop", "B", "--position", "0.5", "--velocity", "0", "2", "--phase", "-1e-1"]
+    assert cli.main(["simulate", *CASE, *argv, "--impacts", "5", "--out", "r.nc"]) == 0
+    start = SET_A.on_stop("B", x1=0.5, v1=0.0, v2=2.0, phase=-0.1)
+    np.testing.assert_array_equal(opened("r.nc").time, vi.simulate(SET_A, start, impacts=5).time)
+
+
+def test_version_and_help_end_well(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--version"]) == 0
+    assert vi.__version__ in capsys.readouterr().out
+    assert cli.main(["--help"]) == 0
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda command: command.NAME)
+def test_help_shows_an_example_that_is_understood(
+    command: types.ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([command.NAME, "--help"]) == 0
+    assert command.EXAMPLE in capsys.readouterr().out
+    cli.parser().parse_args(shlex.split(command.EXAMPLE)[1:])
+
+
+def test_help_shows_the_defaults_of_the_functions(capsys: pytest.CaptureFixture[str]) -> None:
+    cli.main(["section", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    default = inspect.signature(vi.impact_section).parameters["settle"].default
+    assert re.search(rf"--settle SETTLE [^()]*\([^()]*\)[^()]*\(default: {default}\)", shown)
+
+
+# ---- files that describe a system ----------------------------------------------------------------
+
+DAMPER = """
+[damper]
+mass_ratio = 0.1
+omega_n = 0.5
+zeta = 0.045
+restitution = 0.8
+half_clearance = 5.0
+omega = 1.2
+[start]
+position = [0.0, 0.0]
+velocity = [0.0, 1.0]
+"""
+MECHANISM = """
+[mechanism]
+mass = [[1.0]]
+damping = [[0.0]]
+stiffness = [[0.0]]
+constant_force = [-9.8]
+contacts = [{ row = [1.0], lower = 0.0, restitution = [0.5, 0.5] }]
+[start]
+position = [1.0]
+velocity = [0.0]
+"""
+
+
+def test_a_damper_and_its_start_are_read_from_a_file() -> None:
+    Path("run.toml").write_text(DAMPER)
+    assert cli.main(["simulate", "--config", "run.toml", "--impacts", "5", "--out", "r.nc"]) == 0
+    expected = vi.simulate(SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), impacts=5)
+    xr.testing.assert_identical(opened("r.nc"), expected.to_dataset())
+
+
+def test_a_damper_in_si_units_is_read_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("si.toml").write_text(
+        "[physical]\nM1 = 10.0\nM2 = 0.8\nK = 4e4\nC = 40.0\nF0 = 60.0\nOmega = 66.0\nD = 0.006\n"
+        "restitution = 0.6\n"
+    )
+    cli.main(["orbit", "--config", "si.toml"])
+    assert "length=0.0015" in capsys.readouterr().out
+
+
+def test_any_mechanism_is_read_from_a_file() -> None:
+    Path("ball.toml").write_text(MECHANISM)
+    assert cli.main(["simulate", "--config", "ball.toml", "--t-max", "2", "--out", "b.nc"]) == 0
+    data = opened("b.nc")
+    rest = float(data.time[data.status == vi.Status.CHATTER][0])
+    assert rest == pytest.approx(3.0 * np.sqrt(2.0 / 9.8), rel=1e-14)  # closed form
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[damper]\nmass = 1.0\n", r"\[damper\] got an unexpected keyword argument 'mass'"),
+        ("[damper]\nmass_ratio = 0.1\n", r"\[damper\] missing 5 required keyword-only arguments"),
+        (DAMPER.replace("0.045", "-0.045"), r"zeta = -0.045: must be >= 0"),
+        (DAMPER.replace("0.045", "nan"), r"zeta = nan: must be"),
+        (DAMPER + "[colour]\n", r"must hold one of \[damper\], \[physical\], \[mechanism\]"),
+        ("", "holds nothing; must hold one of"),
+        ("[damper\n", "is no TOML"),
+        (MECHANISM.replace("lower", "upper_"), r"unexpected keyword argument 'upper_'"),
+        (MECHANISM.replace("[[1.0]]", "[[-1.0]]"), "mass: must be positive definite"),
+        (DAMPER.replace("[0.0, 0.0]", "[9.0, 0.0]"), "behind the lower stop"),
+    ],
+)
+def test_a_bad_file_is_refused_with_the_reason(
+    text: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("run.toml").write_text(text)
+    message = refused(["simulate", "--config", "run.toml", "--out", "r.nc"], capsys)
+    assert re.search(said, message)
+
+
+# ---- misuse --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        ([], "required: COMMAND"),
+        (["fly"], "invalid choice: 'fly'"),
+        (["orbit", "impact-damper/A", "--om", "1"], "unrecognized arguments: --om"),
+        (["orbit", "--colour", "red"], "unrecognized arguments: --colour"),
+        (["orbit", "impact-damper/D", "--omega", "1"], "'impact-damper/D': must be one of impact"),
+        (["orbit", "impact-damper/3a"], "'impact-damper/3a': must be one of impact"),
+        (["orbit", "impact-damper/A"], "--omega: missing. Give it"),
+        (["orbit"], "--mass-ratio, --omega-n, --zeta, --restitution, --half-clearance, --omega: m"),
+        (["orbit", "impact-damper/A", "--omega", "0"], "omega = 0.0: must be > 0"),
+        (["orbit", "impact-damper/A", "--omega", "nan"], "omega = nan: must be a finite"),
+        (["orbit", *CASE, "--restitution", "1.5"], r"restitution = 1.5: must be in \[0, 1\]"),
+        (["orbit", *CASE, "--mass-ratio", "-1"], "mass_ratio = -1.0: must be > 0"),
+        (["orbit", *CASE, "--half-clearance", "0"], "half_clearance = 0.0: must be > 0"),
+        (["simulate", *CASE, "--impacts", "0"], "impacts = 0: must be an integer >= 1"),
+        (["simulate", *CASE, "--impacts", "many"], "invalid int value: 'many'"),
+        (["simulate", *CASE, "--t-max", "-1"], "t_max = -1.0: must be > 0"),
+        (["simulate", *CASE, "--position", "9", "0", "--velocity", "0", "0"], "behind the low"),
+        (["simulate", *CASE, "--position", "0", "--velocity", "0", "0"], "velocity"),
+        (["simulate", *CASE, "--velocity", "0", "0"], "a state is --position and --velocity"),
+        (["simulate", *CASE, "--on-stop", "A"], "a state is --position and --velocity"),
+        (["section", *CASE, "--stop", "C"], "stop = 'C': must be"),
+        (["section", *CASE, "--points", "0"], "points = 0: must be an integer >= 1"),
+        (["section", *CASE, "--x", "x9", "--out", "p.svg"], "'x9': must be one of x1, x2"),
+        (["simulate", "impact-damper/A", "--omega", "5"], "no symmetric orbit exists here"),
+        (["orbit", "--config", "no.toml"], "no.toml: cannot be read"),
+        (["orbit", *CASE, "--config", "no.toml"], "only one may be given"),
+        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .svg, .png, .pdf"),
+        (["orbit", *CASE, "--out", "no/o.nc"], "no must be a folder. Make it first"),
+        (["reproduce", "impact-hammer", "--out", "r"], "'impact-hammer': must be one of impact"),
+        (["reproduce", "impact-damper"], "required: --out"),
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_misuse_is_refused_with_value_and_remedy(
+    argv: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert re.search(said, refused(argv, capsys))
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("o.nc").mkdir()
+    assert "is a folder. Name a file" in refused(["orbit", *CASE, "--out", "o.nc"], capsys)
+
+
+def test_a_file_in_the_place_of_a_folder_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("f").write_text("")
+    assert "f must be a folder" in refused(["orbit", *CASE, "--out", "f/o.nc"], capsys)
+
+
+def test_an_unwritable_folder_is_refused_before_anything_is_computed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everywhere
+    message = refused(["orbit", *CASE, "--out", "o.nc"], capsys)
+    assert "cannot be written (no permission)" in message
+
+
+def test_a_full_disk_leaves_the_old_file_and_no_other(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def half(_: xr.Dataset, path: Path, **__: str) -> None:
+        Path(path).write_text("half a fi")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", half)
+    Path("o.nc").write_text("old")
+    message = refused(["orbit", *CASE, "--out", "m.svg", "--out", "o.nc"], capsys)
+    assert "cannot be written (No space left on device)" in message
+    assert Path("o.nc").read_text() == "old"
+
+
+# ---- numerical failure, interruption -------------------------------------------------------------
+
+
+def test_an_orbit_that_does_not_exist_is_a_failure(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["orbit", "impact-damper/A", "--omega", "5", "--out", "o.nc"]) == cli.FAILED
+    assert "condition (16) fails" in capsys.readouterr().err
+    assert not Path("o.nc").exists()
+
+
+@pytest.mark.parametrize("command", ["simulate", "section"])
+def test_a_motion_that_stops_impacting_is_a_failure(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = [command, "impact-damper/A", "--omega", "5", "--out", "r.nc"]
+    start = ["--position", "0", "0", "--velocity", "0", "0"]
+    assert cli.main([*argv, *start]) == cli.FAILED
+    assert "may have stopped impacting" in capsys.readouterr().err
+    assert not Path("r.nc").exists()
+
+
+HELD = """
+import sys, time
+import xarray
+from vibroimpact import cli
+
+def hold(data, path, **_):
+    path.write_text("half a fi")
+    print("writing", flush=True)
+    time.sleep(60)
+
+xarray.Dataset.to_netcdf = hold
+sys.exit(cli.main(sys.argv[1:]))
+"""
+
+
+def test_ctrl_c_while_writing_leaves_nothing_behind() -> None:
+    argv = [sys.executable, "-c", HELD, "orbit", *CASE, "--out", "m.svg", "--out", "o.nc"]
+    with subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as job:
+        assert job.stdout is not None
+        assert job.stdout.readline() == "writing\n"
+        job.send_signal(signal.SIGINT)
+        _, message = job.communicate(timeout=60)
+    assert job.returncode == cli.INTERRUPTED
+    assert "interrupted; nothing was written" in message
+    assert not list(Path().iterdir())
+
+
+def test_the_module_runs_as_a_program() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "vibroimpact.cli", "orbit", "impact-damper/A", "--omega", "-1"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == cli.MISUSE
+    assert done.stderr == "vibroimpact: omega = -1.0: must be > 0. The force must be periodic.\n"
+
+
+# ---- reproduce -----------------------------------------------------------------------------------
+
+
+def test_reproduce_hands_the_folder_to_the_case(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[Path] = []
+
+    def stand_in_for(out: Path) -> types.SimpleNamespace:
+        asked.append(out)
+        return types.SimpleNamespace(score={Word.AGREES: 3, Word.DIFFERS: 2})
+
+    name = "vibroimpact.literature.impact_damper.reproduce"
+    stand_in = types.ModuleType(name)
+    stand_in.reproduce = stand_in_for  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, name, stand_in)
+    assert cli.main(["reproduce", "impact-damper", "--out", "folder"]) == 0
+    assert asked == [Path("folder")]
+    shown = capsys.readouterr().out
+    assert "3 agrees, 2 differs" in shown
+    assert str(Path("folder/report.html")) in shown
+
+
+def test_reproduce_refuses_a_file_in_the_place_of_its_folder(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("folder").write_text("mine")
+    message = refused(["reproduce", "impact-damper", "--out", "folder"], capsys)
+    assert "is not a folder" in message

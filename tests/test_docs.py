@@ -1,0 +1,106 @@
+"""The documents say what the code does: their code runs, their links lead somewhere."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+import vibroimpact as vi
+from vibroimpact import cli, plotting
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+DOCUMENTS = sorted([README, ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
+REFERENCE = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")
+MODULES = sorted(module.name for module in pkgutil.walk_packages(vi.__path__, "vibroimpact."))
+PUBLIC = [f"vi.{name}" for name in vi.__all__] + [f"plotting.{name}" for name in plotting.__all__]
+
+
+@pytest.fixture(autouse=True)
+def _no_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    plt.switch_backend("Agg")
+    monkeypatch.chdir(tmp_path)
+    yield
+    plt.close("all")
+
+
+def blocks(path: Path, language: str) -> list[str]:
+    text = path.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def public(name: str) -> object:
+    place, _, attribute = name.partition(".")
+    return getattr({"vi": vi, "plotting": plotting}[place], attribute)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_the_examples_in_the_docstrings_hold(name: str) -> None:
+    outcome = doctest.testmod(importlib.import_module(name))
+    assert outcome.failed == 0
+
+
+def test_the_first_figure_of_the_readme_is_drawn_in_ten_lines(tmp_path: Path) -> None:
+    first = blocks(README, "python")[0]
+    assert len(first.splitlines()) <= 10
+    exec(compile(first, "README.md", "exec"), {})  # noqa: S102 - our own text
+    assert (tmp_path / "circle.svg").stat().st_size > 0
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_python_in_the_document_runs(path: Path) -> None:
+    for block in blocks(path, "python"):
+        exec(compile(block, path.name, "exec"), {})  # noqa: S102 - our own text
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_in_the_document_are_understood(path: Path) -> None:
+    for block in blocks(path, "sh"):
+        for line in block.replace("\\\n", " ").splitlines():
+            if line.startswith("vibroimpact ") and "--version" not in line:
+                cli.parser().parse_args(shlex.split(line)[1:])
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_links_in_the_document_lead_to_files_and_headings(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)#\s]*)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
+        if target and "://" not in target:
+            assert (path.parent / target).exists(), f"{path.name} links to {target}"
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_every_public_name_is_in_the_reference_with_its_parameters(name: str) -> None:
+    entry = re.search(rf"^### `{re.escape(name)}(\(.*?\))?`", REFERENCE, re.MULTILINE | re.DOTALL)
+    assert entry, f"{name} has no heading in docs/reference.md"
+    subject = public(name)
+    if inspect.isfunction(subject):
+        shown = re.findall(r"(?:^|[(,\s*])\**([A-Za-z_]\w*)(?==|,|\))", entry[1] or "")
+        assert shown == list(inspect.signature(subject).parameters)
+
+
+def test_the_reference_names_nothing_that_is_not_there() -> None:
+    for name in re.findall(r"^### `(?:vi|plotting)\.(\w+)", REFERENCE, re.MULTILINE):
+        assert hasattr(vi, name) or hasattr(plotting, name)
+
+
+def test_every_command_and_option_is_described() -> None:
+    text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+    for command in cli.COMMANDS:
+        assert f"`{command.NAME}" in text
+
+
+def test_the_reference_is_what_the_docstrings_say() -> None:
+    tool = ROOT / "tools" / "reference_page.py"
+    done = subprocess.run([sys.executable, str(tool), "--check"], check=False)
+    assert done.returncode == 0, "run: python tools/reference_page.py"

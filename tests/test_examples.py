@@ -1,0 +1,69 @@
+"""Every example runs, prints what it says, and writes its picture only when asked."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import matplotlib.pyplot as plt
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+
+
+@pytest.fixture(autouse=True)
+def _no_windows() -> Iterator[None]:
+    plt.switch_backend("Agg")
+    yield
+    plt.close("all")
+
+
+def loaded(name: str) -> ModuleType:
+    (path,) = (path for path in EXAMPLES if path.stem == name)
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_the_example_writes_its_picture_where_asked(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    loaded(path.stem).main("picture.png")
+    assert [made.name for made in tmp_path.iterdir()] == ["picture.png"]
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().out
+
+
+def test_an_example_that_is_not_asked_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    loaded("bouncing_ball").main()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_short(path: Path) -> None:
+    assert 20 <= len(path.read_text(encoding="utf-8").splitlines()) <= 60
+
+
+def test_the_ball_rests_when_the_closed_form_says(capsys: pytest.CaptureFixture[str]) -> None:
+    loaded("bouncing_ball").main()
+    computed, closed = (float(x) for x in re.findall(r"\d\.\d{15}", capsys.readouterr().out))
+    assert computed == pytest.approx(closed, rel=1e-14)  # 57 impacts, rounding of each
+
+
+def test_chatter_sticking_and_release_come_in_this_order(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    loaded("chatter_and_sticking").main()
+    kinds = re.findall(r"t = \S+: (\w+)", capsys.readouterr().out)
+    assert kinds[:3] == ["chatter", "stick", "release"]

@@ -1,0 +1,166 @@
+"""Write docs/reference.md from the docstrings of the package.
+
+python tools/reference_page.py            write the page
+python tools/reference_page.py --check    exit 1 if the page is not what would be written
+"""
+
+from __future__ import annotations
+
+import enum
+import inspect
+import re
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import vibroimpact as vi
+from vibroimpact import plotting
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
+GROUPS = {
+    "Systems": ["ImpactDamper", "Scales", "Mechanism", "Contact", "Harmonic", "State"],
+    "Simulation": ["simulate", "Run", "RunEnd", "Status"],
+    "Sections and following": ["impact_section", "Section", "follow"],
+    "Symmetric orbits and bifurcations": [
+        *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),
+    ],
+    "Attractors": [
+        *("classify", "Attractor", "classify_points", "Shape", "Kind"),
+        *("lyapunov_exponent", "LyapunovEstimate"),
+    ],
+    "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
+    "Errors": ["VibroImpactError", "InvalidParameterError"],
+}
+HEAD = """# Reference
+
+Written by `tools/reference_page.py` from the docstrings. `import vibroimpact as vi`; everything
+below is public, other names are not. Pictures: `from vibroimpact import plotting`.
+
+**Units.** `ImpactDamper` is nondimensional; `ImpactDamper.from_physical` takes SI units and keeps
+the scales. A `Mechanism` has any consistent units. Angles are radians unless a name says degrees.
+
+**Conventions.** Contact coordinate u = row . x; stop A is the upper one, stop B the lower one; for
+the damper u = x2 - x1, and stop A is u = +half_clearance. A gap is >= 0 where the mechanism may be.
+Phase is the phase theta of the force sin(theta), in [0, 2 pi). Arrays of results are read-only.
+n is the number of coordinates."""
+PICTURES = """## Pictures
+
+Every function takes a result, computes nothing, draws on `ax` or on a new figure, and returns the
+matplotlib `Axes`. Nothing is shown and no setting of matplotlib is changed."""
+
+Sections = dict[str, str]
+
+
+def plain(text: str) -> str:
+    """Docstring markup as Markdown."""
+    text = re.sub(r":\w+:`~?([^`]*)`", lambda m: f"`{m[1].split('.')[-1]}`", text)
+    return text.replace("``", "`").replace("|", r"\|")
+
+
+def wrapped(text: str) -> str:
+    """Paragraphs of at most 110 characters a line."""
+    parts = (" ".join(part.split()) for part in plain(text).split("\n\n"))
+    return "\n\n".join(textwrap.fill(part, 110) for part in parts)
+
+
+def split(thing: Any) -> tuple[str, Sections]:
+    """The text of a docstring, and its numpydoc sections."""
+    head, *rest = re.split(r"^(\w[\w ]*)\n-+\n", inspect.getdoc(thing) or "", flags=re.MULTILINE)
+    return head.strip(), {k: v.strip("\n") for k, v in zip(rest[::2], rest[1::2], strict=True)}
+
+
+def entries(section: str) -> list[tuple[str, str]]:
+    """(name, text) of the entries of a numpydoc section."""
+    found: list[list[str]] = []
+    for line in section.splitlines():
+        if line and not line.startswith(" "):
+            found.append([line.partition(" : ")[0], ""])
+        elif found:
+            found[-1][1] = f"{found[-1][1]} {line.strip()}".strip()
+    return [(name, plain(text)) for name, text in found]
+
+
+def table(title: str, rows: list[tuple[str, str]]) -> list[str]:
+    """A two-column table, or nothing."""
+    if not rows:
+        return []
+    return ["", f"| {title} | |", "|---|---|", *(f"| `{name}` | {text} |" for name, text in rows)]
+
+
+def signature(thing: Any) -> str:
+    """Parameters of a function with their defaults; nothing for a class."""
+    if isinstance(thing, type):
+        return ""
+    whole = inspect.signature(thing)
+    bare = [p.replace(annotation=inspect.Parameter.empty) for p in whole.parameters.values()]
+    return str(whole.replace(parameters=bare, return_annotation=inspect.Signature.empty))
+
+
+def members(cls: type, told: str) -> list[tuple[str, str]]:
+    """Properties and methods that the docstring of the class has not told."""
+    found = []
+    for name, member in vars(cls).items():
+        inner = getattr(member, "__func__", getattr(member, "fget", member))
+        if name.startswith("_") or not inspect.isfunction(inner) or re.search(rf"\b{name}\b", told):
+            continue
+        called = [p for p in inspect.signature(inner).parameters if p not in ("self", "cls")]
+        call = "" if isinstance(member, property) else f"({', '.join(called)})"
+        found.append((name + call, plain(split(inner)[0].splitlines()[0])))
+    return found
+
+
+def values(cls: type[enum.Enum]) -> list[tuple[str, str]]:
+    """Members of an enumeration with the comment or the sentence that explains them."""
+    comments = dict(
+        re.findall(r"^    (\w+) = [^#\n]*#: (.*)$", inspect.getsource(cls), re.MULTILINE)
+    )
+    return [(v.name, getattr(v, "sentence", "") or comments.get(v.name, "")) for v in cls]
+
+
+def described(prefix: str, name: str, thing: Any) -> list[str]:
+    """The part of the page on one public name."""
+    head, sections = split(thing)
+    lines = ["", f"### `{prefix}.{name}{signature(thing)}`", "", wrapped(head)]
+    for title in ("Parameters", "Attributes"):
+        lines += table(title.lower().rstrip("s"), entries(sections.get(title, "")))
+    if isinstance(thing, enum.EnumMeta):
+        return lines + table("value", values(thing))
+    if isinstance(thing, type):
+        told = "".join(
+            n for t in ("Parameters", "Attributes") for n, _ in entries(sections.get(t, ""))
+        )
+        lines += [] if issubclass(thing, Exception) else table("also", members(thing, told))
+    elif "Returns" in sections:
+        lines += ["", wrapped("Returns " + sections["Returns"].replace("\n", ". ", 1))]
+    if "Raises" in sections and not isinstance(thing, type):
+        listed = "; ".join(f"`{n}`: {t}" for n, t in entries(sections["Raises"]))
+        lines += ["", textwrap.fill(f"Raises {listed}", 110)]
+    if "Notes" in sections:
+        lines += ["", wrapped(sections["Notes"])]
+    return lines
+
+
+def page() -> str:
+    """The whole page."""
+    lines = [HEAD]
+    for title, names in GROUPS.items():
+        lines += ["", f"## {title}"]
+        for name in names:
+            lines += described("vi", name, getattr(vi, name))
+    lines += ["", PICTURES]
+    for name in plotting.__all__:
+        lines += described("plotting", name, getattr(plotting, name))
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def main(arguments: list[str]) -> int:
+    """Write or check the page."""
+    if arguments == ["--check"]:
+        return int(PAGE.read_text() != page())
+    PAGE.write_text(page())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
