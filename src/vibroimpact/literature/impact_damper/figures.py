@@ -1,0 +1,214 @@
+"""Draw every figure from its dataset alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import (
+    plot_bifurcation_diagram,
+    plot_history,
+    plot_mechanism,
+    plot_multipliers,
+    plot_phase_portrait,
+    style,
+)
+from vibroimpact.simulate import Run, simulate
+from vibroimpact.state import State
+
+COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.PURPLE)
+COLUMNS = 3
+PANEL_SIZE = (3.0, 2.5)  # inches
+LEAST_WINDOW = 0.02  # of the half clearance: a fixed point is shown in a window so wide
+MARGIN = 0.08
+PIXELS_PER_INCH = 160
+BRANCH = 1
+
+
+def open_data(path: Path) -> xr.Dataset:
+    """Read a data file."""
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        return data.load()
+
+
+def redraw(data: xr.Dataset | tuple[xr.Dataset, ...]) -> Figure:
+    """Draw the figure that a dataset, or several of one figure, belongs to.
+
+    Raises
+    ------
+    InvalidParameterError
+        No figure is drawn from such data.
+    """
+    parts = data if isinstance(data, tuple) else (data,)
+    name = str(parts[0].attrs.get("figure"))
+    draw = next((f for prefix, f in _DRAW.items() if name.startswith(prefix)), None)
+    if draw is None:
+        raise InvalidParameterError(
+            f"figure = {name!r}: must start with one of {', '.join(_DRAW)}. Use an untouched file."
+        )
+    with mpl.rc_context(style.RC):
+        return draw(*parts)
+
+
+def save_both(figure: Figure, stem: Path) -> None:
+    """Write a figure as SVG and PNG; equal figures give equal files."""
+    with mpl.rc_context(style.RC | {"savefig.dpi": PIXELS_PER_INCH}):
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # the layout is found once for both files
+        figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
+        figure.savefig(stem.with_suffix(".png"))
+
+
+def damper_from(attrs: Mapping[Any, Any], omega: float) -> ImpactDamper:
+    """Return the damper that the attributes of a file describe."""
+    names = ("mass_ratio", "omega_n", "zeta", "restitution", "half_clearance", "force")
+    given: dict[str, Any] = {name: float(attrs[name]) for name in names}
+    return ImpactDamper(**given, omega=omega)
+
+
+def run_from(data: xr.Dataset) -> Run:
+    """Repeat the run of a file from its attributes: the same bits."""
+    a = data.attrs
+    start = State(tuple(a["start_position"]), tuple(a["start_velocity"]), float(a["start_phase"]))
+    return simulate(damper_from(a, float(a["omega"])), start, impacts=int(a["impacts"]))
+
+
+# --- one function per sort of figure ------------------------------------------------------------
+
+
+def _grid(count: int, size: tuple[float, float], columns: int) -> tuple[Figure, list[Axes]]:
+    rows = -(-count // columns)
+    figure = Figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")
+    axes = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
+    return figure, axes
+
+
+def _mechanism(data: xr.Dataset) -> Figure:
+    figure, axes = _grid(1, (6.0, 3.0), 1)
+    plot_mechanism(damper_from(data.attrs, float(data.attrs["omega"])), ax=axes[0])
+    return figure
+
+
+def _history(data: xr.Dataset) -> Figure:
+    figure, axes = _grid(1, (8.0, 3.6), 1)
+    plot_history(run_from(data), ax=axes[0])
+    return figure
+
+
+def _portrait(data: xr.Dataset) -> Figure:
+    figure, axes = _grid(2, (4.2, 3.4), 2)
+    run = run_from(data)
+    plot_phase_portrait(run, row=(1.0, 0.0), ax=axes[0])
+    plot_phase_portrait(run, row=(-1.0, 1.0), ax=axes[1])
+    for stop, colour in ((1.0, style.BLUE), (-1.0, style.VERMILLION)):
+        place = stop * float(data.attrs["half_clearance"])
+        axes[1].axvline(place, color=colour, linewidth=2.0, zorder=0)
+    return figure
+
+
+def _diagram(data: xr.Dataset) -> Figure:
+    figure, axes = _grid(2, (8.4, 2.9), 1)
+    for ax, variable in zip(axes, ("x1", "v1"), strict=True):
+        plot_bifurcation_diagram(data, variable=variable, ax=ax)
+    axes[1].get_legend().remove()  # type: ignore[union-attr]
+    axes[0].set_xlabel("")
+    for ax in axes:
+        ax.margins(x=0.01)
+    return figure
+
+
+def _multipliers(*parts: xr.Dataset) -> Figure:
+    """One row per set: nu left, lambda right, for the paper's branch."""
+    figure, axes = _grid(2 * len(parts), (4.4, 3.7), 2)
+    for data, pair in zip(parts, zip(axes[::2], axes[1::2], strict=True), strict=True):
+        branch = data.sel(sign=BRANCH)
+        nu = branch["nu_real"].values + 1j * branch["nu_imag"].values
+        known = np.isfinite(nu[:, 0]) & (branch["admissible"].values > 0)
+        omega = branch["omega"].values[known]
+        for ax, half, power in zip(pair, (True, False), (1, 2), strict=True):
+            plot_multipliers(nu[known] ** power, omega=omega, half=half, ax=ax)
+            what = r"half map, $\nu$" if half else r"full map, $\lambda=\nu^2$"
+            ax.set_title(f"set {data.attrs['set']}: {what}", loc="left")
+            reach = max(1.0, float(np.abs(nu[known] ** power).max())) * (1.0 + MARGIN)
+            ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    return figure
+
+
+def _panels(data: xr.Dataset) -> Figure:
+    """A grid of sections; one colour per attractor that coexists."""
+    names = list(dict.fromkeys(data["panel"].values.tolist()))
+    figure, axes = _grid(len(names), PANEL_SIZE, min(COLUMNS, len(names)))
+    least = LEAST_WINDOW * float(data.attrs["half_clearance"])
+    for name, ax in zip(names, axes, strict=True):
+        _panel(ax, data, name, least)
+    for ax in axes[:-COLUMNS]:
+        ax.set_xlabel("")
+    for i, ax in enumerate(axes):
+        ax.set_ylabel("" if i % COLUMNS else ax.get_ylabel())
+    return figure
+
+
+def rows_of(data: xr.Dataset, panel: str) -> list[dict[str, Any]]:
+    """Return the rows of one panel with their points, one per attractor, and all its starts."""
+    ends = np.cumsum(data["row_size"].values)
+    rows: dict[int, dict[str, Any]] = {}
+    for i in np.flatnonzero(data["panel"].values == panel):
+        part = slice(int(ends[i] - data["row_size"].values[i]), int(ends[i]))
+        start = str(data["start"].values[i])
+        row = rows.setdefault(int(data["attractor"].values[i]), {"starts": []})
+        row["starts"].append(start)
+        if len(row) == 1:
+            row |= {"x1": data["x1"].values[part], "v1": data["v1"].values[part],
+                    "name": str(data["name"].values[i]),
+                    "omega": float(data["omega"].values[i])}  # fmt: skip
+    return [rows[key] for key in sorted(rows)]
+
+
+def _panel(ax: Axes, data: xr.Dataset, panel: str, least: float) -> None:
+    rows = rows_of(data, panel)
+    for row, colour in zip(rows, COLOURS, strict=False):
+        style.points(ax, row["x1"], row["v1"], color=colour, **_marker(row))
+    for values, limit in (("x1", ax.set_xlim), ("v1", ax.set_ylim)):
+        limit(*_window(np.concatenate([row[values] for row in rows]), least))
+    ax.set(xlabel="$x_1$", ylabel=r"$\dot x_{1+}$")
+    ax.locator_params(nbins=4)
+    lines = [(f"({panel[1:]})  $\\omega={rows[0]['omega']:.10g}$", style.BLACK, 10.0)]
+    for row, colour in zip(rows, COLOURS, strict=False):
+        starts = "" if len(rows) == 1 else f" ({', '.join(row['starts'])})"
+        lines.append((row["name"] + starts, colour, 8.0))
+    for above, (text, colour, size) in enumerate(reversed(lines)):
+        ax.annotate(text, (0.0, 1.0), (0.0, 4.0 + 10.0 * above), xycoords="axes fraction",
+                    textcoords="offset points", color=colour, fontsize=size)  # fmt: skip
+
+
+def _marker(row: dict[str, Any]) -> dict[str, Any]:
+    """Few places: large dots. Many: small ones, as pixels."""
+    places = np.unique(np.round(np.column_stack([row["x1"], row["v1"]]), 6), axis=0)
+    return {"markersize": 5.0 if len(places) < 20 else 2.5 if len(places) < 200 else 0.9}
+
+
+def _window(values: np.ndarray[Any, np.dtype[np.float64]], least: float) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    half = max((high - low) * (0.5 + MARGIN), least / 2.0)
+    middle = (low + high) / 2.0
+    return middle - half, middle + half
+
+
+_DRAW: Mapping[str, Callable[..., Figure]] = {
+    "mechanism": _mechanism,
+    "history": _history,
+    "portrait": _portrait,
+    "diagram": _diagram,
+    "multipliers": _multipliers,
+    "figure": _panels,
+    "section": _panels,
+}

@@ -1,0 +1,105 @@
+"""What a verdict is made of, shared by the rules for numbers and the rules for motions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from vibroimpact.bifurcations import Bifurcation
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.literature.impact_damper import Claim, ParameterSet
+from vibroimpact.literature.impact_damper.panel_results import PanelResult
+from vibroimpact.literature.impact_damper.plan import BRANCH, damper_of
+from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.report import Word
+
+
+@lru_cache(maxsize=4096)
+def all_orbits(damper: ImpactDamper) -> tuple[SymmetricOrbit, ...]:
+    """Return the symmetric orbits of a damper; several claims ask for the same ones."""
+    return symmetric_orbits(damper)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the verdicts rest on.
+
+    Attributes
+    ----------
+    sets
+        Parameters of each set.
+    claims
+        All claims: some are judged together with another of the same set.
+    bifurcations
+        Of the symmetric orbits of each set, in the range the paper studies and that of the sweep.
+    panels
+        What was found at each panel, by name; panels that were not computed are missing.
+    """
+
+    sets: Mapping[str, ParameterSet]
+    claims: tuple[Claim, ...]
+    bifurcations: Mapping[str, tuple[Bifurcation, ...]]
+    panels: Mapping[str, PanelResult]
+
+    def orbits(self, name: str, omega: float) -> tuple[SymmetricOrbit, ...]:
+        """Return the symmetric orbits of a set that are motions of the damper."""
+        found = all_orbits(self.damper(name, omega))
+        return tuple(orbit for orbit in found if orbit.admissible)
+
+    def branch(self, name: str, omega: float) -> SymmetricOrbit | None:
+        """Return the orbit of the paper's branch."""
+        return next((o for o in self.orbits(name, omega) if o.sign == BRANCH), None)
+
+    def damper(self, name: str, omega: float) -> ImpactDamper:
+        """Return the damper of a set."""
+        return damper_of(self.sets[name], omega)
+
+    def crossings(self, name: str) -> tuple[Bifurcation, ...]:
+        """Return the Neimark-Sacker points of a set that motions of the damper pass."""
+        return tuple(b for b in self.bifurcations[name] if b.kind == "NS" and b.admissible)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a rule decides: computed value in words, and what decided."""
+
+    word: Word
+    computed: str
+    witness: str
+    numbers: dict[str, object] = field(default_factory=dict)
+
+
+def outcome(holds: bool | None, computed: str, witness: str, **numbers: object) -> Outcome:
+    """Return an outcome; None means that it cannot be decided."""
+    word = {True: Word.AGREES, False: Word.DIFFERS, None: Word.UNDECIDED}[holds]
+    return Outcome(word, computed, witness, numbers)
+
+
+def number(claim: Claim, key: str) -> float:
+    """Read a printed number."""
+    value = claim.printed[key]
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InvalidParameterError(
+            f"claims.toml, {claim.id}: {key} = {value!r}: must be a number."
+        )
+    return float(value)
+
+
+def numbers(claim: Claim, key: str) -> list[float]:
+    """Read a printed list of numbers."""
+    value = claim.printed[key]
+    if not isinstance(value, list):
+        raise InvalidParameterError(f"claims.toml, {claim.id}: {key} = {value!r}: must be a list.")
+    return [float(entry) for entry in value]
+
+
+def half_unit(decimals: float) -> float:
+    """Return half a unit of the last printed digit."""
+    return float(0.5 * 10.0**-decimals)
+
+
+def listed(items: Iterable[str], nothing: str = "none") -> str:
+    """Join items, or say that there are none."""
+    return "; ".join(items) or nothing

@@ -1,0 +1,143 @@
+"""The sections of Figs. 2, 4 and 5: attractors followed along omega, and from the fixed point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.attractors import Attractor, classify
+from vibroimpact.following import Step, carried, follow
+from vibroimpact.literature.impact_damper import Panel, ParameterSet
+from vibroimpact.literature.impact_damper.measures import same_cloud
+from vibroimpact.literature.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
+from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.sections import impact_section
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+
+CLOSED = 1 / 500  # of the length of a curve: a wider gap between its points shows in a picture
+MORE_POINTS = 64_000  # are then drawn
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The attractor of one set followed along omega, both ways; steps in increasing omega."""
+
+    set: str
+    omega: Floats
+    start: State
+    down: tuple[Step, ...]
+    up: tuple[Step, ...]
+
+    def state(self, way: str, omega: float) -> State:
+        """Return the state that a way reached at a frequency of the grid."""
+        index = int(np.flatnonzero(self.omega == omega)[0])
+        return (self.down if way == "down" else self.up)[index].last
+
+
+@dataclass(frozen=True)
+class Found:
+    """An attractor at one panel, from one start; ``points`` are (x1, x1'+), shape (n, 2)."""
+
+    start: str
+    attractor: Attractor
+    points: Floats = field(repr=False)
+
+
+@dataclass(frozen=True)
+class PanelResult:
+    """What was found at one panel from every start."""
+
+    panel: Panel
+    found: tuple[Found, ...]
+
+    @property
+    def omega(self) -> float:
+        """Return the frequency of the panel."""
+        assert isinstance(self.panel.omega, float)
+        return self.panel.omega
+
+    @cached_property
+    def distinct(self) -> tuple[tuple[Found, ...], ...]:
+        """Return groups of starts that lead to the same attractor."""
+        groups: list[list[Found]] = []
+        for one in self.found:
+            same = next((g for g in groups if _same(g[0], one)), None)
+            if same is None:
+                groups.append([one])
+            else:
+                same.append(one)
+        return tuple(tuple(group) for group in groups)
+
+
+def branch_orbit(chosen: ParameterSet, omega: float) -> SymmetricOrbit | None:
+    """Return the orbit of the paper's branch, if it exists and is a motion of the damper."""
+    orbits = symmetric_orbits(damper_of(chosen, omega))
+    return next((o for o in orbits if o.sign == BRANCH and o.admissible), None)
+
+
+def follow_both_ways(chosen: ParameterSet, plan: Plan, omegas: tuple[float, ...]) -> Followed:
+    """Follow the attractor of a set down from the perturbed fixed point, and back up."""
+    sweep: Sweep = plan.sweeps[chosen.name]
+    grid = sweep.grid(omegas)
+    orbit = branch_orbit(chosen, float(grid[-1]))
+    assert orbit is not None, "a sweep starts where the symmetric orbit is a motion"
+    start = orbit.state.perturbed(plan.perturbation)
+    damper = damper_of(chosen, float(grid[-1]))
+    settings: dict[str, Any] = {"settle": plan.sweep_settle, "keep": plan.sweep_points}
+    down = follow(damper, "omega", grid[::-1], start, **settings)
+    turn = _on_stop(chosen, down[-1])
+    up = follow(damper, "omega", grid, turn, **settings)
+    return Followed(chosen.name, grid, start, tuple(down[::-1]), tuple(up))
+
+
+def _on_stop(chosen: ParameterSet, step: Step) -> State:
+    mechanism = damper_of(chosen, step.value).mechanism
+    return carried(mechanism, step.last, 0, "A", on_stop=bool(len(step.section)))
+
+
+def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: Plan) -> PanelResult:
+    """Classify what every start leads to at the frequency of a panel."""
+    assert isinstance(panel.omega, float)
+    starts = {way: followed.state(way, panel.omega) for way in ("down", "up")}
+    orbit = branch_orbit(chosen, panel.omega)
+    if orbit is not None:
+        starts["fixed point"] = orbit.state.perturbed(plan.perturbation)
+    damper = damper_of(chosen, panel.omega)
+    settings: dict[str, Any] = plan.classification
+    found = []
+    for name, state in starts.items():
+        attractor = classify(damper, state, **settings)
+        found.append(Found(name, attractor, _points(attractor)))
+    return PanelResult(panel, tuple(found))
+
+
+def _points(attractor: Attractor) -> Floats:
+    """Return the points of the last window; of a periodic orbit the last period."""
+    section, curve = attractor.section, attractor.shape.curve
+    if curve is not None and curve.widest_gap > CLOSED * curve.length:
+        section = impact_section(section.system, section.last, points=MORE_POINTS, settle=0)
+    points = np.column_stack([section.x1, section.v1])
+    return points[-attractor.shape.period :] if attractor.shape.period else points
+
+
+def _same(a: Found, b: Found) -> bool:
+    def sort(found: Found) -> tuple[object, ...]:
+        one = found.attractor
+        turns = one.shape.curve.turns if one.shape.curve else 0
+        return one.kind, one.type, one.shape.pieces, turns
+
+    if sort(a) != sort(b) or not (len(a.points) and len(b.points)):
+        return False
+    return same_cloud(a.points, b.points)
+
+
+def labels(groups: Sequence[Sequence[Found]]) -> list[str]:
+    """Say what each group is and which starts lead there."""
+    return [f"{g[0].attractor.label} ({', '.join(f.start for f in g)})" for g in groups]

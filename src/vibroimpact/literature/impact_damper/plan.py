@@ -1,0 +1,102 @@
+"""How the figures are made: every start, step, settling time and number of points, in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.literature.impact_damper import ParameterSet
+
+BRANCH = 1  # sign in (14) of the orbits that are stable somewhere: the branch of the paper
+STARTS = ("down", "up", "fixed point")
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Values of omega along which the attractor of one set is followed."""
+
+    low: float
+    high: float
+    step: float
+
+    def grid(self, more: tuple[float, ...] = ()) -> NDArray[np.float64]:
+        """Return the steps and the frequencies of the panels, increasing."""
+        count = round((self.high - self.low) / self.step)
+        steps = np.round(self.low + self.step * np.arange(count + 1), 12)
+        return np.union1d(steps, [omega for omega in more if self.low <= omega <= self.high])
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Numbers that decide how a figure is made; none of them is fitted to the paper.
+
+    Attributes
+    ----------
+    sweeps
+        Range and step of omega for each set. Each range holds every panel of the set and the
+        ends of the circles.
+    sweep_settle, sweep_points
+        Impacts discarded and section points kept at each step.
+    panel_settle, panel_max_settle, panel_points
+        First and longest settling, and points, of the classification of a panel, which goes on
+        from the state that the sweep reached.
+    perturbation
+        Radians added to the phase of the theoretical fixed point.
+    path_points
+        Frequencies along a path of multipliers.
+    figures
+        Which of the paper's figures to make.
+    """
+
+    sweeps: Mapping[str, Sweep] = field(
+        default_factory=lambda: MappingProxyType(
+            {
+                "A": Sweep(0.92, 1.2, 0.001),
+                "B": Sweep(0.92, 1.03, 0.0005),
+                "C": Sweep(0.41, 0.448, 0.0002),
+            }
+        )
+    )
+    sweep_settle: int = 4000
+    sweep_points: int = 300
+    panel_settle: int = 8000
+    panel_max_settle: int = 512_000
+    panel_points: int = 4000
+    perturbation: float = 0.01
+    path_points: int = 301
+    figures: tuple[str, ...] = ("2", "3", "4", "5")
+
+    @property
+    def classification(self) -> dict[str, int]:
+        """Return the arguments of `classify`."""
+        return {
+            "settle": self.panel_settle,
+            "max_settle": self.panel_max_settle,
+            "points": self.panel_points,
+        }
+
+    def attributes(self) -> dict[str, str | int | float]:
+        """Return the numbers for the attributes of a dataset."""
+        return {
+            "start_down": "theoretical fixed point at the highest omega, perturbed",
+            "start_up": "last state of the way down, at the lowest omega",
+            "start_fixed_point": "theoretical fixed point at the omega of the panel, perturbed",
+            "perturbation_of_phase": self.perturbation,
+            "sweep_settle_impacts": self.sweep_settle,
+            "sweep_points": self.sweep_points,
+            **{f"panel_{key}": value for key, value in self.classification.items()},
+            **{
+                f"sweep_{name}": f"[{s.low}, {s.high}] in steps of {s.step}"
+                for name, s in self.sweeps.items()
+            },
+        }
+
+
+def damper_of(chosen: ParameterSet, omega: float) -> ImpactDamper:
+    """Return the damper of a set at a frequency."""
+    return ImpactDamper(**asdict(chosen.parameters), omega=omega)

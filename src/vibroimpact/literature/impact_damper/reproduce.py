@@ -1,0 +1,267 @@
+"""The main job: every figure and every number of the founding paper, with a verdict on each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import xarray as xr
+
+from vibroimpact import _kernel
+from vibroimpact.bifurcations import Bifurcation, symmetric_bifurcations
+from vibroimpact.literature.impact_damper import (
+    Claim,
+    Panel,
+    ParameterSet,
+    claims,
+    datasets,
+    figures,
+    panels,
+    parameter_sets,
+)
+from vibroimpact.literature.impact_damper.judged import Evidence
+from vibroimpact.literature.impact_damper.misprints import Misprint, default_case, misprints
+from vibroimpact.literature.impact_damper.panel_results import (
+    Followed,
+    PanelResult,
+    branch_orbit,
+    follow_both_ways,
+    panel_result,
+)
+from vibroimpact.literature.impact_damper.plan import Plan, damper_of
+from vibroimpact.literature.impact_damper.story import Pictures, Residual, page
+from vibroimpact.literature.impact_damper.verdicts import Judgement, judge, score, to_json
+from vibroimpact.progress import Progress
+from vibroimpact.report import Word, whole_folder
+from vibroimpact.simulate import simulate
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
+STAGES = 7
+EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
+EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
+PORTRAIT_IMPACTS = 24
+PORTRAIT_PUSH = 0.1  # radians
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What was written, and the number of verdicts of each sort."""
+
+    out: Path
+    judgements: tuple[Judgement, ...]
+
+    @property
+    def score(self) -> Mapping[Word, int]:
+        """Return the number of verdicts of each sort."""
+        return score(self.judgements)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Everything that is computed before anything is drawn."""
+
+    plan: Plan
+    sets: Mapping[str, ParameterSet]
+    bifurcations: Mapping[str, tuple[Bifurcation, ...]]
+    followed: Mapping[str, Followed]
+    panels: Mapping[str, PanelResult]
+
+
+def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
+    """Redo the paper and write the report.
+
+    Parameters
+    ----------
+    out
+        Folder for the report: absent, empty, or an earlier report, which is replaced whole at the
+        end. Its parent must exist.
+    plan
+        Starts, steps, settling and numbers of points; the full ones if not given.
+    progress
+        Where to show progress; standard error if not given.
+
+    Returns
+    -------
+    Summary
+        The verdicts. On disk: ``report.html``, ``verdicts.json``, ``figures/``, ``data/``.
+
+    Raises
+    ------
+    InvalidParameterError
+        ``out`` holds foreign files or cannot be written.
+
+    Notes
+    -----
+    Everything is deterministic: no random numbers, equal bits in every run.
+    """
+    progress = progress or Progress(STAGES)
+    try:
+        with whole_folder(Path(out)) as work:
+            found = compute(plan or Plan(), progress)
+            progress.stage("verdicts")
+            judgements = judge(evidence_of(found, claims()))
+            residuals = _residuals()
+            pictures = _write_figures(work, found, progress)
+            progress.stage("report")
+            (work / "verdicts.json").write_text(
+                to_json(
+                    judgements,
+                    package={"vibroimpact": _kernel.version()},
+                    plan=found.plan.attributes(),
+                    misprints=[r.record() for r in residuals],
+                ),
+                encoding="utf-8",
+            )
+            html = page(found, judgements, residuals, pictures).html()
+            (work / "report.html").write_text(html, encoding="utf-8")
+        return Summary(Path(out), judgements)
+    finally:
+        progress.close()
+
+
+def compute(plan: Plan, progress: Progress) -> Findings:
+    """Compute bifurcations, sweeps and panels."""
+    sets = parameter_sets()
+    chosen = [p for p in panels() if p.shows == "section" and p.figure in plan.figures]
+
+    def bifurcations(name: str) -> tuple[Bifurcation, ...]:
+        low, high = sets[name].omega_range
+        sweep = plan.sweeps[name]
+        span = min(low, sweep.low), max(high, sweep.high)
+        return symmetric_bifurcations(damper_of(sets[name], span[1]), span)
+
+    def follow(name: str) -> Followed:
+        omegas = tuple(p.omega for p in chosen if p.set == name and isinstance(p.omega, float))
+        return follow_both_ways(sets[name], plan, omegas)
+
+    points = _parallel("bifurcations", bifurcations, sets, progress)
+    ways = _parallel("following attractors", follow, sets, progress)
+    followed = dict(zip(sets, ways, strict=True))
+
+    def result(panel: Panel) -> PanelResult:
+        return panel_result(sets[panel.set], panel, followed[panel.set], plan)
+
+    results = _parallel("panels", result, chosen, progress)
+    bifurcated = dict(zip(sets, points, strict=True))
+    return Findings(plan, sets, bifurcated, followed, {r.panel.name: r for r in results})
+
+
+def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
+    """Return what the verdicts rest on."""
+    return Evidence(found.sets, chosen, found.bifurcations, found.panels)
+
+
+def _parallel(
+    name: str, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+) -> list[Result]:
+    """Map over items on two threads, in order; an interruption drops what has not begun."""
+    todo = list(items)
+    pool = ThreadPoolExecutor(min(WORKERS, os.cpu_count() or 1))
+    try:
+        return list(progress.track(name, pool.map(work, todo), len(todo)))
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _residuals() -> tuple[Residual, ...]:
+    """Evaluate every misprint as printed and as corrected."""
+    case = default_case()
+
+    def one(m: Misprint) -> Residual:
+        return Residual(m, m.residual_printed(case), m.residual_corrected(case))
+
+    return tuple(one(m) for m in misprints())
+
+
+# --- figures --------------------------------------------------------------------------------------
+
+
+def _write_figures(work: Path, found: Findings, progress: Progress) -> Pictures:
+    """Write the data, and draw every figure from the files just written."""
+    (work / "figures").mkdir()
+    (work / "data").mkdir()
+    names: dict[str, tuple[str, ...]] = {}
+    for figure, parts in progress.track("data", _all_data(found), _count(found)):
+        names[figure] = tuple(_write(work / "data", data) for data in parts)
+    for figure, files in progress.track("figures", _of_figures(names), len(names)):
+        data = tuple(figures.open_data(work / "data" / name) for name in files)
+        figures.save_both(figures.redraw(data), work / "figures" / figure)
+    return Pictures(work / "figures", names)
+
+
+def _of_figures(names: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Leave out tables, of which there is no figure."""
+    yield from ((f, files) for f, files in names.items() if not f.startswith("bifurcations"))
+
+
+def _write(folder: Path, data: xr.Dataset) -> str:
+    figure = str(data.attrs["figure"])
+    name = figure if figure != "none" else f"bifurcations-{data.attrs['set']}"
+    numeric = [key for key, variable in data.data_vars.items() if variable.dtype.kind in "fi"]
+    packed = {key: {"zlib": True} for key in numeric}
+    data.to_netcdf(folder / f"{name}.nc", engine="h5netcdf", encoding=packed)
+    return f"{name}.nc"
+
+
+def _count(found: Findings) -> int:
+    return sum(1 for _ in _all_data(found, names_only=True))
+
+
+def _all_data(
+    found: Findings, *, names_only: bool = False
+) -> Iterator[tuple[str, tuple[xr.Dataset, ...]]]:
+    """Yield (figure, its datasets); computing nothing that is not asked for."""
+    makers = _makers(found)
+    for figure, make in makers.items():
+        yield figure, () if names_only else make()
+
+
+def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
+    """Map each figure to what makes its data."""
+    sets, plan = found.sets, found.plan
+    example = sets[EXAMPLE_SET]
+    makers: dict[str, Callable[[], tuple[xr.Dataset, ...]]] = {
+        "mechanism": lambda: (_example(found, "mechanism", 1),),
+        "history": lambda: (_example(found, "history", EXAMPLE_IMPACTS),),
+        "portrait": lambda: (_example(found, "portrait", PORTRAIT_IMPACTS),),
+    }
+    if EXAMPLE_PANEL in found.panels:
+        shown = (found.panels[EXAMPLE_PANEL],)
+        makers["section"] = lambda: (datasets.panel_data("section", example, plan, shown),)
+    makers["multipliers-A"] = lambda: (datasets.multiplier_data(example, plan),)
+    for figure in plan.figures:
+        makers[f"figure-{figure}"] = lambda figure=figure: _paper_figure(found, figure)  # type: ignore[misc]
+    for name in sets:
+        makers[f"diagram-{name}"] = lambda name=name: (  # type: ignore[misc]
+            datasets.diagram_data(sets[name], plan, found.followed[name]),
+        )
+        makers[f"bifurcations-{name}"] = lambda name=name: (  # type: ignore[misc]
+            datasets.bifurcation_data(sets[name], plan, found.bifurcations[name]),
+        )
+    return makers
+
+
+def _paper_figure(found: Findings, figure: str) -> tuple[xr.Dataset, ...]:
+    rows = [p for p in panels() if p.figure == figure]
+    if rows[0].shows == "multipliers":
+        return tuple(datasets.multiplier_data(found.sets[p.set], found.plan) for p in rows)
+    chosen = found.sets[rows[0].set]
+    results = [found.panels[p.name] for p in rows]
+    return (datasets.panel_data(f"figure-{figure}", chosen, found.plan, results),)
+
+
+def _example(found: Findings, figure: str, impacts: int) -> xr.Dataset:
+    """Simulate the stable orbit of set A, disturbed so that it is seen to settle."""
+    chosen = found.sets[EXAMPLE_SET]
+    orbit = branch_orbit(chosen, EXAMPLE_OMEGA)
+    assert orbit is not None
+    start = orbit.state.perturbed(PORTRAIT_PUSH) if figure == "portrait" else orbit.state
+    run = simulate(damper_of(chosen, EXAMPLE_OMEGA), start, impacts=impacts)
+    return datasets.run_data(figure, chosen, found.plan, run, impacts)

@@ -1,0 +1,77 @@
+"""A small progress display on standard error."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TextIO, TypeVar
+
+Item = TypeVar("Item")
+
+BAR = 24  # characters
+REDRAW = 0.1  # seconds between two drawings of the bar
+
+
+@dataclass
+class Progress:
+    """Show the stage, the fraction done and the time left.
+
+    On a terminal one line is redrawn; elsewhere each stage prints one line when it begins.
+
+    Parameters
+    ----------
+    stages
+        Number of stages of the whole job.
+    stream
+        Where to write; standard error if not given.
+    quiet
+        Write nothing at all.
+    """
+
+    stages: int
+    stream: TextIO | None = None
+    quiet: bool = False
+    _number: int = field(default=0, init=False)
+    _drawn: float = field(default=0.0, init=False)
+
+    def stage(self, name: str) -> None:
+        """Begin the next stage."""
+        self._number += 1
+        head = f"[{self._number}/{self.stages}] {name}"
+        self._write(f"\r\033[K{head}" if self._live else f"{head}\n")
+
+    def track(self, name: str, items: Iterable[Item], total: int) -> Iterator[Item]:
+        """Begin a stage and yield its items, showing how many are done."""
+        self.stage(name)
+        begin = time.monotonic()
+        self._draw(name, 0, total, begin)
+        for done, item in enumerate(items, 1):
+            yield item
+            self._draw(name, done, total, begin)
+
+    def close(self) -> None:
+        """Remove the live line."""
+        if self._live:
+            self._write("\r\033[K")
+
+    @property
+    def _live(self) -> bool:
+        return not self.quiet and (self.stream or sys.stderr).isatty()
+
+    def _draw(self, name: str, done: int, total: int, begin: float) -> None:
+        now = time.monotonic()
+        if not self._live or (now - self._drawn < REDRAW and 0 < done < total):
+            return
+        self._drawn = now
+        filled = BAR * done // max(total, 1)
+        left = f"{(now - begin) * (total - done) / done:4.0f} s left" if done else ""
+        bar = "#" * filled + "." * (BAR - filled)
+        self._write(f"\r\033[K[{self._number}/{self.stages}] {name:<32.32} {bar} {left}")
+
+    def _write(self, text: str) -> None:
+        if not self.quiet:
+            stream = self.stream or sys.stderr
+            stream.write(text)
+            stream.flush()

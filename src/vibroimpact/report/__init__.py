@@ -1,0 +1,8 @@
+"""Self-contained HTML pages and whole output folders; nothing here knows any mechanics."""
+
+from __future__ import annotations
+
+from vibroimpact.report.folder import whole_folder
+from vibroimpact.report.page import Figure, Page, Section, Table, Text, Verdict, Word
+
+__all__ = ["Figure", "Page", "Section", "Table", "Text", "Verdict", "Word", "whole_folder"]

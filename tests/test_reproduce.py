@@ -1,0 +1,194 @@
+"""A reduced run of the main job: what is written, what is drawn, what an interruption leaves."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from vibroimpact.literature.impact_damper import claims, figures, measures
+from vibroimpact.literature.impact_damper import reproduce as job
+from vibroimpact.literature.impact_damper.plan import Plan, Sweep
+from vibroimpact.progress import Progress
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SMALL = Plan(
+    sweeps=MappingProxyType(
+        {
+            "A": Sweep(0.92, 1.2, 0.04),
+            "B": Sweep(0.93, 1.02, 0.01),
+            "C": Sweep(0.415, 0.448, 0.003),
+        }
+    ),
+    sweep_settle=200,
+    sweep_points=30,
+    panel_settle=1000,
+    panel_max_settle=1000,
+    panel_points=300,
+    path_points=21,
+    figures=("3", "5"),
+)
+
+
+def quiet() -> Progress:
+    return Progress(job.STAGES, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reproduce") / "out"
+    job.reproduce(folder, plan=SMALL, progress=quiet())
+    return folder
+
+
+def test_everything_is_written(out: Path) -> None:
+    drawn = {path.stem for path in (out / "figures").iterdir()}
+    assert {"mechanism", "history", "portrait", "figure-3", "figure-5"} <= drawn
+    assert {"multipliers-A", "diagram-A", "diagram-B", "diagram-C"} <= drawn
+    for name in drawn:
+        assert (out / "figures" / f"{name}.svg").stat().st_size > 0
+        assert (out / "figures" / f"{name}.png").stat().st_size > 0
+
+
+def test_every_claim_has_one_verdict(out: Path) -> None:
+    rows = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))["verdicts"]
+    assert [row["id"] for row in rows] == [claim.id for claim in claims()]
+    assert {row["verdict"] for row in rows} <= {"agrees", "differs", "cannot be decided"}
+    assert all(row["witness"] for row in rows)
+
+
+def test_misprints_are_listed_with_residuals(out: Path) -> None:
+    rows = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))["misprints"]
+    assert len(rows) > 10
+    assert all(float(row["residual_printed"]) > float(row["residual_corrected"]) for row in rows)
+
+
+def test_report_is_one_file_that_loads_nothing(out: Path) -> None:
+    html = (out / "report.html").read_text(encoding="utf-8")
+    links = re.findall(r'(?:src|href)="([^"]{0,40})', html)
+    assert all(link.startswith(("#", "data:")) for link in links)
+    assert html.count('class="verdict ') == len(claims())
+    for path in (out / "figures").glob("*.svg"):
+        assert f'id="{path.stem}"' in html
+
+
+def test_files_say_how_they_were_made(out: Path) -> None:
+    for path in (out / "data").glob("*.nc"):
+        attrs = figures.open_data(path).attrs
+        for key in ("mass_ratio", "restitution", "version", "start_down", "sweep_settle_impacts"):
+            assert key in attrs, (path.name, key)
+
+
+def test_panel_figure_shows_the_points_of_its_file(out: Path) -> None:
+    data = figures.open_data(out / "data" / "figure-5.nc")
+    figure = figures.redraw(data)
+    for ax, name in zip(figure.axes, dict.fromkeys(data["panel"].values), strict=True):
+        rows = figures.rows_of(data, name)
+        assert len(ax.lines) == len(rows)
+        for line, row in zip(ax.lines, rows, strict=True):
+            assert np.array_equal(line.get_xdata(), row["x1"])
+            assert np.array_equal(line.get_ydata(), row["v1"])
+    plt.close(figure)
+
+
+def test_multiplier_figure_shows_the_squares(out: Path) -> None:
+    parts = tuple(figures.open_data(out / "data" / f"multipliers-{s}.nc") for s in "BC")
+    figure = figures.redraw(parts)
+    for k, data in enumerate(parts):
+        nu = (data["nu_real"] + 1j * data["nu_imag"]).sel(sign=1).values.ravel()
+        for power in (1, 2):
+            dots = figure.axes[2 * k + power - 1].collections[0].get_offsets()
+            expected = np.column_stack([(nu**power).real, (nu**power).imag])
+            assert np.array_equal(np.asarray(dots), expected)
+    plt.close(figure)
+
+
+def test_run_of_a_file_is_repeated_bit_for_bit(out: Path) -> None:
+    for name in ("history", "portrait"):
+        data = figures.open_data(out / "data" / f"{name}.nc")
+        run = figures.run_from(data)
+        assert np.array_equal(run.time, data["time"])
+        assert np.array_equal(run.velocity_after, data["velocity_after"])
+
+
+def test_two_runs_give_equal_bits(out: Path) -> None:
+    found = job.compute(Plan(**{**plan_fields(SMALL), "figures": ("5",)}), quiet())
+    data = figures.open_data(out / "data" / "figure-5.nc")
+    points = np.concatenate([f.points for r in found.panels.values() for f in r.found])
+    assert np.array_equal(points[:, 0], data["x1"].values)
+    assert np.array_equal(points[:, 1], data["v1"].values)
+
+
+def plan_fields(plan: Plan) -> dict[str, object]:
+    return {name: getattr(plan, name) for name in plan.__slots__}
+
+
+@pytest.mark.parametrize("stage", ["compute", "_residuals", "_write_figures"])
+def test_interruption_leaves_nothing(
+    stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "judge", lambda _: ())
+    monkeypatch.setattr(job, "evidence_of", lambda *_: None)
+    monkeypatch.setattr(job, "compute", lambda *_: None)
+    monkeypatch.setattr(job, "_residuals", tuple)
+    monkeypatch.setattr(job, stage, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        job.reproduce(tmp_path / "out", plan=SMALL, progress=quiet())
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_interrupt_of_the_command_leaves_nothing(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "vibroimpact.cli", "reproduce", "impact-damper"]
+    with subprocess.Popen(
+        [*command, "--out", str(tmp_path / "out")], stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if "following" in line:
+                break
+        assert list(tmp_path.iterdir())
+        process.send_signal(signal.SIGINT)
+        assert "interrupted" in process.stderr.read()
+    assert process.returncode == 130
+    assert not list(tmp_path.iterdir())
+
+
+def test_grid_holds_the_panels_and_the_ends() -> None:
+    grid = Sweep(0.9, 1.0, 0.05).grid((0.93, 2.0))
+    assert grid.tolist() == [0.9, 0.93, 0.95, 1.0]
+
+
+def circle(count: int, wave: float = 0.0) -> np.ndarray:
+    turn = 2.0 * np.pi * np.sqrt(2.0) * np.arange(count)
+    return np.column_stack([np.cos(turn), np.sin(turn) + wave * np.cos(7.0 * turn)])
+
+
+def test_smooth_circles_need_fewer_harmonics() -> None:
+    rotation = float(np.sqrt(2.0) % 1.0)
+    assert measures.harmonics(circle(2000), rotation) == 1.0
+    assert measures.harmonics(circle(2000, 0.1), rotation) == 7.0
+
+
+def test_same_cloud_tells_a_circle_from_a_larger_one() -> None:
+    assert measures.same_cloud(circle(1000), circle(700))
+    assert not measures.same_cloud(circle(1000), 1.2 * circle(1000))
+
+
+def test_width_of_a_ring() -> None:
+    ring = circle(20_000) * np.linspace(0.8, 1.0, 20_000)[:, None]
+    assert measures.width(ring) == pytest.approx(0.2 / np.hypot(2.0, 2.0), rel=0.02)
