@@ -1,0 +1,194 @@
+// The engine on every scalar: bits of lanes, derivatives of jets, counts of operations, a hash.
+//
+//     engine_test FILE hash EVENTS     FNV-1a hash of every event of every start
+//     engine_test FILE lanes EVENTS    packs of 2 and 4 against the scalar engine, bit by bit
+//     engine_test FILE jet EVENTS      jets against the product of saltation matrices
+//     engine_test FILE count EVENTS    operations per event
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+
+#include "system_file.hpp"
+#include "vibroimpact/lanes.hpp"
+#include "vibroimpact/run.hpp"
+#include "vibroimpact/scalar/counting.hpp"
+
+namespace {
+
+using shape = vi::fixed<6, 1>;
+using flow = vi::modal_flow<double, shape>;
+using system_type = binding::system_of<flow>;
+using starts_type = std::vector<binding::start_data>;
+constexpr int n = 6;
+constexpr double horizon = 1e6;
+
+bool same_bits(double a, double b) {
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+struct fnv {
+    std::uint64_t state = 14695981039346656037ull;
+    void add(double x) {
+        unsigned char bytes[sizeof x];
+        std::memcpy(bytes, &x, sizeof x);
+        for (unsigned char b : bytes)
+            state = (state ^ b) * 1099511628211ull;
+    }
+};
+
+void hash(const system_type& system, const starts_type& starts, int events) {
+    fnv sum;
+    for (const auto& start : starts) {
+        auto at = system.begin<double>(start);
+        vi::clock now;
+        for (int i = 0; i < events; ++i) {
+            const auto e = vi::step(system.hybrid(), at, horizon);
+            now.add(e.duration);
+            sum.add(static_cast<int>(e.what));
+            sum.add(e.side);
+            sum.add(now.high);
+            sum.add(now.low);
+            sum.add(e.rate_after);
+            for (int j = 0; j < n; ++j)
+                sum.add(at.y[j]);
+        }
+    }
+    std::printf("%016llx\n", static_cast<unsigned long long>(sum.state));
+}
+
+template <int N>
+int compare_lanes(const system_type& system, const starts_type& starts, int events) {
+    vi::lanes<N, shape> together{};
+    vi::lane_trajectories<N, shape> all{};
+    vi::trajectory<double, shape> alone[N];
+    int statuses = 0;
+    for (std::size_t first = 0; first + N <= starts.size(); first += N) {
+        for (int i = 0; i < N; ++i) {
+            vi::put_system(together, i, system.hybrid());
+            alone[i] = system.begin<double>(starts[first + i]);
+            vi::put_trajectory(all, i, alone[i], n, 1);
+        }
+        for (int k = 0; k < events; ++k) {
+            const auto found = vi::step(together, all, vi::pack<N>(horizon));
+            for (int i = 0; i < N; ++i) {
+                const auto expected = vi::step(system.hybrid(), alone[i], horizon);
+                bool equal = found.of[i].what == expected.what &&
+                             same_bits(found.of[i].duration, expected.duration) &&
+                             same_bits(found.of[i].rate_after, expected.rate_after);
+                for (int j = 0; j < n; ++j)
+                    equal = equal && same_bits(vi::lane(all.at.y[j], i), alone[i].y[j]);
+                if (!equal) {
+                    std::printf("lane %d of %d differs at event %d of start %zu\n", i, N, k,
+                                first + i);
+                    return 1;
+                }
+                statuses |= 1 << static_cast<int>(expected.what);
+            }
+        }
+    }
+    std::printf("lanes %d equal, statuses %d\n", N, statuses);
+    return 0;
+}
+
+// From stop to stop: d y after one impact = J (1 - f h / (h f)) exp(B t) d y before, f = y' there.
+void saltate(const vi::hybrid<flow>& system, const vi::event<double, shape>& e,
+             vi::vec<double, n>& tangent) {
+    const auto& free = system.modes[0];
+    const auto still = free.flow.flight(vi::vec<double, n>{}, e.duration);
+    tangent = free.flow.flight(tangent, e.duration);
+    for (int j = 0; j < n; ++j)
+        tangent[j] -= still[j];
+    const auto& law = system.laws[0];
+    const double r = vi::restitution_at(system, 0, e.side);
+    const auto jump = [&](vi::vec<double, n> y) {
+        const double rate = vi::dot(free.guards[0].rows[1], y, n);
+        for (int j = 0; j < n; ++j)
+            y[j] -= law.impulse[j] * ((1.0 + r) * rate / law.mobility[0]);
+        return y;
+    };
+    const auto flow_rate = free.flow.derivative(e.before);
+    const double late = -vi::dot(free.guards[0].rows[0], tangent, n) /
+                        vi::dot(free.guards[0].rows[0], flow_rate, n);
+    for (int j = 0; j < n; ++j)
+        tangent[j] += flow_rate[j] * late;
+    tangent = jump(tangent);
+}
+
+int compare_jets(const system_type& system, const starts_type& starts, int events) {
+    using jet = vi::jet<double, 5>;
+    double worst = 0.0;
+    for (const auto& start : starts) {
+        auto at = system.begin<double>(start);
+        vi::trajectory<jet, shape> seeded{};
+        vi::vec<double, n> columns[5] = {};
+        for (int j = 0; j < n; ++j)
+            seeded.y[j] = jet(at.y[j]);
+        seeded.touching[0] = at.touching[0];
+        seeded.rate[0] = jet(at.rate[0]);
+        for (int j = 0; j < 5; ++j) {
+            if (j < 4)
+                columns[j][j] = 1.0;
+            else { // along the forcing circle
+                columns[j][4] = at.y[5];
+                columns[j][5] = -system.hybrid().modes[0].flow.k[2] * at.y[4];
+            }
+            for (int i = 0; i < n; ++i)
+                seeded.y[i].d[j] = columns[j][i];
+        }
+        for (int k = 0; k < events; ++k) {
+            const auto e = vi::step(system.hybrid(), at, horizon);
+            vi::step(system.hybrid(), seeded, horizon);
+            if (e.what != vi::status::impact) break;
+            for (int j = 0; j < 5; ++j) {
+                saltate(system.hybrid(), e, columns[j]);
+                double size = 0.0, error = 0.0;
+                for (int i = 0; i < n; ++i) {
+                    size = std::max(size, std::abs(columns[j][i]));
+                    error = std::max(error, std::abs(columns[j][i] - seeded.y[i].d[j]));
+                }
+                worst = std::max(worst, error / size);
+            }
+        }
+    }
+    std::printf("%a\n", worst);
+    return 0;
+}
+
+struct cost {
+    static inline vi::operation_counts counts;
+};
+
+int count(const system_type& system, const starts_type& starts, int events) {
+    using number = vi::counting<cost>;
+    for (const auto& start : starts) {
+        const auto at = system.begin<double>(start);
+        vi::trajectory<number, shape> counted{};
+        for (int j = 0; j < n; ++j)
+            counted.y[j] = number(at.y[j]);
+        counted.touching[0] = number(at.touching[0]);
+        counted.rate[0] = number(at.rate[0]);
+        for (int k = 0; k < events; ++k)
+            vi::step(system.hybrid(), counted, horizon);
+    }
+    std::printf("%.1f\n", static_cast<double>(cost::counts.flops()) /
+                              (static_cast<double>(starts.size()) * events));
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 4) return 2;
+    test::reader in(argv[1]);
+    const auto system = test::read_compiled<flow>(in);
+    const auto starts = test::read_starts(in);
+    const std::string what = argv[2];
+    const int events = std::atoi(argv[3]);
+    if (what == "lanes")
+        return compare_lanes<2>(system, starts, events) | compare_lanes<4>(system, starts, events);
+    if (what == "jet") return compare_jets(system, starts, events);
+    if (what == "count") return count(system, starts, events);
+    hash(system, starts, events);
+    return 0;
+}

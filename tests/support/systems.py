@@ -1,0 +1,119 @@
+"""Systems under test, and the same systems for the references."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from witness import damper as damper_witness_module
+from witness import mechanism as mechanism_witness_module
+
+import vibroimpact as vi
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+PAPER_SETS: dict[str, dict[str, float]] = {
+    "A": {
+        "mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, "restitution": 0.8, "half_clearance": 5.0,
+    },
+    "B": {
+        "mass_ratio": 0.04, "omega_n": 0.6, "zeta": 0.025, "restitution": 0.7,
+        "half_clearance": 8.0,
+    },
+    "C": {
+        "mass_ratio": 0.05092, "omega_n": 1.0, "zeta": 0.015, "restitution": 0.7,
+        "half_clearance": 6.0,
+    },
+}  # fmt: skip
+
+
+def paper_damper(name: str, omega: float, **changes: float) -> vi.ImpactDamper:
+    """A damper of the paper, with some parameters changed."""
+    return replace(vi.ImpactDamper(**PAPER_SETS[name], omega=omega), **changes)
+
+
+def damper_witness(d: vi.ImpactDamper) -> damper_witness_module.Damper:
+    """The reference for the same doubles."""
+    return damper_witness_module.Damper(
+        mass_ratio=d.mass_ratio, omega_n=d.omega_n, zeta=d.zeta, restitution=d.restitution,
+        half_clearance=d.half_clearance, omega=d.omega, force=d.force,
+    )  # fmt: skip
+
+
+def mechanism_witness(m: vi.Mechanism) -> mechanism_witness_module.Mechanism:
+    """The reference for the same doubles; both stops of a contact share one restitution."""
+
+    def stop(limit: float) -> float | None:
+        return limit if np.isfinite(limit) else None
+
+    return mechanism_witness_module.Mechanism(
+        mass=m.mass,
+        damping=m.damping,
+        stiffness=m.stiffness,
+        lines=[mechanism_witness_module.Line(f.omega, f.sine, f.cosine) for f in m.forces],
+        contacts=[
+            mechanism_witness_module.Contact(c.row, stop(c.lower), stop(c.upper), c.restitutions[0])
+            for c in m.contacts
+        ],
+        constant_force=m.constant_force,
+    )
+
+
+def oscillator(
+    *,
+    stiffness: float,
+    damping: float,
+    forces: tuple[vi.Harmonic, ...] = (),
+    constant_force: float = 0.0,
+    lower: float = -1e6,
+    upper: float = 1e6,
+    restitution: float = 1.0,
+) -> vi.Mechanism:
+    """One coordinate of unit mass between two stops, far away unless given."""
+    return vi.Mechanism(
+        mass=[[1.0]],
+        damping=[[damping]],
+        stiffness=[[stiffness]],
+        forces=forces,
+        constant_force=(constant_force,),
+        contacts=(vi.Contact((1.0,), lower, upper, restitution),),
+    )
+
+
+def ball(restitution: float, gravity: float = 9.8) -> vi.Mechanism:
+    """A ball above the floor x = 0."""
+    return oscillator(
+        stiffness=0.0, damping=0.0, constant_force=-gravity, lower=0.0, upper=np.inf,
+        restitution=restitution,
+    )  # fmt: skip
+
+
+def random_symmetric(rng: Generator, n: int, rank: int) -> Any:
+    """A random symmetric matrix of this rank, no negative eigenvalue, entries of order one."""
+    factor = rng.normal(size=(n, rank))
+    return factor @ factor.T / max(rank, 1)
+
+
+def random_mechanism(
+    rng: Generator, n: int, *, contacts: int = 1, lines: int = 1, stiff_rank: int | None = None
+) -> vi.Mechanism:
+    """Full mass, non-proportional damping, a stiffness that may leave free masses."""
+    rank = n if stiff_rank is None else stiff_rank
+    forces = tuple(
+        vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.normal(size=n)), tuple(rng.normal(size=n)))
+        for _ in range(lines)
+    )
+    stops = tuple(
+        vi.Contact(tuple(rng.normal(size=n)), -rng.uniform(0.2, 1.0), rng.uniform(0.2, 1.0),
+                   rng.uniform(0.3, 1.0))
+        for _ in range(contacts)
+    )  # fmt: skip
+    return vi.Mechanism(
+        mass=np.eye(n) + random_symmetric(rng, n, n),
+        damping=0.1 * random_symmetric(rng, n, n),
+        stiffness=random_symmetric(rng, n, rank),
+        forces=forces,
+        contacts=stops,
+    )

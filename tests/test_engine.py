@@ -1,0 +1,284 @@
+"""The one engine on every scalar and target: lanes, jets, counts, NVRTC, WebAssembly."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact import hybrid
+from vibroimpact.simulate import begin
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+pytestmark = pytest.mark.xdist_group("engine")  # one worker compiles
+
+ROOT = Path(__file__).resolve().parents[1]
+INCLUDE = ROOT / "include"
+FLAGS = ["-std=c++20", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", f"-I{INCLUDE}"]
+WASM_FLAGS = [
+    *("-target", "wasm32-freestanding", "-mcpu=generic+simd128", "-O2", "-fno-exceptions"),
+    *("-fno-rtti", "-nostdlib", "-Wl,--no-entry", "-Wl,--export=one_event"),
+]
+ZIG = [sys.executable, "-m", "ziglang", "c++"]
+COMPILERS = {
+    "gcc -O2": ["g++", "-O2"],
+    "gcc -O3 -mavx2 -mfma": ["g++", "-O3", "-mavx2", "-mfma"],
+    "clang -O2": [*ZIG, "-O2"],
+    "clang -O3 -mavx2 -mfma": [*ZIG, "-O3", "-mavx2", "-mfma"],
+}
+SEED = 20211121
+SETS = {  # chaotic, with chatter and sticking, or steady; parameter sets of the founding paper
+    "A": ({"mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, "restitution": 0.8}, 5.0, 0.970453),
+    "B": ({"mass_ratio": 0.04, "omega_n": 0.6, "zeta": 0.025, "restitution": 0.7}, 8.0, 0.9386),
+    "C": ({"mass_ratio": 0.05092, "omega_n": 1.0, "zeta": 0.015, "restitution": 0.7}, 6.0, 0.4205),
+}
+
+
+def damper_of(name: str) -> vi.ImpactDamper:
+    """One of the sets at a frequency where its motion is irregular."""
+    rest, half_clearance, omega = SETS[name]
+    return vi.ImpactDamper(**rest, half_clearance=half_clearance, omega=omega)
+
+
+def starts_of(damper: vi.ImpactDamper, count: int) -> list[vi.State]:
+    """Seeded starts on stop A, leaving it."""
+    rng = np.random.default_rng(SEED)
+    return [
+        damper.on_stop("A", x1=x1, v1=v1, v2=v1 - leave, phase=phase)
+        for x1, v1, leave, phase in zip(
+            rng.normal(0.0, 1.0, count),
+            rng.normal(0.0, 1.0, count),
+            rng.exponential(2.0, count),
+            rng.uniform(0.0, 6.28, count),
+            strict=True,
+        )
+    ]
+
+
+class Recorder:
+    """Stands in for the kernel while a system is compiled, and keeps what it was told."""
+
+    def __init__(self, **system: Any) -> None:
+        self.system, self.modes = system, []
+
+    def add_mode(self, **mode: Any) -> None:
+        self.modes.append(mode)
+
+
+def words(values: Iterable[float]) -> list[str]:
+    """A length and hexadecimal floats: no digit is lost."""
+    flat = [float(x) for x in values]
+    return [str(len(flat)), *(x.hex() for x in flat)]
+
+
+def system_text(damper: vi.ImpactDamper, states: list[vi.State]) -> str:
+    """What tests/cpp/system_file.hpp reads."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hybrid._kernel, "System", Recorder)
+        compiled: Any = hybrid.Compiled(damper.mechanism)
+    s = compiled.kernel.system
+    out = [str(s["dimension"]), str(s["degrees"]), *words(s["omegas"]), *words(s["kappas"])]
+    out += [float(s["step"]).hex(), str(len(s["laws"]))]
+    for impulse, mobility, shift, lower, upper in s["laws"]:
+        out += [*words(impulse), *words(mobility), *words(shift), lower.hex(), upper.hex()]
+    out.append(str(len(compiled.kernel.modes)))
+    for mode in compiled.kernel.modes:
+        out.append(str(mode["code"]))
+        for key in ("k", "c", "a", "b", "constant"):
+            out += words(np.ravel(mode["flow"].get(key, [])))
+        for row, gain, lower, upper, side in mode["guards"]:
+            out += [*words(row), gain.hex(), lower.hex(), upper.hex(), str(side)]
+        for key in ("to_x", "to_v", "offset", "from_x", "from_v", "particular"):
+            out += words(np.ravel(mode[key]))
+    out.append(str(len(states)))
+    for state in states:
+        out += [*words(state.position), *words(state.velocity), *words([state.phase])]
+    return "\n".join(out)
+
+
+@pytest.fixture(scope="session")
+def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Compiled programs and system files of this session."""
+    return tmp_path_factory.mktemp("engine")
+
+
+@cache
+def program(folder: Path, compiler: str) -> Path:
+    """engine_test, built by one compiler."""
+    out = folder / compiler.replace(" ", "_")
+    source = ROOT / "tests/cpp/engine_test.cpp"
+    subprocess.run([*COMPILERS[compiler], *FLAGS, str(source), "-o", str(out)], check=True)
+    return out
+
+
+def run(folder: Path, compiler: str, name: str, what: str, events: int, starts: int = 16) -> str:
+    """Output of one test program on one set."""
+    damper = damper_of(name)
+    file = folder / f"{name}-{starts}.txt"
+    if not file.exists():
+        file.write_text(system_text(damper, starts_of(damper, starts)))
+    done = subprocess.run(
+        [str(program(folder, compiler)), str(file), what, str(events)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.strip()
+
+
+# FNV-1a of 16 starts of 400 events each: a change means other bits, to be announced as breaking.
+GOLDEN = {"A": "d948a5a05ad077b0", "B": "a18e041d5a00e68e", "C": "67fbbe871af888b8"}
+
+
+@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_chaotic_runs_have_the_golden_hash_with_every_compiler(
+    workplace: Path, compiler: str, name: str
+) -> None:
+    assert run(workplace, compiler, name, "hash", 400) == GOLDEN[name]
+
+
+def fnv(values: Iterable[float]) -> int:
+    """FNV-1a over the bytes of doubles, as engine_test computes it."""
+    state = 14695981039346656037
+    for byte in np.fromiter(values, float).tobytes():
+        state = ((state ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
+    return state
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_the_installed_package_gives_the_same_hash(name: str) -> None:
+    damper = damper_of(name)
+    compiled, values = hybrid.compile_mechanism(damper.mechanism), []
+    for state in starts_of(damper, 16):
+        r = compiled.kernel.simulate(begin(compiled, state), 1e300, 1e6, 400, 10**9)
+        for i in range(400):
+            values += [r[key][i] for key in ("status", "side", "high", "low", "rate_after")]
+            values += list(r["y"][i])
+    assert f"{fnv(values):016x}" == GOLDEN[name]
+
+
+@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("compiler", ["gcc -O3 -mavx2 -mfma", "clang -O2"])
+def test_each_lane_of_a_pack_has_the_bits_of_the_scalar_engine(
+    workplace: Path, compiler: str, name: str
+) -> None:
+    said = run(workplace, compiler, name, "lanes", 400)
+    assert said.count("equal") == 2
+    if name == "C":  # chatter (bit 2), stick (3) and release (4) happened in the lanes too
+        assert int(said.split()[-1]) & 0b11100 == 0b11100
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_jets_through_the_engine_equal_the_product_of_saltation_matrices(
+    workplace: Path, name: str
+) -> None:
+    # 12 impacts: each product of matrices adds some ulp, amplified by conditioning below 1e4
+    assert float.fromhex(run(workplace, "gcc -O2", name, "jet", 12)) < 1e-10
+
+
+def test_an_impact_costs_some_hundred_operations(workplace: Path) -> None:
+    # 250 to 900: leap, three steps, a root and a jump of a system with six coordinates
+    assert 250.0 < float(run(workplace, "gcc -O2", "A", "count", 200)) < 900.0
+
+
+KERNEL = """
+#include "vibroimpact/run.hpp"
+#include "vibroimpact/flow/dense.hpp"
+#include "vibroimpact/scalar/jet.hpp"
+using small = vi::modal_flow<double, vi::fixed<6, 1>>;
+using dense = vi::dense_flow<double, vi::bounded<8, 2>>;
+using jet = vi::jet<double, 2>;
+%s
+"""
+CUDA = (
+    KERNEL
+    % """
+template <class T, class Flow>
+__global__ void one_event(const vi::hybrid<Flow>* system,
+                          vi::trajectory<T, typename Flow::shape_type>* at, double* time) {
+    const int i = blockIdx.x * blockDim.x + threadIdx.x;
+    time[i] = vi::plain(vi::step(*system, at[i], 1e6).duration);
+}
+"""
+)
+WASM = (
+    KERNEL
+    % """
+using point = vi::trajectory<double, vi::fixed<6, 1>>;
+using jets = vi::trajectory<jet, vi::bounded<8, 2>>;
+extern "C" double one_event(const vi::hybrid<small>* s, point* at,
+                            const vi::hybrid<dense>* t, jets* to) {
+    return vi::step(*s, *at, 1e6).duration + vi::step(*t, *to, 1e6).duration.v;
+}
+"""
+)
+
+
+@pytest.mark.parametrize("arch", ["sm_75", "sm_90"])
+def test_the_engine_compiles_for_cuda_without_a_gpu(arch: str) -> None:
+    core = pytest.importorskip("cuda.core", reason="cuda-core is not installed on this platform")
+    options = core.ProgramOptions(
+        std="c++20",
+        arch=arch,
+        fma=False,
+        include_path=[str(INCLUDE)],
+        device_as_default_execution_space=True,
+    )
+    name = "one_event<double, small>"
+    code = core.Program(CUDA, "c++", options).compile("cubin", name_expressions=[name])
+    assert len(code.code) > 1000
+
+
+def test_the_engine_compiles_for_webassembly_without_imports(tmp_path: Path) -> None:
+    source, out = tmp_path / "engine.cpp", tmp_path / "engine.wasm"
+    source.write_text(WASM)
+    subprocess.run(
+        [*ZIG, *WASM_FLAGS, *FLAGS, str(source), "-o", str(out)],
+        check=True,
+    )
+    assert out.read_bytes()[:4] == b"\0asm"
+    assert 2 not in section_numbers(out.read_bytes())  # section 2 would list imports
+
+
+def section_numbers(module: bytes) -> list[int]:
+    """Numbers of the sections of a WebAssembly module."""
+    at, found = 8, []
+    while at < len(module):
+        found.append(module[at])
+        at, size, shift = at + 1, 0, 0
+        while True:
+            byte = module[at]
+            size |= (byte & 127) << shift
+            at, shift = at + 1, shift + 7
+            if byte < 128:
+                break
+        at += size
+    return found
+
+
+def test_every_header_stands_alone(tmp_path: Path) -> None:
+    headers = sorted(INCLUDE.rglob("*.hpp"))
+    lines = [f'#include "{h.relative_to(INCLUDE)}"\n' for h in headers]
+    assert len(headers) > 15
+    for i, line in enumerate(lines):
+        (tmp_path / f"{i}.cpp").write_text(line)
+    sources = [str(tmp_path / f"{i}.cpp") for i in range(len(lines))]
+    assert shutil.which("g++"), "g++ is needed to build the package"
+    subprocess.run(["g++", *FLAGS, "-fsyntax-only", *sources], check=True)
+
+
+def test_the_kernel_includes_no_standard_header() -> None:
+    for header in INCLUDE.rglob("*.hpp"):
+        for line in header.read_text().splitlines():
+            assert not line.startswith("#include <"), f"{header}: {line}"
