@@ -56,12 +56,13 @@ VI_HD inline int touch_neighbours(const hybrid<Flow>& system,
         at.touching[i] = 0.0;
         const auto& g = free.guards[i];
         const double u = plain(watch(g, 0, at.y, n));
-        const double eps =
-            64.0 * unit_roundoff * (plain(magnitude(g, 0, at.y, n, free.flow.step)) + g.reach);
-        const double side = abs(g.upper - u) <= eps ? 1.0 : abs(u - g.lower) <= eps ? -1.0 : 0.0;
+        const double terms = plain(magnitude(g, 0, at.y, n, free.flow.step));
+        const double side = side_within(g, u, terms);
         if (side == 0.0) continue;
         at.touching[i] = side;
         at.rate[i] = -side * watch(g, 1, at.y, n);
+        at.flat[i] = 0.0;
+        if (abs(plain(at.rate[i])) <= rounding_of(system, at, i, 1)) at.rate[i] = T(0.0);
         approaching += plain(at.rate[i]) < 0.0;
     }
     return approaching;
@@ -78,6 +79,8 @@ strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
         static_cast<int>(plain(at.touching[contact])), duration, at.y);
     e.rate_before = at.rate[contact];
     if (!resolve_impact(system, at)) e.what = status::undecided;
+    for (int i = 0; i < system.contacts(); ++i)
+        if (at.touching[i] != 0.0) set_on_stop(system, at, i);
     e.rate_after = at.rate[contact];
     return e;
 }
@@ -99,18 +102,22 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
                                      end.contact, end.side, end.duration, y);
     }
     leave_mode(system, at);
-    for (int i = 0; i < system.contacts(); ++i)
+    for (int i = 0; i < system.contacts(); ++i) {
         at.touching[i] = 0.0;
+        at.flat[i] = 0.0;
+    }
     touch_held(system, at, at.held);
     if (was_closed) {
         const double side = side_in_code(at.held, end.contact);
         at.held -= code_of(end.contact, side);
+        at.flat[end.contact] = 1.0; // the force is zero: the third derivative decides (theory T24)
         return plain_event<T, Shape>(status::release, end.contact, static_cast<int>(side),
                                      end.duration, at.y);
     }
     at.touching[end.contact] = end.side;
     if (end.end == flight_end::grazing) {
         at.rate[end.contact] = T(0.0);
+        touch_neighbours(system, at, end.contact);
         return plain_event<T, Shape>(status::grazing, end.contact, end.side, end.duration, at.y);
     }
     at.rate[end.contact] = end.rate;
@@ -127,27 +134,41 @@ VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
 
 } // namespace detail
 
-// The certified engine: any flow, any mode, every status.
+namespace detail {
+
+// What happens next, rest and chatter before flight.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
-certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
-               double horizon) {
+next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+           double horizon) {
     using Shape = typename Flow::shape_type;
-    const int struck = detail::approached(at, system.contacts());
-    if (struck >= 0) return detail::strike(system, at, struck, T(0.0));
-    const rest<T> r = settle(system, at);
+    const int struck = approached(at, system.contacts());
+    if (struck >= 0) return strike(system, at, struck, T(0.0));
+    const rest<T> r = settle(system, at, horizon);
     if (r.what != settled::nothing) {
         const auto y = at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
         const status what = r.what == settled::chatter ? status::chatter
                             : r.what == settled::stick ? status::stick
                                                        : status::missing_mode;
         const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
-        auto e = detail::plain_event<T, Shape>(what, r.contact, side, r.duration, y);
+        auto e = plain_event<T, Shape>(what, r.contact, side, r.duration, y);
         e.code = r.code;
         return e;
     }
     const auto end = certified_flight(system.modes[at.mode], at, horizon);
-    return detail::finish_flight(system, at, end);
+    return finish_flight(system, at, end);
+}
+
+} // namespace detail
+
+// The certified engine: any flow, any mode, every status.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+               double horizon) {
+    const auto e = detail::next_event(system, at, horizon);
+    stay_closed(system, at);
+    return e;
 }
 
 // Apply the impact that ends a quick flight, in every lane where it was proved.
@@ -164,7 +185,7 @@ VI_HD inline T quick_impact(const Mode& m, const Law* laws, int lines, const Rat
         const mask_t<T> mine = end.proved & (end.contact == static_cast<double>(i));
         const auto r = select(end.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
         const T rate = select(mine, end.rate, T(0.0));
-        push_away(y, n, laws[i], end.side, -((1.0 + r) * rate) / laws[i].mobility[i]);
+        push_away(y, n, laws[i], end.side, -((1.0 + r) * rate) * laws[i].effective_mass);
         const T leaving = -r * rate;
         after = select(mine, leaving, after);
         at.touching[i] = select(end.proved, select(mine, end.side, real_t<T>(0.0)), at.touching[i]);
@@ -175,29 +196,35 @@ VI_HD inline T quick_impact(const Mode& m, const Law* laws, int lines, const Rat
     return after;
 }
 
+namespace detail {
+
+template <class T, class Flow, class Shape>
+VI_HD inline event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Shape>& at,
+                                         const stride_landing<T, Shape>& end) {
+    event<T, Shape> e; // filled in place: most of what it costs is moving it
+    e.what = status::impact;
+    e.contact = static_cast<int>(plain(end.contact));
+    e.side = static_cast<int>(plain(end.side));
+    e.code = 0;
+    e.duration = end.duration;
+    e.rate_before = end.rate;
+    e.rate_after = quick_impact(system.modes[0], system.laws, system.lines,
+                                system.inverse_omega_squared, end, at, e.before);
+    return e;
+}
+
+} // namespace detail
+
 template <class Flow>
 inline constexpr bool is_modal = requires(const Flow& f) { f.k; };
 
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
-    using Shape = typename Flow::shape_type;
     if constexpr (is_modal<Flow>) {
         if (at.mode == 0 && at.held == 0) {
             const auto end = stride_flight(system.modes[0], at, horizon);
-            if (end.proved) {
-                event<T, Shape> e{status::impact,
-                                  static_cast<int>(plain(end.contact)),
-                                  static_cast<int>(plain(end.side)),
-                                  0,
-                                  end.duration,
-                                  end.rate,
-                                  T(0.0),
-                                  {}};
-                e.rate_after = quick_impact(system.modes[0], system.laws, system.lines,
-                                            system.inverse_omega_squared, end, at, e.before);
-                return e;
-            }
+            if (end.proved) return detail::quick_event(system, at, end);
         }
     }
     return certified_step(system, at, horizon);

@@ -46,6 +46,8 @@ template <class R, int Dimension, int Contacts>
 struct contact_law {
     vec<R, Dimension> impulse;
     R mobility[Contacts];
+    R effective_mass;        // 1 / mobility[i] of contact i itself
+    vec<R, Dimension> shift; // displacement of y that moves u by mobility[i]
     R restitution_lower, restitution_upper;
 };
 

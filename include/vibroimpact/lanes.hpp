@@ -64,8 +64,8 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
         fill_step(to.leap.block[j], from.leap.block[j]);
         fill_step(to.creep.block[j], from.creep.block[j]);
     }
-    for (int m = 0; m < taylor_order; ++m)
-        for (int j = 0; j < from.dimension(); ++j)
+    for (int m = 0; m < taylor_order / 2; ++m)
+        for (int j = 0; j < 2 * from.dimension(); ++j)
             set_lane(to.series[m][j], i, from.series[m][j]);
 }
 
@@ -90,6 +90,7 @@ inline void fill_law(contact_law<pack<N>, D, K>& to, const contact_law<double, D
         set_lane(to.impulse[j], i, from.impulse[j]);
     for (int k = 0; k < contacts; ++k)
         set_lane(to.mobility[k], i, from.mobility[k]);
+    set_lane(to.effective_mass, i, from.effective_mass);
     set_lane(to.restitution_lower, i, from.restitution_lower);
     set_lane(to.restitution_upper, i, from.restitution_upper);
 }

@@ -34,8 +34,9 @@ binding::system_data read_system(int dimension, int degrees, numbers omegas, num
                                  double step, const nb::list& laws) {
     binding::system_data data{dimension, degrees, std::move(omegas), std::move(kappas), step, {}};
     for (nb::handle law : laws) {
-        const auto t = nb::cast<std::tuple<numbers, numbers, double, double>>(law);
-        data.contacts.push_back({std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t)});
+        const auto t = nb::cast<std::tuple<numbers, numbers, numbers, double, double>>(law);
+        data.contacts.push_back(
+            {std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), std::get<4>(t)});
     }
     return data;
 }
@@ -223,22 +224,54 @@ NB_MODULE(_kernel, m) {
         .def_ro("rate", &binding::position::rate)
         .def_ro("y", &binding::position::y)
         .def_ro("mode", &binding::position::mode);
+    // Signatures are written out for the type stub; arrays are C-contiguous float64.
     nb::class_<kernel_system>(m, "System")
         .def(nb::init<bool, int, int, numbers, numbers, double, const nb::list&>(), "dense"_a,
-             "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a, "laws"_a)
+             "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a, "laws"_a,
+             nb::sig("def __init__(self, *, dense: bool, dimension: int, degrees: int, "
+                     "omegas: list[float], kappas: list[float], step: float, "
+                     "laws: list[tuple[list[float], list[float], list[float], float, float]]) "
+                     "-> None"))
         .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "to_x"_a,
-             "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a)
-        .def("start", &kernel_system::start, "x"_a, "v"_a, "phases"_a)
+             "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a,
+             nb::sig("def add_mode(self, *, code: int, flow: dict[str, object], "
+                     "guards: list[tuple[list[float], float, float, float, int]], "
+                     "to_x: numpy.typing.NDArray[numpy.float64], to_v: "
+                     "numpy.typing.NDArray[numpy.float64], "
+                     "offset: list[float], from_x: numpy.typing.NDArray[numpy.float64], "
+                     "from_v: numpy.typing.NDArray[numpy.float64], particular: "
+                     "numpy.typing.NDArray[numpy.float64]) -> None"))
+        .def("start", &kernel_system::start, "x"_a, "v"_a, "phases"_a,
+             nb::sig("def start(self, x: list[float], v: list[float], phases: list[float]) "
+                     "-> dict[str, typing.Any]"))
         .def("simulate", &kernel_system::simulate, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
-             "impacts"_a)
+             "impacts"_a,
+             nb::sig("def simulate(self, at: Position, t_max: float, flight_limit: float, "
+                     "events: int, impacts: int) -> dict[str, typing.Any]"))
         .def("advance", &kernel_system::advance, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
-             "impacts"_a)
-        .def("evaluate", &kernel_system::evaluate, "mode"_a, "y"_a, "dt"_a)
+             "impacts"_a,
+             nb::sig("def advance(self, at: Position, t_max: float, flight_limit: float, "
+                     "events: int, impacts: int) -> tuple[int, int, int]"))
+        .def("evaluate", &kernel_system::evaluate, "mode"_a, "y"_a, "dt"_a,
+             nb::sig(
+                 "def evaluate(self, mode: list[int], y: numpy.typing.NDArray[numpy.float64], "
+                 "dt: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"))
         .def("tangents", &kernel_system::tangents, "x"_a, "v"_a, "phases"_a, "seeds"_a, "t_max"_a,
-             "flight_limit"_a, "events"_a, "impacts"_a)
+             "flight_limit"_a, "events"_a, "impacts"_a,
+             nb::sig(
+                 "def tangents(self, x: list[float], v: list[float], phases: list[float], "
+                 "seeds: numpy.typing.NDArray[numpy.float64], t_max: float, flight_limit: float, "
+                 "events: int, impacts: int) -> dict[str, typing.Any]"))
         .def("lyapunov", &kernel_system::lyapunov, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
-             "impacts"_a, "block"_a)
-        .def("acceleration", &kernel_system::acceleration, "x"_a, "v"_a, "phases"_a)
-        .def("flow_matrix", &kernel_system::flow_matrix, "dt"_a)
-        .def("impact_matrix", &kernel_system::impact_matrix, "contact"_a, "side"_a);
+             "impacts"_a, "block"_a,
+             nb::sig("def lyapunov(self, at: Position, t_max: float, flight_limit: float, "
+                     "events: int, impacts: int, block: int) -> dict[str, typing.Any]"))
+        .def("acceleration", &kernel_system::acceleration, "x"_a, "v"_a, "phases"_a,
+             nb::sig("def acceleration(self, x: list[float], v: list[float], "
+                     "phases: list[float]) -> numpy.typing.NDArray[numpy.float64]"))
+        .def("flow_matrix", &kernel_system::flow_matrix, "dt"_a,
+             nb::sig("def flow_matrix(self, dt: float) -> numpy.typing.NDArray[numpy.float64]"))
+        .def("impact_matrix", &kernel_system::impact_matrix, "contact"_a, "side"_a,
+             nb::sig("def impact_matrix(self, contact: int, side: int) -> "
+                     "numpy.typing.NDArray[numpy.float64]"));
 }

@@ -10,7 +10,7 @@ namespace binding {
 using numbers = std::vector<double>;
 
 struct contact_data {
-    numbers impulse, mobility;
+    numbers impulse, mobility, shift;
     double restitution_lower, restitution_upper;
 };
 

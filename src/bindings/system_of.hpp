@@ -33,6 +33,8 @@ public:
             const auto& from = data.contacts[i];
             std::copy(from.impulse.begin(), from.impulse.end(), law.impulse.x);
             std::copy(from.mobility.begin(), from.mobility.end(), law.mobility);
+            law.effective_mass = 1.0 / law.mobility[i];
+            std::copy(from.shift.begin(), from.shift.end(), law.shift.x);
             law.restitution_lower = from.restitution_lower;
             law.restitution_upper = from.restitution_upper;
         }
@@ -264,10 +266,7 @@ private:
     void touch(trajectory<T>& at, int i, const T* v) const {
         const auto& g = modes_[0].guards[i];
         const double u = vi::plain(vi::watch(g, 0, at.y, n_));
-        const double eps = noise(at.y, i, 0) + 64.0 * vi::unit_roundoff * g.reach;
-        at.touching[i] = std::abs(g.upper - u) <= eps   ? 1.0
-                         : std::abs(u - g.lower) <= eps ? -1.0
-                                                        : 0.0;
+        at.touching[i] = vi::side_within(g, u, vi::magnitude(g, 0, at.y, n_, modes_[0].flow.step));
         T rate = T(0.0);
         double terms = 0.0;
         for (int k = 0; k < degrees_; ++k) {

@@ -15,4 +15,3 @@ class InvalidParameterError(VibroImpactError, ValueError):
 
     The message reads ``name = value: what is allowed. What to do.``
     """
-

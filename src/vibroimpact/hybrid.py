@@ -30,6 +30,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact.mechanism import Mechanism
 
+SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 
 
@@ -56,6 +57,11 @@ class Compiled:
         self.dense = not self._is_modal()
         rates = [self._rate(), *(force.omega for force in mechanism.forces)]
         self.rate = max(rates) or self._drift_rate()
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise InvalidParameterError(
+                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
+                "Choose another unit of time."
+            )
         self.step = _short(STEP_ANGLE / self.rate)
         omegas = [force.omega for force in mechanism.forces]
         self.kappas = [1.0] * lines if self.dense else omegas
@@ -178,15 +184,17 @@ class Compiled:
             return dense(self.mechanism, reduced, self.size, self.scale)
         return modal(self.mechanism, reduced, phi, self.size)
 
-    def _laws(self) -> list[tuple[Vector, Vector, float, float]]:
-        """Impulse in free coordinates, mobilities and restitutions of every contact."""
+    def _laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
+        """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
         m = self.mechanism
         rows = [list(contact.row) for contact in m.contacts]
         lift = linear.solve_definite(m.mass, transpose(rows))
         mobility = product(rows, lift)
-        impulses = transpose(product(self.free.from_v, lift))
+        impulses, shifts = (
+            transpose(product(a, lift)) for a in (self.free.from_v, self.free.from_x)
+        )
         return [
-            (impulses[i], mobility[i], *contact.restitutions)
+            (impulses[i], mobility[i], shifts[i], *contact.restitutions)
             for i, contact in enumerate(m.contacts)
         ]
 

@@ -162,6 +162,8 @@ def null_space(rows: Matrix) -> Matrix | None:
     Returns None where the rows are linearly dependent.
     """
     work, n = [list(row) for row in rows], len(rows[0])
+    if len(rows) > n:
+        return None
     pivots: list[int] = []
     for i, row in enumerate(work):
         pivot = max((j for j in range(n) if j not in pivots), key=lambda j: abs(row[j]))

@@ -47,7 +47,7 @@ def on_circle(damper: ImpactDamper) -> tuple[Floats, float, float, Compiled]:
     phi, gamma = flow[:, : 2 * n], flow[:, 2 * n :]
     jump = np.eye(2 * n)
     jump[n:, n:] = compiled.kernel.impact_matrix(ONLY_CONTACT, STOP_B)
-    w = np.linalg.solve(np.eye(2 * n) + jump @ phi, -jump @ gamma)
+    w: Floats = np.asarray(np.linalg.solve(np.eye(2 * n) + jump @ phi, -jump @ gamma), np.float64)
     alpha, beta = np.array(compiled.mechanism.contacts[0].row) @ w[:n]
     return w, float(alpha), float(beta), compiled
 

@@ -258,7 +258,7 @@ def flight_limit_of(compiled: Compiled) -> float:
     return SILENT_PERIODS * 2.0 * math.pi / omega if omega else SILENT_STEPS * compiled.step
 
 
-def check_counts(impacts: int, t_max: float) -> None:
+def check_counts(impacts: Any, t_max: float) -> None:
     """Refuse an impossible length of run."""
     whole = isinstance(impacts, int | np.integer) and not isinstance(impacts, bool)
     if not whole or impacts < 1:

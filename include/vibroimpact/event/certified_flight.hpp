@@ -8,7 +8,7 @@
 //             it the flight ends as grazing.
 //             A flight that leaves a stop starts from exact zeros, so short hops keep their
 //             relative accuracy down to the smallest speeds.
-// Fails       horizon: no event up to the given time; undecided: see first_root.hpp, or 2^29 steps.
+// Fails       horizon: no event up to the given time; undecided: see first_root.hpp, or 2^26 steps.
 // Reference   theory.md, "First contact"
 #pragma once
 
@@ -17,6 +17,8 @@
 #include "vibroimpact/hybrid.hpp"
 
 namespace vi {
+
+inline constexpr double most_steps = 0x1p26; // of one flight: some seconds
 
 enum class flight_end { contact, grazing, horizon, undecided };
 
@@ -72,25 +74,39 @@ VI_HD inline taylor_polynomial gap_on(int side, double limit, const taylor_polyn
     return g;
 }
 
+// What is exact of a gap that its flight has not left yet: zeros. In the first step also the rate.
+template <class Guard, class T, class Shape>
+VI_HD inline void keep_exact(taylor_polynomial& g, const Guard& guard, int i,
+                             const vec<T, Shape::max_dimension>& y,
+                             const trajectory<T, Shape>& start, int n, double step, bool first) {
+    g.d[0] = 0.0;
+    if (first) {
+        g.d[1] = plain(start.rate[i]);
+        if (start.flat[i] != 0.0) g.d[2] = 0.0;
+        return;
+    }
+    for (int m = 1; m <= 3; ++m)
+        if (abs(g.d[m]) <= 64.0 * unit_roundoff * plain(magnitude(guard, m, y, n, step)))
+            g.d[m] = 0.0;
+}
+
+// `still` says whether the flight has not left the stop that it started on.
 template <class T, class Mode, class Shape>
 VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
-                                  const trajectory<T, Shape>* start, int applications, double span,
-                                  earliest& first) {
+                                  const trajectory<T, Shape>& start, bool& still, int applications,
+                                  double span, earliest& first) {
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
     const taylor_polynomial u = watch_all(guard, y, n);
-    const double eps = unit_roundoff * (16.0 + 4.0 * applications) *
-                       (plain(magnitude(guard, 0, y, n, m.flow.step)) + guard.reach);
+    const double terms = plain(magnitude(guard, 0, y, n, m.flow.step));
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
+        const double eps = unit_roundoff * (16.0 + 4.0 * applications) * (terms + abs(limit));
         taylor_polynomial g = gap_on(side, limit, u);
-        const bool leaving = start && start->touching[i] == side && !guard.closed;
-        if (leaving) {
-            g.d[0] = 0.0;
-            g.d[1] = plain(start->rate[i]);
-            if (start->flat[i] != 0.0) g.d[2] = 0.0;
-        }
+        bool leaving = still && start.touching[i] == side && !guard.closed;
+        if (leaving && applications > 0) still = leaving = abs(g.d[0]) <= eps;
+        if (leaving) keep_exact(g, guard, i, y, start, n, m.flow.step, applications == 0);
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
         const window_verdict v = first_root(g, span, eps, leaving);
         if (v.what == finding::none) continue;
@@ -119,17 +135,19 @@ VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<
     const int n = flow.dimension();
     ladder<T, typename Mode::flow_type> at(start.y);
     detail::earliest first;
+    bool still[Shape::max_contacts];
+    for (bool& s : still)
+        s = true;
     double left = horizon;
-    for (; at.steps() < 0x1p29; at.advance(flow)) {
+    for (; at.steps() < most_steps; at.advance(flow)) {
         left = horizon - at.steps() * flow.step;
         const double span = min(flow.step, left);
-        const auto* leaving = at.steps() == 0.0 ? &start : nullptr;
         for (int i = 0; i < flow.contacts(); ++i)
-            detail::inspect_contact(m, i, at.y, leaving, at.applications(), span, first);
+            detail::inspect_contact(m, i, at.y, start, still[i], at.applications(), span, first);
         if (first.what != finding::none || left <= flow.step) break;
     }
     const bool found = first.what != finding::none;
-    const double s = found ? first.s : max(left, 0.0);
+    const double s = found ? first.s : left <= flow.step ? max(left, 0.0) : 0.0;
     const double duration = at.steps() * flow.step + s;
     landing<T, Shape> out{found               ? detail::end_of(first.what)
                           : left <= flow.step ? flight_end::horizon

@@ -39,6 +39,18 @@ VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow
     }
 }
 
+// The side on whose limit u lies within rounding of its terms, or 0.
+template <class R, int Dimension, int Orders>
+VI_HD constexpr double side_within(const guard<R, Dimension, Orders>& g, double u, double terms) {
+    const auto on = [&](double limit) { // an infinite limit is never reached
+        return abs(limit) < 0x1p1000 &&
+               abs(limit - u) <= 64.0 * unit_roundoff * (terms + abs(limit));
+    };
+    if (on(g.upper)) return upper_side;
+    if (on(g.lower)) return lower_side;
+    return 0.0;
+}
+
 // u^(m) at y.
 template <class T, class R, int Dimension, int Orders>
 VI_HD inline T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y,

@@ -6,7 +6,7 @@
 //             propagators of that step only, and no elementary function.
 //             Within a step S and I of block.hpp are Taylor polynomials of stored coefficients, and
 //               q(s)  = q0 + S(s) q0' + I(s) (a - k q0)                                (1)
-//               q'(s) = q0' + S(s) (a - k q0 - c q0') - k I(s) q0'                     (2)
+//               q'(s) = (1 - k I(s)) q0' + S(s) (a - k q0 - c q0')                    (2)
 // Assumes     k >= 0 and c >= 0 where curvature_bound is used.
 // Accuracy    one step adds at most 4 ulp of a block's amplitude (four products, two sums);
 //             short_flight: 18 Taylor terms, remainder (7/10)^19/19! of the amplitude, below 2^-60
@@ -46,7 +46,7 @@ struct modal_flow : sizes<Shape> {
     propagator leap;     // exp(B leap_steps step)
     propagator creep;    // exp(B creep_steps step)
     propagator rungs[2]; // exp(B rung step), exp(B rung^2 step)
-    vec<R, max_dimension> series[taylor_order]; // of S / s and I / s^2, in turn, for each block
+    vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
     VI_HD constexpr state<T> apply(const propagator& e, const state<T>& y) const {
@@ -81,7 +81,7 @@ struct modal_flow : sizes<Shape> {
             const T q = y[2 * j], v = y[2 * j + 1];
             const T pull = a[j] - k[j] * q;
             out[2 * j] = q + (v * velocity + pull * position);
-            out[2 * j + 1] = v + ((pull - c[j] * v) * velocity - v * (k[j] * position));
+            out[2 * j + 1] = v * (1.0 - k[j] * position) + (pull - c[j] * v) * velocity;
         }
         return out;
     }
@@ -91,7 +91,14 @@ struct modal_flow : sizes<Shape> {
     VI_HD state<T> flight(const state<T>& y, double t) const
         requires is_same<R, double>
     {
-        return apply(at_time(t), y);
+        const double longest = 0x1p20 * step; // 700 000 rad: within the range of sincos
+        if (t <= longest) return apply(at_time(t), y);
+        state<T> out = y;
+        const auto far = at_time(longest);
+        double left = t;
+        for (; left > longest; left = left - longest)
+            out = apply(far, out);
+        return apply(at_time(left), out);
     }
     VI_HD propagator at_time(double t) const
         requires is_same<R, double>
@@ -135,33 +142,34 @@ private:
     VI_HD void expand(int j) {
         double before = 0.0, coefficient = 1.0;
         for (int n = 1; n <= taylor_order; ++n) {
-            series[n - 1][2 * j] = coefficient;
-            series[n - 1][2 * j + 1] = coefficient / (n + 1.0);
+            auto& row = series[(n - 1) / 2];
+            const int at = 2 * j + (n % 2 ? 0 : this->dimension());
+            row[at] = coefficient;
+            row[at + 1] = coefficient / (n + 1.0);
             const double next = -(c[j] * n * coefficient + k[j] * before) / (n * (n + 1.0));
             before = coefficient;
             coefficient = next;
         }
     }
 
-    // S / s and I / s^2 of every block: the first terms of the series, an even number of them. Even
+    // S / s and I / s^2 of every block, in turn: the first terms of the series, an even number of
+    // them. Row m of the series holds the coefficients of s^(2 m), then those of s^(2 m + 1): even
     // and odd powers are summed apart, which halves the time until the result is there.
     template <int Order, class Time>
     VI_HD constexpr vec<Time, max_dimension> integrals(const Time& s) const {
-        constexpr int last = Order + Order % 2 - 1;
+        constexpr int rows = (Order + 1) / 2;
+        const int n = this->dimension();
         const Time square = s * s;
-        vec<Time, max_dimension> even{}, odd{};
-        for (int i = 0; i < this->dimension(); ++i) {
-            odd[i] = Time(series[last][i]);
-            even[i] = Time(series[last - 1][i]);
-        }
-        for (int n = last - 2; n > 0; n -= 2)
-            for (int i = 0; i < this->dimension(); ++i) {
-                odd[i] = series[n][i] + odd[i] * square;
-                even[i] = series[n - 1][i] + even[i] * square;
-            }
-        for (int i = 0; i < this->dimension(); ++i)
-            even[i] = even[i] + odd[i] * s;
-        return even;
+        vec<Time, 2 * max_dimension> sums{};
+        for (int i = 0; i < 2 * n; ++i)
+            sums[i] = Time(series[rows - 1][i]);
+        for (int m = rows - 2; m >= 0; --m)
+            for (int i = 0; i < 2 * n; ++i)
+                sums[i] = series[m][i] + sums[i] * square;
+        vec<Time, max_dimension> out{};
+        for (int i = 0; i < n; ++i)
+            out[i] = sums[i] + sums[n + i] * s;
+        return out;
     }
 };
 

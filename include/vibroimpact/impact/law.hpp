@@ -6,6 +6,9 @@
 //             gamma+ = -R gamma, which for the impact damper is (7) of the paper.           (2)
 //             y changes by impulse * p: a jump of rank one per contact, its forces internal, so
 //             momentum is kept exactly and energy falls by (1 - R^2) gamma^2 / (2 A) in (2).
+//             A touching contact that already leaves (gamma > 0) takes no part: it would be made to
+//             bounce by an impact that it did not suffer, and energy could grow. If the impulses of
+//             the others drive it together it strikes next, at the same instant.
 // Assumes     0 <= R <= 1. Contacts that close together but do not share a body have A_ij = 0: then
 //             (1) is (2) for each.
 // Fails       false where (1) has no solution: dependent contacts
@@ -41,7 +44,7 @@ VI_HD inline void push_away(vec<T, Dimension>& y, int n,
 
 namespace detail {
 
-// The touching contacts, in index order.
+// The touching contacts that do not leave, in index order.
 template <int N>
 struct contact_list {
     int count = 0;
@@ -51,7 +54,7 @@ template <int N, class State>
 VI_HD inline contact_list<N> touching_contacts(const State& at, int contacts) {
     contact_list<N> list;
     for (int i = 0; i < contacts; ++i)
-        if (at.touching[i] != 0.0) list.index[list.count++] = i;
+        if (at.touching[i] != 0.0 && plain(at.rate[i]) <= 0.0) list.index[list.count++] = i;
     return list;
 }
 
@@ -97,6 +100,11 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
     const auto solution = solve_complementarity(problem);
     if (solution.active < 0) return false;
     detail::active_impulses(problem, solution.active, b, p);
+    for (int i = 0; i < system.contacts(); ++i) { // those that leave are pushed along
+        if (at.touching[i] == 0.0 || !(plain(at.rate[i]) > 0.0)) continue;
+        for (int j = 0; j < list.count; ++j)
+            at.rate[i] = at.rate[i] + gap_mobility(system, at, i, list.index[j]) * p[j];
+    }
     for (int i = 0; i < list.count; ++i) {
         const int ci = list.index[i];
         const double side = plain(at.touching[ci]);
@@ -110,6 +118,22 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
         at.flat[ci] = 0.0;
     }
     return true;
+}
+
+// Put a touching contact on its stop exactly, at the rate that the law gave it: what rounding has
+// moved in y must not add up over many short hops. Free coordinates.
+template <class T, class Flow>
+VI_HD inline void set_on_stop(const hybrid<Flow>& system,
+                              trajectory<T, typename Flow::shape_type>& at, int contact) {
+    const auto& guard = system.modes[0].guards[contact];
+    const auto& law = system.laws[contact];
+    const int n = system.dimension();
+    const double side = plain(at.touching[contact]);
+    const T behind = (side > 0.0 ? guard.upper : guard.lower) - watch(guard, 0, at.y, n);
+    for (int i = 0; i < n; ++i)
+        at.y[i] = at.y[i] + law.shift[i] * (behind * law.effective_mass);
+    const T slow = at.rate[contact] + side * watch(guard, 1, at.y, n);
+    push_away(at.y, n, law, side, slow * law.effective_mass);
 }
 
 } // namespace vi

@@ -45,6 +45,13 @@ VI_HD inline double side_in_code(int code, int contact) {
     return digit == 1 ? 1.0 : digit == 2 ? -1.0 : 0.0;
 }
 
+// The first contact in a closed set that was not in it before, or -1.
+VI_HD inline int newly_closed(int code, int before, int contacts) {
+    for (int i = 0; i < contacts; ++i)
+        if (side_in_code(code, i) != 0.0 && side_in_code(before, i) == 0.0) return i;
+    return -1;
+}
+
 // m-th derivative of the gap of a touching contact, in the mode the trajectory is in.
 template <class T, class Flow, class State>
 VI_HD inline T gap_derivative(const hybrid<Flow>& system, const State& at, int i, int m) {
@@ -55,7 +62,7 @@ template <class Flow, class State>
 VI_HD inline double rounding_of(const hybrid<Flow>& system, const State& at, int i, int m) {
     const auto& mode = system.modes[at.mode];
     return 64.0 * unit_roundoff *
-           magnitude(mode.guards[i], m, at.y, system.dimension(), mode.flow.step);
+           plain(magnitude(mode.guards[i], m, at.y, system.dimension(), mode.flow.step));
 }
 
 // (3)
@@ -81,6 +88,7 @@ template <class T, class Shape>
 VI_HD inline trajectory<double, Shape> values(const trajectory<T, Shape>& at, int n, int contacts) {
     trajectory<double, Shape> out{};
     out.mode = at.mode;
+    out.held = at.held;
     for (int i = 0; i < n; ++i)
         out.y[i] = plain(at.y[i]);
     for (int i = 0; i < contacts; ++i) {
@@ -96,7 +104,7 @@ template <class Flow, class State>
 VI_HD inline double tendency(const hybrid<Flow>& system, const State& at, int i, bool& tie) {
     const double a = gap_derivative<double>(system, at, i, 2);
     const double noise = rounding_of(system, at, i, 2);
-    tie = abs(a) <= noise;
+    tie = abs(a) <= noise || at.flat[i] != 0.0;
     if (!tie) return a;
     const double jerk = gap_derivative<double>(system, at, i, 3);
     return jerk > rounding_of(system, at, i, 3) ? 0.0 : -noise;
@@ -159,27 +167,70 @@ VI_HD inline void touch_held(const hybrid<Flow>& system,
     }
 }
 
-// The sum (1): a flight in the present mode, then one plastic impact of everything that touches.
+namespace detail {
+
+// Duration (1) of the chatter of one contact.
+template <class T, class Flow, class State>
+VI_HD inline T chatter_time(const hybrid<Flow>& system, const State& at, int i) {
+    const double r = restitution_at(system, i, plain(at.touching[i]));
+    return 2.0 * at.rate[i] / (-gap_derivative<T>(system, at, i, 2) * (1.0 - r));
+}
+
+// Do all other contacts stay away from their stops for a time t? A bound, in no way tight.
+template <class Flow, class State>
+VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, int chattering,
+                                   double t) {
+    const auto& mode = system.modes[at.mode];
+    const int n = system.dimension();
+    for (int j = 0; j < system.contacts(); ++j) {
+        if (j == chattering || side_in_code(at.held, j) != 0.0) continue;
+        const auto& g = mode.guards[j];
+        const double u = watch(g, 0, at.y, n);
+        const double moved = 2.0 * t * magnitude(g, 1, at.y, n, mode.flow.step);
+        if (at.touching[j] == 0.0) {
+            if (min(g.upper - u, u - g.lower) <= moved) return false;
+            continue;
+        }
+        const double bend = 2.0 * t * magnitude(g, 2, at.y, n, mode.flow.step);
+        const double eps = rounding_of(system, at, j, 0) + 64.0 * unit_roundoff * g.reach;
+        if (!(at.rate[j] > bend && at.rate[j] * t > 4.0 * eps)) return false;
+    }
+    return true;
+}
+
+} // namespace detail
+
+// The sum (1): a flight in the present mode, then one plastic impact of the contact and those held.
 template <class T, class Flow>
 VI_HD inline T complete_chatter(const hybrid<Flow>& system,
                                 trajectory<T, typename Flow::shape_type>& at, int i) {
-    const double r = restitution_at(system, i, plain(at.touching[i]));
-    const T a = detail::gap_derivative<T>(system, at, i, 2);
-    const T t = 2.0 * at.rate[i] / (-a * (1.0 - r));
+    const T t = detail::chatter_time<T>(system, at, i);
     at.y = system.modes[at.mode].flow.template short_flight<taylor_order>(at.y, t);
     leave_mode(system, at);
+    const double side = plain(at.touching[i]);
     for (int j = 0; j < system.contacts(); ++j)
-        if (at.touching[j] != 0.0) at.rate[j] = detail::gap_derivative<T>(system, at, j, 1);
+        at.touching[j] = 0.0; // the others have left (others_stay_open)
+    at.touching[i] = side;
+    at.rate[i] = detail::gap_derivative<T>(system, at, i, 1);
     touch_held(system, at, at.held);
     resolve_impact(system, at, 0.0);
     at.rate[i] = T(0.0);
     return t;
 }
 
+// After an event elsewhere the contacts held before may stay closed: the motion goes on in their mode.
+template <class T, class Flow>
+VI_HD inline void stay_closed(const hybrid<Flow>& system,
+                              trajectory<T, typename Flow::shape_type>& at) {
+    if (at.mode != 0 || at.held == 0) return;
+    auto plain = detail::values(at, system.dimension(), system.contacts());
+    if (closed_set(system, plain) == at.held) enter_mode(system, at, at.held);
+}
+
 // Before a flight: begin sticking, complete chatter.
 template <class T, class Flow>
 VI_HD inline rest<T> settle(const hybrid<Flow>& system,
-                            trajectory<T, typename Flow::shape_type>& at) {
+                            trajectory<T, typename Flow::shape_type>& at, double horizon) {
     const int n = system.dimension(), contacts = system.contacts();
     auto plain = detail::values(at, n, contacts);
     if (at.mode == 0) {
@@ -188,20 +239,18 @@ VI_HD inline rest<T> settle(const hybrid<Flow>& system,
             at.flat[i] = plain.flat[i];
         const int before = at.held;
         if (code < 0 || !enter_mode(system, at, code)) return {settled::missing, -1, code, T(0.0)};
-        if (code != 0 && code != before) {
-            int first = 0;
-            while (detail::side_in_code(code, first) == detail::side_in_code(before, first))
-                ++first;
-            return {settled::stick, first, code, T(0.0)};
-        }
+        const int fresh = detail::newly_closed(code, before, contacts);
+        if (fresh >= 0) return {settled::stick, fresh, code, T(0.0)};
         plain = detail::values(at, n, contacts);
     }
-    for (int i = 0; i < contacts; ++i)
-        if (at.touching[i] != 0.0 && detail::side_in_code(at.held, i) == 0.0 &&
-            plain.rate[i] > 0.0 && detail::chatter_is_summable(system, plain, i)) {
-            const T t = complete_chatter(system, at, i);
-            return {settled::chatter, i, 0, t};
-        }
+    for (int i = 0; i < contacts; ++i) {
+        if (at.touching[i] == 0.0 || detail::side_in_code(at.held, i) != 0.0 ||
+            !(plain.rate[i] > 0.0) || !detail::chatter_is_summable(system, plain, i))
+            continue;
+        const double t = detail::chatter_time<double>(system, plain, i);
+        if (!(t <= horizon) || !detail::others_stay_open(system, plain, i, t)) continue;
+        return {settled::chatter, i, 0, complete_chatter(system, at, i)};
+    }
     return {settled::nothing, -1, 0, T(0.0)};
 }
 

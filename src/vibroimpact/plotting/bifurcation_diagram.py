@@ -18,7 +18,7 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
     "up": {"color": style.ORANGE, "markersize": 1.6},
     "down": {"color": style.BLUE, "markersize": 0.7},
 }
-OTHERS = (style.VERMILLION, style.GREEN, style.PURPLE, style.BLACK)
+OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
 
 
 def plot_bifurcation_diagram(

@@ -11,7 +11,7 @@ from vibroimpact.plotting import style
 from vibroimpact.simulate import Run
 
 POINTS = 4000  # per picture: more than the pixels of a printed column
-STOPS = ((0, "A", style.BLUE, "^"), (1, "B", style.VERMILLION, "v"))
+STOPS = ((0, "A", style.BLUE, "^"), (1, "B", style.VERMILION, "v"))
 COLOURS = (style.BLACK, style.ORANGE, style.GREEN, style.PURPLE, style.SKY)
 
 

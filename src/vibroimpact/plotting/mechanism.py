@@ -76,7 +76,7 @@ def _masses(ax: Axes) -> None:
     ax.add_patch(Rectangle((x, y), width, height, facecolor="#DCE6EE", edgecolor=style.BLACK))
     x, y, width, height = SLOT
     ax.add_patch(Rectangle((x, y), width, height, facecolor="white", edgecolor=style.BLACK))
-    for place, name, colour in ((x, "B", style.VERMILLION), (x + width, "A", style.BLUE)):
+    for place, name, colour in ((x, "B", style.VERMILION), (x + width, "A", style.BLUE)):
         ax.plot([place, place], [y, y + height], color=colour, linewidth=2.6)
         side = 1 if name == "A" else -1
         ax.text(place + 0.34 * side, y + 0.45, f"${name}$", ha="center", va="center", color=colour)

@@ -43,7 +43,7 @@ def plot_phase_portrait(
     end = float(run.time[-1]) if t1 is None and len(run) else t1 or 0.0
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         ax.plot(*_flights(run, full, t0, end), color=style.BLUE, linewidth=0.8)
-        ax.plot(*_jumps(run, full, t0, end), color=style.VERMILLION, linewidth=0.8,
+        ax.plot(*_jumps(run, full, t0, end), color=style.VERMILION, linewidth=0.8,
                 linestyle=(0, (2, 1.5)))  # fmt: skip
         place, speed = _names(full)
         ax.set(xlabel=f"${place}$", ylabel=f"${speed}$")

@@ -25,7 +25,7 @@ from vibroimpact.plotting import (
 from vibroimpact.simulate import Run, simulate
 from vibroimpact.state import State
 
-COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.PURPLE)
+COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 COLUMNS = 3
 PANEL_SIZE = (3.0, 2.5)  # inches
 LEAST_WINDOW = 0.02  # of the half clearance: a fixed point is shown in a window so wide
@@ -109,7 +109,7 @@ def _portrait(data: xr.Dataset) -> Figure:
     run = run_from(data)
     plot_phase_portrait(run, row=(1.0, 0.0), ax=axes[0])
     plot_phase_portrait(run, row=(-1.0, 1.0), ax=axes[1])
-    for stop, colour in ((1.0, style.BLUE), (-1.0, style.VERMILLION)):
+    for stop, colour in ((1.0, style.BLUE), (-1.0, style.VERMILION)):
         place = stop * float(data.attrs["half_clearance"])
         axes[1].axvline(place, color=colour, linewidth=2.0, zorder=0)
     return figure
