@@ -31,8 +31,7 @@ double first_contact(const Flight& f, const Start& start, double delta, double o
         u = m.u;
         du = m.v2 - m.v1;
         const double gap = delta - std::fabs(u), slope = u > 0 ? -du : du;
-        if (gap <= contact_tolerance && slope < 0)
-            return t - gap / slope; // (3)
+        if (gap <= contact_tolerance && slope < 0) return t - gap / slope; // (3)
         u = std::fmin(std::fmax(u, -delta), delta);
     }
     return none;

@@ -80,8 +80,7 @@ void simulate(const Oscillator& o, Start start, std::size_t impacts, double* tim
     for (std::size_t k = 0; k < impacts; ++k) {
         const Flight f = flight(o, start);
         const double t = first_contact(f, start);
-        if (std::isnan(t))
-            return;
+        if (std::isnan(t)) return;
         elapsed += t;
         times[k] = elapsed;
         start = after_impact(o.parameters, f, start.phase, t);

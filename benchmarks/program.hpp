@@ -41,8 +41,7 @@ bool read(T* into, std::size_t count) {
 
 inline bool read_task(Task& task) {
     double counts[2];
-    if (!read(&task.parameters, 1) || !read(counts, 2))
-        return false;
+    if (!read(&task.parameters, 1) || !read(counts, 2)) return false;
     task.impacts = static_cast<std::size_t>(counts[1]);
     task.starts.resize(static_cast<std::size_t>(counts[0]));
     return read(task.starts.data(), task.starts.size());
@@ -53,8 +52,7 @@ inline bool read_task(Task& task) {
 template <class Prepare>
 int run(Prepare prepare) {
     Task task;
-    if (!read_task(task))
-        return 2;
+    if (!read_task(task)) return 2;
     std::vector<double> times(task.starts.size() * task.impacts, none);
     const auto simulate = prepare(task.parameters);
     const auto begin = std::chrono::steady_clock::now();

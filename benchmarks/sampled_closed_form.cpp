@@ -22,10 +22,8 @@ double polish(const Flight& f, double delta, double low, double high) {
         const double side = m.u > 0 ? 1 : -1, gap = delta - side * m.u;
         (gap > 0 ? low : high) = t;
         double next = t + gap / (side * (m.v2 - m.v1));
-        if (!(low < next && next < high))
-            next = 0.5 * (low + high);
-        if (std::fabs(next - t) <= root_tolerance * std::fmax(1, t))
-            return next;
+        if (!(low < next && next < high)) next = 0.5 * (low + high);
+        if (std::fabs(next - t) <= root_tolerance * std::fmax(1, t)) return next;
         t = next;
     }
 }
@@ -34,8 +32,7 @@ double first_contact(const Flight& f, double delta, double step) {
     const long samples = static_cast<long>(longest_flight / step);
     for (long k = 1; k <= samples; ++k) { // (1)
         const double t = static_cast<double>(k) * step;
-        if (std::fabs(f.distance(t)) >= delta)
-            return polish(f, delta, t - step, t);
+        if (std::fabs(f.distance(t)) >= delta) return polish(f, delta, t - step, t);
     }
     return none;
 }
