@@ -69,7 +69,7 @@ struct crossing {
 
 template <Real R, int D>
 VI_HD inline const vec<R, D>& values_of(const vec<R, D>& y, int) {
-    return y;
+    return y; // NOLINT(bugprone-return-const-ref-from-parameter): only named states are passed
 }
 template <class T, int D>
 VI_HD inline vec<real_t<T>, D> values_of(const vec<T, D>& y, int n) {

@@ -96,8 +96,10 @@ struct modal_flow : sizes<Shape> {
         state<T> out = y;
         const auto far = at_time(longest);
         double left = t;
-        for (; left > longest; left = left - longest)
+        while (left > longest) {
             out = apply(far, out);
+            left = left - longest;
+        }
         return apply(at_time(left), out);
     }
     VI_HD propagator at_time(double t) const
