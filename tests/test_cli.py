@@ -326,7 +326,15 @@ sys.exit(cli.main(sys.argv[1:]))
 
 def test_ctrl_c_while_writing_leaves_nothing_behind() -> None:
     argv = [sys.executable, "-c", HELD, "orbit", *CASE, "--out", "m.svg", "--out", "o.nc"]
-    with subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as job:
+    with subprocess.Popen(
+        argv,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(
+            signal.SIGINT, signal.SIG_DFL
+        ),  # background jobs ignore it
+    ) as job:
         assert job.stdout is not None
         assert job.stdout.readline() == "writing\n"
         job.send_signal(signal.SIGINT)

@@ -33,7 +33,6 @@ COMPILERS = {
     "gcc -O2": ["g++", "-O2"],
     "gcc -O3 -mavx2 -mfma": ["g++", "-O3", "-mavx2", "-mfma"],
     "clang -O2": [*ZIG, "-O2"],
-    "clang -O3 -mavx2 -mfma": [*ZIG, "-O3", "-mavx2", "-mfma"],
 }
 SEED = 20211121
 SETS = {  # chaotic, with chatter and sticking, or steady; parameter sets of the founding paper

@@ -155,7 +155,12 @@ def test_interruption_leaves_nothing(
 def test_interrupt_of_the_command_leaves_nothing(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "vibroimpact.cli", "reproduce", "impact-damper"]
     with subprocess.Popen(
-        [*command, "--out", str(tmp_path / "out")], stderr=subprocess.PIPE, text=True
+        [*command, "--out", str(tmp_path / "out")],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(
+            signal.SIGINT, signal.SIG_DFL
+        ),  # background jobs ignore it
     ) as process:
         assert process.stderr is not None
         for line in process.stderr:

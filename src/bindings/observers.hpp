@@ -47,6 +47,7 @@ struct counter {
 template <class Shape>
 struct growth_meter {
     using jet = vi::jet<double, 1>;
+    static constexpr double vanished = 64.0 * vi::unit_roundoff; // what rounding leaves of length 1
     int n, contacts;
     long block;
     lyapunov_result out{};
@@ -58,7 +59,7 @@ struct growth_meter {
         for (int i = 0; i < n; ++i)
             square += at.y[i].d[0] * at.y[i].d[0];
         const double length = vi::sqrt(square);
-        if (!(length > 0.0)) return false;
+        if (!(length > vanished)) return false;
         log_sum += vi::log(length);
         for (int i = 0; i < n; ++i)
             at.y[i].d[0] = at.y[i].d[0] / length;
