@@ -36,7 +36,7 @@ def transpose(a: Matrix) -> Matrix:
 
 def product(a: Matrix, b: Matrix) -> Matrix:
     """A B, sums in index order."""
-    columns = transpose(b) if b and b[0] else [[] for _ in range(0)]
+    columns = transpose(b) if b and b[0] else []
     return [[dot(row, column) for column in columns] for row in a]
 
 

@@ -22,7 +22,6 @@ enum side_of_guard { lower_side = -1, no_side = 0, upper_side = 1 };
 
 template <class R, int Dimension, int Orders = taylor_order>
 struct guard {
-    static constexpr int orders = Orders;
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
     R lower, upper; // infinite where there is no stop
