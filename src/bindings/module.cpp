@@ -1,12 +1,14 @@
-// Python module vibroimpact._kernel: one class, System, over the compiled shapes.
+// Python module vibroimpact._kernel: System over the compiled shapes, Prescribed, Jet.
 #include <stdexcept>
 
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "arrays.hpp"
+#include "jet_module.hpp"
+#include "prescribed_module.hpp"
 #include "system.hpp"
 #include "vibroimpact/math.hpp"
 
@@ -15,20 +17,10 @@ using namespace nb::literals;
 
 namespace {
 
+using binding::array;
 using binding::numbers;
-using array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-
-numbers numbers_of(const array& a) {
-    return {a.data(), a.data() + a.size()};
-}
-
-// Hand a vector to numpy without copying it again.
-template <class T>
-nb::object to_numpy(std::vector<T> values, std::vector<std::size_t> shape) {
-    auto* kept = new std::vector<T>(std::move(values));
-    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), shape.size(), shape.data(), owner));
-}
+using binding::numbers_of;
+using binding::to_numpy;
 
 binding::system_data read_system(int dimension, int degrees, numbers omegas, numbers kappas,
                                  double step, const nb::list& laws) {
@@ -218,6 +210,8 @@ NB_MODULE(_kernel, m) {
             return std::make_tuple(w.s, w.c);
         },
         "x"_a, "Sine and cosine with the kernel's own bits.");
+    binding::bind_jet(m);
+    binding::bind_prescribed(m);
     nb::class_<binding::position>(m, "Position")
         .def("copy", [](const binding::position& p) { return binding::position(p); })
         .def_ro("touching", &binding::position::touching)

@@ -4,7 +4,9 @@
 //             exp(B step 2^n), n = 0, 1, ..., is stored, and a flight of any length applies the
 //             rungs named by the binary digits of t / step, then one Taylor flight. No eigenvector
 //             is formed, so repeated and defective eigenvalues, free masses and exact resonance
-//             are ordinary points, and no library decides the bits.
+//             are ordinary points, and no library decides the bits. R may be a jet: B, b and the
+//             time then carry derivatives, and at_time gives those of exp(B t), which no
+//             decomposition of B has at repeated frequencies.
 // Assumes     finite B, b; |B| in the maximum row sum.
 // Accuracy    relative to |exp(B t)| |y|: about (number of digits + 18) ulp, that of (B, t)
 //             perturbed by a few ulp
@@ -15,12 +17,10 @@
 
 namespace vi {
 
+// The field B y + b and its exponentials.
 template <class R, class Shape>
-struct dense_flow : sizes<Shape> {
-    using shape_type = Shape;
+struct linear_field : sizes<Shape> {
     static constexpr int max_dimension = Shape::max_dimension;
-    static constexpr int max_contacts = Shape::max_contacts;
-    static constexpr int ladder_length = 40; // flights up to 2^40 steps
     template <class T>
     using state = vec<T, max_dimension>;
     using matrix = vec<vec<R, max_dimension>, max_dimension>;
@@ -32,9 +32,7 @@ struct dense_flow : sizes<Shape> {
 
     matrix b;
     vec<R, max_dimension> constant;
-    R step;
-    propagator once, leap, rungs[2];
-    propagator ladder[ladder_length];
+    double step; // |B| step <= 7/10
 
     template <class T>
     VI_HD constexpr state<T> apply(const propagator& p, const state<T>& y) const {
@@ -72,62 +70,28 @@ struct dense_flow : sizes<Shape> {
         return out;
     }
 
-    template <class T>
-    VI_HD state<T> flight(const state<T>& y, double t) const
-        requires is_same<R, double>
-    {
-        state<T> out = y;
-        double left = t;
-        for (int m = ladder_length - 1; m >= 0; --m) {
-            double length = step;
-            for (int i = 0; i < m; ++i)
-                length = length + length;
-            if (left >= length) {
-                out = apply(ladder[m], out);
-                left = left - length;
-            }
-        }
-        return short_flight<taylor_order>(out, left);
+    // exp(B t), t >= 0, by halving t until it is below a step, and squaring.
+    VI_HD propagator at_time(const R& t) const {
+        R part = t;
+        int halvings = 0;
+        for (; plain(part) > step; ++halvings)
+            part = part * 0.5;
+        propagator p = taylor_propagator(part);
+        for (; halvings > 0; --halvings)
+            p = after(p, p);
+        return p;
     }
 
-    VI_HD void prepare()
-        requires is_same<R, double>
-    {
-        ladder[0] = taylor_propagator();
-        for (int m = 1; m < ladder_length; ++m)
-            ladder[m] = after(ladder[m - 1], ladder[m - 1]);
-        once = ladder[0];
-        leap = after(ladder[1], ladder[0]);
-        rungs[0] = ladder[5];
-        rungs[1] = ladder[10];
-    }
-
-    VI_HD constexpr vec<R, max_dimension> next_row(const vec<R, max_dimension>& r) const {
-        const int n = this->dimension();
-        vec<R, max_dimension> out = r;
-        for (int j = 0; j < n; ++j) {
-            R sum = r[0] * b[0][j];
-            for (int i = 1; i < n; ++i)
-                sum = sum + r[i] * b[i][j];
-            out[j] = sum;
-        }
-        return out;
-    }
-    VI_HD constexpr R row_gain(const vec<R, max_dimension>& r) const {
-        return dot(r, constant, this->dimension());
-    }
-
-private:
-    // Columns of exp(B step) are flights of unit vectors; the shift is the flight of zero.
-    VI_HD propagator taylor_propagator() const {
+    // Columns of exp(B s), s <= step, are flights of unit vectors; the shift is the flight of zero.
+    VI_HD propagator taylor_propagator(const R& s) const {
         const int n = this->dimension();
         propagator p{};
         state<R> zero{};
-        p.shift = short_flight<taylor_order>(zero, step);
+        p.shift = short_flight<taylor_order>(zero, s);
         for (int j = 0; j < n; ++j) {
             state<R> unit{};
             unit[j] = R(1.0);
-            const state<R> column = short_flight<taylor_order>(unit, step);
+            const state<R> column = short_flight<taylor_order>(unit, s);
             for (int i = 0; i < n; ++i)
                 p.e[i][j] = column[i] - p.shift[i];
         }
@@ -146,6 +110,63 @@ private:
                 p.e[i][j] = sum;
             }
         return p;
+    }
+};
+
+template <class R, class Shape>
+struct dense_flow : linear_field<R, Shape> {
+    using field = linear_field<R, Shape>;
+    using shape_type = Shape;
+    using field::b, field::constant, field::step;
+    using typename field::propagator;
+    static constexpr int max_dimension = Shape::max_dimension;
+    static constexpr int max_contacts = Shape::max_contacts;
+    static constexpr int ladder_length = 40; // flights up to 2^40 steps
+    template <class T>
+    using state = vec<T, max_dimension>;
+
+    propagator once, leap, rungs[2];
+    propagator ladder[ladder_length];
+
+    template <class T>
+    VI_HD state<T> flight(const state<T>& y, double t) const {
+        state<T> out = y;
+        double left = t;
+        for (int m = ladder_length - 1; m >= 0; --m) {
+            double length = step;
+            for (int i = 0; i < m; ++i)
+                length = length + length;
+            if (left >= length) {
+                out = this->apply(ladder[m], out);
+                left = left - length;
+            }
+        }
+        return this->template short_flight<taylor_order>(out, left);
+    }
+
+    VI_HD void prepare() {
+        ladder[0] = this->taylor_propagator(step);
+        for (int m = 1; m < ladder_length; ++m)
+            ladder[m] = this->after(ladder[m - 1], ladder[m - 1]);
+        once = ladder[0];
+        leap = this->after(ladder[1], ladder[0]);
+        rungs[0] = ladder[5];
+        rungs[1] = ladder[10];
+    }
+
+    VI_HD constexpr vec<R, max_dimension> next_row(const vec<R, max_dimension>& r) const {
+        const int n = this->dimension();
+        vec<R, max_dimension> out = r;
+        for (int j = 0; j < n; ++j) {
+            R sum = r[0] * b[0][j];
+            for (int i = 1; i < n; ++i)
+                sum = sum + r[i] * b[i][j];
+            out[j] = sum;
+        }
+        return out;
+    }
+    VI_HD constexpr R row_gain(const vec<R, max_dimension>& r) const {
+        return dot(r, constant, this->dimension());
     }
 };
 

@@ -1,0 +1,148 @@
+// Motions with a prescribed sequence of impacts, and the maps that they define.
+//
+// Method      Where the impacts and, nearly, their times are known, nothing has to be searched. With
+//             zeta = (x, v, theta), theta the phase of the first forcing line, a flight of length t
+//             and the impact at its end are
+//               y = exp(B t) y(zeta),  gap = row . y - limit,  y+ = y - impulse bounce row . y'   (1)
+//             analytic functions of zeta, t and the parameters, also where no motion runs so: the
+//             gap need not be zero, and stops in between are not seen.
+//             A return map solves gap = 0 for t: in jets, by Newton steps dt = -gap / rate from a
+//             time whose value is right, each of which doubles the order that is right; a shift by
+//             an infinitely small dt is a Taylor series that ends.                          (2)
+//             R = double: B is constant, its exponential is computed once. R = T: B carries the
+//             derivatives with respect to a parameter.
+// Assumes     one contact at a time; y = (x_i, v_i / rate) in pairs, then the forcing pairs (sin, cos)
+// Accuracy    that of dense_flow; times solve gap = 0 to the value they come with
+// Fails       (2) divides by the closing rate: infinite at grazing
+// Reference   theory.md, "Periodic orbits"
+#pragma once
+
+#include "vibroimpact/flow/dense.hpp"
+#include "vibroimpact/hybrid.hpp"
+
+namespace vi {
+
+// One side of one contact.
+template <class R, int Dimension>
+struct stop {
+    vec<R, Dimension> row; // on positions
+    R limit;
+    vec<R, Dimension> impulse; // changes u' by one
+    R bounce;                  // 1 + restitution
+};
+
+inline constexpr int max_degrees = 10;
+template <class T>
+using orbit_state = vec<T, 2 * max_degrees + 1>; // x, v, theta
+
+// What a flight of given length arrives at, before and after the impact.
+template <class T>
+struct arrival {
+    T gap, rate, rate_after;
+    orbit_state<T> before, after;
+};
+
+template <class R, class Shape>
+struct prescribed {
+    static constexpr int D = Shape::max_dimension;
+    using field_type = linear_field<R, Shape>;
+    using stop_type = stop<R, D>;
+    template <class T>
+    using state = vec<T, D>;
+
+    field_type field;
+    int degrees, lines;
+    double rate;
+    R omega;                 // of the first line, 0 where there is none
+    double ratio[max_lines]; // of the other frequencies to it
+
+    template <class T>
+    VI_HD state<T> embed(const orbit_state<T>& z) const {
+        state<T> y{};
+        for (int i = 0; i < degrees; ++i) {
+            y[2 * i] = z[i];
+            y[2 * i + 1] = z[degrees + i] * (1.0 / rate);
+        }
+        for (int l = 0; l < lines; ++l) {
+            const auto wave = sincos(z[2 * degrees] * ratio[l]);
+            y[2 * (degrees + l)] = wave.s;
+            y[2 * (degrees + l) + 1] = wave.c;
+        }
+        return y;
+    }
+
+    template <class T>
+    VI_HD orbit_state<T> read(const state<T>& y, const T& theta) const {
+        orbit_state<T> z{};
+        for (int i = 0; i < degrees; ++i) {
+            z[i] = y[2 * i];
+            z[degrees + i] = y[2 * i + 1] * rate;
+        }
+        z[2 * degrees] = theta;
+        return z;
+    }
+
+    template <class T>
+    VI_HD T gap(const stop_type& s, const state<T>& y) const {
+        return dot(s.row, y, field.dimension()) - s.limit;
+    }
+    template <class T>
+    VI_HD T speed(const stop_type& s, const state<T>& y) const {
+        return dot(s.row, field.derivative(y), field.dimension());
+    }
+
+    // (1) at the end y of a flight.
+    template <class T>
+    VI_HD arrival<T> strike(const stop_type& s, const state<T>& y, const T& theta) const {
+        arrival<T> a{gap(s, y), speed(s, y), T(0.0), read(y, theta), {}};
+        state<T> after = y;
+        for (int i = 0; i < field.dimension(); ++i)
+            after[i] = y[i] - a.rate * (s.impulse[i] * s.bounce);
+        a.rate_after = speed(s, after);
+        a.after = read(after, theta);
+        return a;
+    }
+
+    // (1) after the time t + dt, dt infinitely small, e = exp(B t): exact to order Order of the jets.
+    template <int Order, class T>
+    VI_HD arrival<T> fly(const stop_type& s, const orbit_state<T>& z,
+                         const typename field_type::propagator& e, const R& t, const T& dt) const {
+        const auto y = field.apply(e, embed(z));
+        return strike(s, field.template short_flight<Order>(y, dt),
+                      z[2 * degrees] + (dt + t) * omega);
+    }
+
+    // The impact at the end of a flight of about t: z becomes the state after it, and what comes
+    // back is the infinitely small part of the time (2).
+    template <int Order, class T>
+    VI_HD T impact(const stop_type& s, orbit_state<T>& z, double t) const {
+        const auto y = field.apply(field.at_time(R(t)), embed(z));
+        T dt(0.0);
+        for (int order = 0; order < Order; order = 2 * order + 1) {
+            const auto at = field.template short_flight<Order>(y, dt);
+            dt = dt - gap(s, at) / speed(s, at);
+            dt = dt - value(dt);
+        }
+        z = strike(s, field.template short_flight<Order>(y, dt), z[2 * degrees] + (dt + t) * omega)
+                .after;
+        return dt;
+    }
+
+    // A flight of t + dt without an impact.
+    template <int Order, class T>
+    VI_HD void coast(orbit_state<T>& z, double t, const T& dt) const {
+        const auto y = field.apply(field.at_time(R(t)), embed(z));
+        z = read(field.template short_flight<Order>(y, dt), z[2 * degrees] + (dt + t) * omega);
+    }
+
+    // Put the coordinate j of z on a stop: u = limit.
+    template <class T>
+    VI_HD void put_on(const stop_type& s, orbit_state<T>& z, int j) const {
+        T rest = T(0.0) + s.limit;
+        for (int i = 0; i < degrees; ++i)
+            if (i != j) rest = rest - z[i] * s.row[2 * i];
+        z[j] = rest / s.row[2 * j];
+    }
+};
+
+} // namespace vi

@@ -1,0 +1,233 @@
+#include "prescribed.hpp"
+
+#include <algorithm>
+
+#include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/scalar/mixed_jet.hpp"
+
+namespace binding {
+
+namespace {
+
+using shape = vi::bounded<32, 8>;
+inline constexpr int block = 6; // directions carried at once by first-order jets
+
+template <class R>
+using kernel = vi::prescribed<R, shape>;
+
+// A parameter p + dp, as the jets R carry it.
+template <class R>
+struct expansion {
+    R dp;
+    R operator()(const double* f, std::size_t stride) const {
+        if constexpr (vi::is_same<R, double>) {
+            return f[0];
+        } else {
+            R sum = f[3 * stride];
+            sum = f[2 * stride] + sum * dp * (1.0 / 3.0);
+            sum = f[stride] + sum * dp * 0.5;
+            return f[0] + sum * dp;
+        }
+    }
+};
+
+template <class R>
+void fill(R* out, const numbers& from, const expansion<R>& at) {
+    const std::size_t n = from.size() / parameter_orders;
+    for (std::size_t i = 0; i < n; ++i)
+        out[i] = at(from.data() + i, n);
+}
+
+template <class R>
+vi::stop<R, shape::max_dimension> stop_of(const prescribed_data::stop& from,
+                                          const expansion<R>& at) {
+    vi::stop<R, shape::max_dimension> s{};
+    fill(s.row.x, from.row, at);
+    fill(&s.limit, from.limit, at);
+    fill(s.impulse.x, from.impulse, at);
+    fill(&s.bounce, from.bounce, at);
+    return s;
+}
+
+// Matrices of jets are large: on the heap.
+template <class R>
+std::unique_ptr<kernel<R>> kernel_of(const prescribed_data& d, const expansion<R>& at) {
+    auto k = std::make_unique<kernel<R>>();
+    k->field.dimension_ = d.dimension;
+    k->field.step = d.step;
+    k->degrees = d.degrees;
+    k->lines = static_cast<int>(d.ratios.size());
+    k->rate = d.rate;
+    std::copy(d.ratios.begin(), d.ratios.end(), k->ratio);
+    fill(&k->omega, d.omega, at);
+    fill(k->field.constant.x, d.constant, at);
+    numbers row(static_cast<std::size_t>(parameter_orders) * d.dimension);
+    const auto width = static_cast<std::ptrdiff_t>(d.dimension);
+    for (int i = 0; i < d.dimension; ++i) {
+        for (int order = 0; order < parameter_orders; ++order)
+            std::copy_n(d.field.begin() + (order * width + i) * width, width,
+                        row.begin() + order * width);
+        fill(k->field.b[i].x, row, at);
+    }
+    return k;
+}
+
+template <class T>
+vi::orbit_state<T> state_at(const segments& s, int segment, int size) {
+    vi::orbit_state<T> z{};
+    for (int i = 0; i < size; ++i)
+        z[i] = T(s.states[static_cast<std::size_t>(segment) * size + i]);
+    return z;
+}
+
+void append(numbers& to, const vi::orbit_state<double>& z, int size) {
+    to.insert(to.end(), z.x, z.x + size);
+}
+
+// Columns [first, first + N) of the derivatives of one segment, from jets that carry them.
+template <int N>
+void write_columns(linearised& out, const vi::arrival<vi::jet<double, N>>& a, int segment, int size,
+                   int first, int count) {
+    const auto width = static_cast<std::size_t>(size) + 2;
+    for (int j = 0; j < count; ++j) {
+        for (int i = 0; i < size; ++i)
+            out.after_by[(static_cast<std::size_t>(segment) * size + i) * width + first + j] =
+                a.after[i].d[j];
+        out.gap_by[segment * width + first + j] = a.gap.d[j];
+    }
+}
+
+// By the state and the time: B is constant.
+void by_state(const kernel<double>& k, const segments& s, int segment, int size, linearised& out,
+              const vi::stop<double, shape::max_dimension>& at,
+              const typename kernel<double>::field_type::propagator& e) {
+    using jet = vi::jet<double, block>;
+    const double t = s.durations[segment];
+    for (int first = 0; first <= size; first += block) {
+        const int count = std::min(block, size + 1 - first);
+        auto z = state_at<jet>(s, segment, size);
+        jet dt(0.0);
+        for (int j = 0; j < count; ++j)
+            (first + j < size ? z[first + j] : dt).d[j] = 1.0;
+        write_columns<block>(out, k.fly<1>(at, z, e, t, dt), segment, size, first, count);
+    }
+}
+
+template <int K>
+vi::mixed_jet<K> seeded(double x, const numbers& directions, int column, int width) {
+    vi::mixed_jet<K> z(x);
+    for (int i = 0; i < K; ++i)
+        z.c[1 << i] = directions[static_cast<std::size_t>(i) * width + column];
+    return z;
+}
+
+// The map over all segments.
+template <class R, int K>
+numbers map_forms(const prescribed_data& d, const segments& s, const ends& e,
+                  const expansion<R>& at, const numbers& directions) {
+    using T = vi::mixed_jet<K>;
+    const int size = 2 * d.degrees + 1, count = static_cast<int>(s.durations.size());
+    const auto k = kernel_of<R>(d, at);
+    vi::orbit_state<T> z{};
+    for (int i = 0; i < size; ++i)
+        z[i] = seeded<K>(s.states[i], directions, i, size + 1);
+    if (e.stop >= 0) k->put_on(stop_of(d.stops[e.stop], at), z, e.solved);
+    T elapsed(0.0);
+    for (int segment = 0; segment < count; ++segment) {
+        const double t = s.durations[segment];
+        if (segment > 0) { // values stay on the orbit, whose instability would carry them off
+            const auto known = state_at<double>(s, segment, size);
+            for (int i = 0; i < size; ++i)
+                z[i].c[0] = known[i];
+        }
+        if (s.stops[segment] >= 0) {
+            elapsed = elapsed + k->template impact<K>(stop_of(d.stops[s.stops[segment]], at), z, t);
+        } else {
+            R period(0.0);
+            fill(&period, e.period, at);
+            const T dt = (T(0.0) + period) - elapsed;
+            k->template coast<K>(z, t, dt - vi::value(dt));
+            elapsed = T(0.0) + period;
+        }
+    }
+    numbers out;
+    for (int subset = 0; subset < T::size; ++subset) {
+        for (int i = 0; i < size; ++i)
+            out.push_back(z[i].c[subset]);
+        out.push_back(elapsed.c[subset]);
+    }
+    return out;
+}
+
+template <int K>
+numbers forms_of_order(const prescribed_data& d, const segments& s, const ends& e,
+                       const numbers& directions) {
+    const int width = 2 * d.degrees + 2;
+    const auto dp = seeded<K>(0.0, directions, width - 1, width);
+    const bool fixed = std::all_of(dp.c, dp.c + dp.size, [](double x) { return x == 0.0; });
+    return fixed ? map_forms<double, K>(d, s, e, {0.0}, directions)
+                 : map_forms<vi::mixed_jet<K>, K>(d, s, e, {dp}, directions);
+}
+
+} // namespace
+
+linearised prescribed::linearise(const segments& s) const {
+    using dual = vi::jet<double, 1>;
+    const int size = 2 * data_.degrees + 1, count = static_cast<int>(s.durations.size());
+    const auto width = static_cast<std::size_t>(size) + 2;
+    const expansion<double> fixed{0.0};
+    const expansion<dual> moving{dual::variable(0.0, 0)};
+    const auto k = kernel_of(data_, fixed);
+    const auto varied = kernel_of(data_, moving);
+    linearised out;
+    out.after_by.resize(static_cast<std::size_t>(count) * size * width);
+    out.gap_by.resize(count * width);
+    for (int segment = 0; segment < count; ++segment) {
+        const auto& stop = data_.stops[s.stops[segment]];
+        const auto here = stop_of(stop, fixed);
+        const double t = s.durations[segment];
+        const auto e = k->field.at_time(t);
+        const auto a = k->fly<1>(here, state_at<double>(s, segment, size), e, t, 0.0);
+        append(out.after, a.after, size);
+        append(out.before, a.before, size);
+        out.gap.push_back(a.gap);
+        out.rate.push_back(a.rate);
+        out.rate_after.push_back(a.rate_after);
+        by_state(*k, s, segment, size, out, here, e);
+        const auto by_parameter =
+            varied->fly<1>(stop_of(stop, moving), state_at<dual>(s, segment, size),
+                           varied->field.at_time(dual(t)), dual(t), dual(0.0));
+        write_columns<1>(out, by_parameter, segment, size, size + 1, 1);
+    }
+    return out;
+}
+
+numbers prescribed::forms(const segments& s, const ends& e, const numbers& directions,
+                          int count) const {
+    if (count == 1) return forms_of_order<1>(data_, s, e, directions);
+    if (count == 2) return forms_of_order<2>(data_, s, e, directions);
+    return forms_of_order<3>(data_, s, e, directions);
+}
+
+numbers prescribed::fly(const numbers& states, const std::vector<int>& windows,
+                        const numbers& nodes, double window) const {
+    const auto k = kernel_of<double>(data_, {0.0});
+    const int size = 2 * data_.degrees + 1;
+    using propagator = typename kernel<double>::field_type::propagator;
+    std::vector<propagator> to_node;
+    for (double t : nodes)
+        to_node.push_back(k->field.at_time(t));
+    const auto whole = k->field.at_time(window);
+    numbers out;
+    for (std::size_t segment = 0; segment < windows.size(); ++segment) {
+        auto y = k->embed(state_at<double>({states, {}, {}}, static_cast<int>(segment), size));
+        for (int w = 0; w < windows[segment]; ++w) {
+            for (const auto& p : to_node)
+                append(out, k->read(k->field.apply(p, y), 0.0), size - 1);
+            y = k->field.apply(whole, y);
+        }
+    }
+    return out;
+}
+
+} // namespace binding

@@ -1,0 +1,67 @@
+// Prescribed motions as Python sees them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "vibroimpact/orbit/prescribed.hpp"
+
+namespace binding {
+
+using numbers = std::vector<double>;
+
+// A number and its derivatives with respect to the parameter: f, f', f'', f'''.
+inline constexpr int parameter_orders = 4;
+
+// Arrays of such numbers, the order of the derivative first: order * size + index.
+struct prescribed_data {
+    int degrees, dimension;
+    numbers ratios;
+    double rate, step;
+    numbers field, constant, omega; // D x D, D, 1
+    struct stop {
+        numbers row, limit, impulse, bounce; // D, 1, D, 1
+    };
+    std::vector<stop> stops;
+};
+
+// Segments: states (count, 2n + 1) after an impact, flight times, the stop that ends each.
+struct segments {
+    numbers states, durations;
+    std::vector<int> stops;
+};
+
+struct linearised {
+    numbers after, before;         // (count, 2n + 1)
+    numbers gap, rate, rate_after; // (count,)
+    numbers after_by;              // (count, 2n + 1, 2n + 3): by the state, the time, the parameter
+    numbers gap_by;                // (count, 2n + 3)
+};
+
+// Where a map starts and ends: put on a stop by solving for one coordinate (or stop = -1), and after
+// the last impact (empty period) or after a whole time, given with its derivatives.
+struct ends {
+    int stop, solved;
+    numbers period;
+};
+
+class prescribed {
+public:
+    explicit prescribed(prescribed_data data) : data_(std::move(data)) {}
+
+    linearised linearise(const segments& s) const;
+    // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and of
+    // the elapsed time: (2^count, 2n + 2).
+    numbers forms(const segments& s, const ends& e, const numbers& directions, int count) const;
+    // Free flights from each state over a number of equal windows, at nodes in each:
+    // (all windows, nodes, 2n) of x and v.
+    numbers fly(const numbers& states, const std::vector<int>& windows, const numbers& nodes,
+                double window) const;
+
+    std::size_t degrees() const { return static_cast<std::size_t>(data_.degrees); }
+
+private:
+    prescribed_data data_;
+};
+
+} // namespace binding
