@@ -9,6 +9,7 @@ Theory and Approximation Practice (2013), ch. 18.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -27,17 +28,31 @@ class UnresolvedError(ArithmeticError):
     """The function is not analytic enough on this interval; ``args`` holds its ends."""
 
 
+def nodes(count: int) -> Floats:
+    """The Chebyshev points of [-1, 1], from right to left."""
+    return np.cos(np.pi * (np.arange(count) + 0.5) / count)
+
+
+@lru_cache(maxsize=8)
+def _to_coefficients(count: int) -> Floats:
+    weights = np.full((count, 1), 2.0 / count)
+    weights[0] = 1.0 / count
+    return weights * chebyshev.chebvander(nodes(count), count - 1).T
+
+
+def fitted(values: Floats) -> Floats:
+    """Chebyshev coefficients of the polynomial with these values at :func:`nodes`, axis 0."""
+    return _to_coefficients(len(values)) @ values
+
+
 def pieces(f: Many, low: float, high: float) -> Iterator[tuple[float, float, Floats]]:
     """Resolved pieces (low, high, coefficients of shape (POINTS, k)) from left to right."""
     stack = [(low, high, 0)]
-    nodes = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-    vandermonde = chebyshev.chebvander(nodes, POINTS - 1)
+    points = nodes(POINTS)
     while stack:
         a, b, depth = stack.pop()
-        values = np.array([f((a + b) / 2 + (b - a) / 2 * x) for x in nodes])
-        weights = np.full((POINTS, 1), 2.0 / POINTS)
-        weights[0] = 1.0 / POINTS
-        coefficients = weights * (vandermonde.T @ values)
+        values = np.array([f((a + b) / 2 + (b - a) / 2 * x) for x in points])
+        coefficients = fitted(values)
         scale = np.abs(coefficients).max(axis=0)
         tail = np.abs(coefficients[-4:]).max(axis=0)
         if np.all(tail <= RESOLVED * scale):

@@ -16,6 +16,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact.mechanism import Contact, Mechanism
 
+STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
 
 Closed = tuple[tuple[int, int], ...]  # (contact, side) of the contacts held closed
@@ -164,6 +165,14 @@ def modal(m: Mechanism, r: Reduced, phi: Matrix, size: int) -> ModeCoordinates:
     }
     negative = [[-x for x in row] for row in particular]
     return ModeCoordinates(flow, to_x, to_v, r.offset, from_x, from_v, negative)
+
+
+def dense_rate(m: Mechanism) -> float:
+    """Scale of velocities in :func:`dense`; twice it bounds the row sums but for forcing."""
+    stiff, damp = (
+        linear.row_sum_norm(linear.solve_definite(m.mass, a)) for a in (m.stiffness, m.damping)
+    )
+    return max(math.sqrt(stiff), damp, *(f.omega for f in m.forces), 2.0**-500)
 
 
 def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:

@@ -14,10 +14,12 @@ import numpy as np
 
 from vibroimpact import _kernel, linear
 from vibroimpact.coordinates import (
+    STEP_ANGLE,
     Closed,
     ModeCoordinates,
     Reduced,
     dense,
+    dense_rate,
     diagonal,
     force_rows,
     guard_row,
@@ -31,7 +33,6 @@ from vibroimpact.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact.mechanism import Mechanism
 
 SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
-STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 
 
 def code_of(closed: Closed) -> int:
@@ -149,11 +150,7 @@ class Compiled:
         """An upper estimate of the fastest rate of the mechanical part."""
         m = self.mechanism
         if self.dense:
-            stiff, damp = (
-                linear.row_sum_norm(linear.solve_definite(m.mass, a))
-                for a in (m.stiffness, m.damping)
-            )
-            self.scale = max(math.sqrt(stiff), damp, *(f.omega for f in m.forces), 2.0**-500)
+            self.scale = dense_rate(m)
             return 2.0 * self.scale
         squares = [self._squares(closed) or ([], []) for closed in ((), *self._closed)]
         return max(

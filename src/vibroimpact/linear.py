@@ -2,21 +2,20 @@
 
 Systems are compiled with these few routines instead of a BLAS, whose sums are ordered differently
 on different processors: the same mechanism gives the same bits everywhere. Matrices are lists of
-rows of floats; sizes are those of mechanisms, up to a few tens.
+rows of floats, or of jets where a mechanism is differentiated; sizes are those of mechanisms, up to
+a few tens.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any, cast
+
+from vibroimpact._kernel import Jet
 
 Vector = list[float]
 Matrix = list[list[float]]
-
-
-def matrix_of(rows: Sequence[Sequence[float]]) -> Matrix:
-    """Copy rows as plain floats."""
-    return [[float(x) for x in row] for row in rows]
 
 
 def zeros(rows: int, columns: int) -> Matrix:
@@ -70,6 +69,11 @@ def row_sum_norm(a: Matrix) -> float:
     return max((sum(abs(x) for x in row) for row in a), default=0.0)
 
 
+def square_root(x: Any) -> float:
+    """Of a float, or of a jet."""
+    return cast(float, x.sqrt()) if isinstance(x, Jet) else math.sqrt(x)
+
+
 def cholesky(a: Matrix) -> Matrix | None:
     """Lower triangle L with A = L L^T, or None where A is not positive definite."""
     n = len(a)
@@ -80,7 +84,7 @@ def cholesky(a: Matrix) -> Matrix | None:
             if i != j:
                 low[i][j] = rest / low[j][j]
             elif rest > 0.0:
-                low[i][i] = math.sqrt(rest)
+                low[i][i] = square_root(rest)
             else:
                 return None
     return low

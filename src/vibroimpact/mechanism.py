@@ -13,19 +13,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import linear
+from vibroimpact._kernel import Jet
 from vibroimpact.errors import InvalidParameterError
 
 MAX_DEGREES, MAX_CONTACTS, MAX_LINES = 10, 8, 6
 
 
 def real(name: str, value: Any, allowed: str = "a finite number") -> float:
-    """Return value as a float, or raise naming the parameter."""
+    """Return value as a float, or raise naming the parameter.
+
+    A jet is a number too, and stays one: mechanisms are differentiated by building them with jets.
+    """
+    if isinstance(value, Jet) and value.finite:
+        return cast(float, value)
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -33,6 +39,11 @@ def real(name: str, value: Any, allowed: str = "a finite number") -> float:
     if not math.isfinite(number):
         raise InvalidParameterError(f"{name} = {value!r}: must be {allowed}.")
     return number
+
+
+def infinite(value: Any) -> bool:
+    """Whether a limit stands for no stop."""
+    return not isinstance(value, Jet) and math.isinf(value)
 
 
 def positive(name: str, value: Any, advice: str = "") -> float:
@@ -64,16 +75,24 @@ def fraction(name: str, value: Any) -> float:
 
 def vector(name: str, value: ArrayLike, size: int | None = None) -> tuple[float, ...]:
     """Return value as a tuple of finite floats, or raise naming shape or entry."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidParameterError(f"{name} = {value!r}: must be numbers.") from None
+    array = _numbers(f"{name} = {value!r}", value, "numbers")
     if array.ndim != 1 or (size is not None and array.size != size):
         wanted = "(n,)" if size is None else f"({size},)"
         raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
-    if not np.all(np.isfinite(array)):
-        raise InvalidParameterError(f"{name} = {array}: every entry must be finite.")
-    return tuple(float(x) for x in array)
+    return tuple(array.tolist())
+
+
+def _numbers(label: str, value: ArrayLike, kind: str) -> NDArray[Any]:
+    """Value as an array of numbers, some of which may be jets."""
+    try:
+        array = np.asarray(value)
+        if not any(isinstance(x, Jet) for x in array.flat):
+            array = array.astype(float)
+    except (TypeError, ValueError):
+        raise InvalidParameterError(f"{label}: must be {kind}.") from None
+    if not all(x.finite if isinstance(x, Jet) else math.isfinite(x) for x in array.flat):
+        raise InvalidParameterError(f"{label}: every entry must be finite.")
+    return array
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +146,9 @@ class Contact:
         object.__setattr__(self, "row", row)
         for name in ("lower", "upper"):
             value = getattr(self, name)
-            if not math.isinf(value):
+            if not infinite(value):
                 object.__setattr__(self, name, real(name, value))
-        if not self.lower < self.upper or (math.isinf(self.lower) and math.isinf(self.upper)):
+        if not self.lower < self.upper or (infinite(self.lower) and infinite(self.upper)):
             raise InvalidParameterError(
                 f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite."
             )
@@ -148,18 +167,15 @@ class Contact:
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
     """Return a symmetric matrix of finite floats as rows, or raise naming the matrix."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidParameterError(f"{name}: must be a square matrix of numbers.") from None
+    array = _numbers(name, value, "a square matrix of numbers")
     if array.ndim != 2 or array.shape[0] != array.shape[1] or (n and array.shape[0] != n):
         wanted = "(n, n)" if n is None else f"({n}, {n})"
         raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
-    if not np.all(np.isfinite(array)):
-        raise InvalidParameterError(f"{name}: every entry must be finite.")
-    if np.max(np.abs(array - array.T), initial=0.0) > 1e-12 * np.max(np.abs(array), initial=0.0):
+    rows = array.tolist()
+    skew = linear.plus(rows, linear.transpose(rows), -1.0)
+    if linear.largest(skew) > 1e-12 * linear.largest(rows):
         raise InvalidParameterError(f"{name}: must be symmetric.")
-    return linear.matrix_of(((array + array.T) / 2.0).tolist())
+    return [[x / 2.0 for x in row] for row in linear.plus(rows, linear.transpose(rows))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,182 @@
+"""Parameters of a system by name: read, replace, and differentiate.
+
+A parameter is
+
+- a field of a system that is a dataclass with a ``mechanism``, such as ``"omega"`` of
+  :class:`~vibroimpact.ImpactDamper`;
+- a keyword of a :class:`Family`, a function that builds a mechanism;
+- a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry),
+  ``"contacts[0].upper"``, ``"contacts[0].restitution"``, ``"forces[0].sine[1]"``,
+  ``"constant_force[0]"``, or ``"omega"``: all forcing frequencies in proportion.
+
+Derivatives with respect to it are exact: the system is built once more with a jet for the number,
+and every entry of M, C, K, of the stops and of the forces comes out with its derivatives.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+from vibroimpact._kernel import Jet
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Harmonic, Mechanism
+from vibroimpact.simulate import System, mechanism_of
+
+SYMMETRIC = ("mass", "damping", "stiffness")
+Step = str | int
+
+
+@dataclass(frozen=True, repr=False)
+class Family:
+    """Mechanisms that depend on named parameters: a system like any other.
+
+    Parameters
+    ----------
+    build
+        Called with the parameters as keywords; returns a :class:`Mechanism`. It computes with
+        + - * / ** and numpy functions (np.sqrt, np.sin, np.cos, np.exp, np.log), so that it can be
+        differentiated: numbers may be jets.
+    **parameters
+        Their values.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> def oscillator(k, A):
+    ...     return vi.Mechanism(mass=[[1.0]], damping=[[0.1]], stiffness=[[k]],
+    ...                         forces=(vi.Harmonic(1.0, (A,)),),
+    ...                         contacts=(vi.Contact((1.0,), upper=1.0, restitution=0.8),))
+    >>> vi.Family(oscillator, k=1.0, A=2.0)
+    Family(oscillator, k=1.0, A=2.0)
+    """
+
+    build: Callable[..., Mechanism]
+    parameters: tuple[tuple[str, float], ...]
+
+    def __init__(self, build: Callable[..., Mechanism], **parameters: float) -> None:
+        object.__setattr__(self, "build", build)
+        object.__setattr__(self, "parameters", tuple(parameters.items()))
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism for the present values."""
+        built = self.build(**dict(self.parameters))
+        if not isinstance(built, Mechanism):
+            raise InvalidParameterError(f"build = {self.build!r}: must return a Mechanism.")
+        return built
+
+    def __repr__(self) -> str:
+        name = getattr(self.build, "__name__", repr(self.build))
+        return f"Family({', '.join([name, *(f'{k}={v!r}' for k, v in self.parameters)])})"
+
+
+def parameter_value(system: System, name: str) -> float:
+    """The present value of a parameter.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such parameter; the message lists what there is.
+    """
+    known = names_of(system)
+    if name in known:
+        return float(known[name])
+    if isinstance(system, Mechanism):
+        return _at_path(system, name)
+    raise InvalidParameterError(f"parameter = {name!r}: must be one of {', '.join(known)}.")
+
+
+def with_parameter(system: System, name: str, value: Any) -> System:
+    """The system with another value of one parameter; the value may be a jet."""
+    parameter_value(system, name)
+    if isinstance(system, Family):
+        return Family(system.build, **(dict(system.parameters) | {name: value}))
+    if isinstance(system, Mechanism):
+        return (
+            _at_omega(system, value) if name == "omega" else _replaced(system, _steps(name), value)
+        )
+    return cast(System, replace(cast(Any, system), **{name: value}))
+
+
+def expanded(system: System, name: str) -> Mechanism:
+    """The mechanism with jets seeded in one parameter: derivatives are coefficients 1, 3, 7.
+
+    Raises
+    ------
+    InvalidParameterError
+        A system whose code cannot compute with jets.
+    """
+    try:
+        varied = with_parameter(system, name, Jet.variable(parameter_value(system, name)))
+        return mechanism_of(varied)
+    except TypeError as error:
+        raise InvalidParameterError(
+            f"parameter = {name!r}: {system!r} cannot be differentiated with respect to it "
+            f"({error}). Compute with + - * / ** and numpy functions only."
+        ) from error
+
+
+def names_of(system: System) -> dict[str, float]:
+    """Parameters by name, with their values; of a mechanism only ``omega``."""
+    if isinstance(system, Family):
+        return dict(system.parameters)
+    if isinstance(system, Mechanism):
+        return {"omega": system.omega} if system.forces else {}
+    if not dataclasses.is_dataclass(cast(Any, system)):
+        raise InvalidParameterError(
+            f"system = {system!r}: has no parameters by name. Make it a dataclass, or a vi.Family."
+        )
+    fields = {f.name: getattr(system, f.name) for f in dataclasses.fields(system)}
+    return {k: v for k, v in fields.items() if isinstance(v, float | int)}
+
+
+def _steps(path: str) -> list[Step]:
+    """'forces[0].sine[1]' -> ['forces', 0, 'sine', 1]."""
+    if not re.fullmatch(r"[a-z_]+(\[\d+\]|\.[a-z_]+)*", path):
+        return []
+    return [int(p) if p.isdigit() else p for p in re.findall(r"[a-z_]+|\d+", path)]
+
+
+def _at_path(mechanism: Mechanism, path: str) -> float:
+    here: Any = mechanism
+    try:
+        for step in _steps(path):
+            here = here[step] if isinstance(step, int) else getattr(here, step)
+        if path.endswith("restitution") and isinstance(here, tuple) and here[0] == here[1]:
+            here = here[0]
+        if isinstance(here, float) and math.isfinite(here):
+            return here
+    except (AttributeError, IndexError, TypeError):
+        pass
+    raise InvalidParameterError(
+        f"parameter = {path!r}: is no finite number of this mechanism. Take omega, or a path such "
+        "as stiffness[0][0], contacts[0].upper, contacts[0].restitution, forces[0].sine[0]."
+    )
+
+
+def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
+    """A copy of a mechanism, a part of it or a sequence with one number replaced."""
+    if not steps:
+        return value
+    first, rest = steps[0], steps[1:]
+    if isinstance(first, int):
+        items = list(here)
+        items[first] = _replaced(items[first], rest, value)
+        return type(here)(items)
+    inside = _replaced(getattr(here, first), rest, value)
+    if first in SYMMETRIC and len(rest) == 2 and rest[0] != rest[1]:
+        inside = _replaced(inside, rest[::-1], value)
+    return replace(here, **{first: inside})
+
+
+def _at_omega(mechanism: Mechanism, omega: Any) -> Mechanism:
+    lines = [
+        Harmonic(omega * (line.omega / mechanism.omega), line.sine, line.cosine)
+        for line in mechanism.forces
+    ]
+    return replace(mechanism, forces=tuple(lines))
