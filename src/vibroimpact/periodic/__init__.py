@@ -1,0 +1,1 @@
+"""Periodic orbits with any sequence of impacts: found, judged, differentiated."""

@@ -1,0 +1,94 @@
+"""Floquet multipliers of an orbit from the pencil of its segments.
+
+Method      With dzeta_0 = E dxi in the section of the first impact and dt_k the changes of the
+            flight times, the linearised segments give the end of the period and the gaps
+                dzeta_m = L_m (dxi, dt),    dgap_k = r_k L_k (dxi, dt) + u'_k dt_k = 0.        (1)
+            Multipliers are the finite eigenvalues of the pencil
+                [K dzeta_m; dgap] - lambda [dxi; 0],                                           (2)
+            K selecting the section's coordinates (x but for one, v, theta). Eliminating dt_k would
+            divide by the closing rate u'_k, the saltation matrix does; (2) does not, so that at
+            grazing one multiplier goes to infinity and the others are as exact as elsewhere.
+            det (2) = +-(product of u'_k) det(DP - lambda): pole-free test functions.          (3)
+Accuracy    that of the QZ algorithm, relative to the largest multiplier
+Reference   theory.md, "Periodic orbits"
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigvals
+
+from vibroimpact.mechanism import Mechanism
+from vibroimpact.periodic.prescribed import Impact, Linearised
+from vibroimpact.periodic.problem import OrbitProblem
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+def solved_coordinate(m: Mechanism, impact: Impact) -> int:
+    """The position that a section leaves out: the last with the row's largest entry."""
+    row = np.abs(m.contacts[impact[0]].row)
+    return int(len(row) - 1 - np.argmax(row[::-1]))
+
+
+def section_basis(m: Mechanism, impact: Impact, size: int) -> tuple[Floats, list[int]]:
+    """(E, kept): tangents of the section of an impact, and the entries of zeta that coordinate it.
+
+    ``size`` is 2n + 1, or 2n without forcing.
+    """
+    j, row = solved_coordinate(m, impact), np.array(m.contacts[impact[0]].row)
+    kept = [i for i in range(size) if i != j]
+    basis = np.eye(size)[:, kept]
+    basis[j, : m.degrees - 1] = -np.delete(row, j) / row[j]
+    return basis, kept
+
+
+class Pencil(NamedTuple):
+    """(2) as matrix A - lambda B, and the number of finite eigenvalues."""
+
+    a: Floats
+    b: Floats
+    finite: int
+
+    def eigenvalues(self) -> Complexes:
+        """Multipliers, largest modulus first; complex infinity where one has left the plane."""
+        alpha, beta = eigvals(self.a, self.b, homogeneous_eigvals=True)
+        nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
+        order = np.argsort(nearness)[len(self.a) - self.finite :]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values: Complexes = np.asarray(alpha[order] / beta[order], np.complex128)
+        return sorted_multipliers(values)
+
+    def determinant(self, at: float) -> float:
+        """(3) for lambda = at."""
+        return float(np.linalg.det(self.a - at * self.b))
+
+
+def sorted_multipliers(values: Complexes) -> Complexes:
+    """Largest modulus first, of a pair the one in the upper half plane."""
+    order = np.lexsort((-values.imag, -np.round(np.abs(values), 9)))
+    return values[order]
+
+
+def pencil_of(problem: OrbitProblem, parts: Linearised) -> Pencil:
+    """The pencil of an orbit's map: the half map where the signature is symmetric."""
+    m, q = len(problem.impacts), problem.size
+    time = 2 * problem.mechanism.degrees + 1
+    basis, kept = section_basis(problem.mechanism, problem.signature.impacts[0], q)
+    width = q - 1 + m
+    tangent = np.zeros((q, width))
+    tangent[:, : q - 1] = basis
+    gaps = np.zeros((m, width))
+    for k in range(m):
+        gaps[k] = parts.gap_by[k, :q] @ tangent
+        gaps[k, q - 1 + k] += parts.gap_by[k, time]
+        tangent = parts.after_by[k, :q, :q] @ tangent
+        tangent[:, q - 1 + k] += parts.after_by[k, :q, time]
+    ends = (problem.mirror[:, None] * tangent)[kept]
+    marks = np.zeros((width, width))
+    marks[: q - 1, : q - 1] = np.eye(q - 1)
+    return Pencil(np.vstack([ends, gaps]), marks, q - 1)

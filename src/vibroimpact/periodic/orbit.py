@@ -1,0 +1,195 @@
+"""Periodic orbits: what they are, how stable, and whether the machine moves so."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact import linear
+from vibroimpact.mechanism import Mechanism
+from vibroimpact.parameters import parameter_value
+from vibroimpact.periodic.admissibility import Nearest, least_gap, why_inadmissible
+from vibroimpact.periodic.multipliers import pencil_of
+from vibroimpact.periodic.prescribed import Linearised
+from vibroimpact.periodic.problem import OrbitProblem, Signature
+from vibroimpact.simulate import System
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+CONVERGED = 1e-10  # relative residual of an orbit; Newton's method ends near 1e-14
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic orbit with prescribed impacts, of any stability, admissible or not.
+
+    Attributes
+    ----------
+    system
+        The system.
+    signature
+        :class:`Signature`: impacts, cycles, symmetric.
+    states
+        (x, v, theta) just after each impact of the signature that begins a solved segment (all of
+        them, or the first half of a symmetric orbit), shape (m, 2n + 1).
+    durations
+        Flight times of these segments, shape (m,).
+    residual
+        Largest equation left over, relative to the size of its terms.
+    status
+        "converged", or a sentence that says what went wrong.
+    parameter
+        The parameter along which it was found, "" for none; of no consequence for the orbit.
+    """
+
+    system: System
+    signature: Signature
+    states: Floats = field(repr=False)
+    durations: Floats = field(repr=False)
+    residual: float
+    status: str = "converged"
+    parameter: str = field(default="", repr=False)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the equations hold."""
+        return self.status == "converged"
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it was solved as its own mirror image."""
+        return self.signature.symmetric
+
+    @cached_property
+    def problem(self) -> OrbitProblem:
+        """The equations that it solves."""
+        return OrbitProblem(self.system, self.signature, self.parameter)
+
+    @property
+    def parameter_value(self) -> float:
+        """Of the parameter along which it was found."""
+        return parameter_value(self.system, self.parameter) if self.parameter else 0.0
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism of the system."""
+        return self.problem.mechanism
+
+    @cached_property
+    def linearised(self) -> Linearised:
+        """The solved segments with their derivatives."""
+        z = self.problem.packed(self.states, self.durations)
+        return self.problem.linearised(z, self.parameter_value)
+
+    @property
+    def symbol(self) -> str:
+        """n-p-q: cycles, impacts at stops A and B; a pair p-q for every contact that impacts."""
+        counts = Counter(self.signature.impacts)
+        contacts = sorted({contact for contact, _ in counts})
+        pairs = ",".join(f"{counts[(c, 1)]}-{counts[(c, -1)]}" for c in contacts)
+        return f"{self.signature.cycles}-{pairs}"
+
+    @property
+    def state(self) -> State:
+        """Just after the first impact, to simulate from."""
+        n = self.mechanism.degrees
+        first = self.states[0]
+        theta = float(first[2 * n]) % (2.0 * math.pi)
+        return State(tuple(first[:n]), tuple(first[n : 2 * n]), theta)
+
+    @property
+    def period(self) -> float:
+        """Time until the orbit closes."""
+        return float(self.durations.sum()) * (2.0 if self.symmetric else 1.0)
+
+    @cached_property
+    def half_multipliers(self) -> Complexes | None:
+        """Multipliers nu of the half map H of a symmetric orbit, largest first; else None."""
+        return self._of_solved_map if self.symmetric else None
+
+    @cached_property
+    def multipliers(self) -> Complexes:
+        """Floquet multipliers of the full map, largest modulus first, shape (2n,)."""
+        return self._of_solved_map**2 if self.symmetric else self._of_solved_map
+
+    @cached_property
+    def _of_solved_map(self) -> Complexes:
+        return pencil_of(self.problem, self.linearised).eigenvalues()
+
+    @cached_property
+    def determinant_error(self) -> float:
+        """How far the multipliers' product is from its exact value, relative where that is not 0.
+
+        The product is that of R^2 over all impacts, times exp(-period tr(M^-1 C)).
+        """
+        m = self.mechanism
+        damping = linear.solve_definite(m.mass, m.damping)
+        decay = math.exp(-self.period * sum(row[i] for i, row in enumerate(damping)))
+        loss = [m.contacts[c].restitutions[side > 0] ** 2 for c, side in self.signature.impacts]
+        expected = decay * math.prod(loss)
+        error = abs(complex(np.prod(self.multipliers)) - expected)
+        return error / expected if expected > 0.0 else error
+
+    @property
+    def stable(self) -> bool:
+        """Converged, admissible, and all multipliers inside the unit circle."""
+        inside = bool(np.all(np.abs(self.multipliers) < 1.0))
+        return self.converged and inside and self.admissible
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the orbit is a motion of the machine."""
+        return not self.inadmissible_reason
+
+    @cached_property
+    def inadmissible_reason(self) -> str:
+        """Which gap is violated, where and by how much; "" for an admissible orbit."""
+        return why_inadmissible(
+            self.linearised, list(self.problem.impacts), self.nearest, self.size
+        )
+
+    @cached_property
+    def nearest(self) -> Nearest | None:
+        """The nearest approach to a stop between the impacts; None where no gap has an extremum."""
+        compiled = self.problem.compiled(self.parameter_value)
+        ends = list(self.problem.impacts)
+        begun = (*self.signature.impacts[: len(ends)],)
+        return least_gap(compiled, self.states, self.durations, ends, begun)
+
+    @property
+    def clearance_to_grazing(self) -> float:
+        """Least gap between the impacts, infinite where no gap has an extremum."""
+        return self.nearest.gap if self.nearest else math.inf
+
+    @property
+    def least_impact_speed(self) -> float:
+        """The smallest closing speed of an impact."""
+        return float(np.abs(self.linearised.rate).min())
+
+    @property
+    def size(self) -> float:
+        """The largest coordinate at an impact: what gaps are compared with."""
+        n = self.mechanism.degrees
+        limits = [
+            x for c in self.mechanism.contacts for x in (c.lower, c.upper) if math.isfinite(x)
+        ]
+        return float(max(np.abs(self.states[:, :n]).max(), np.abs(limits).max()))
+
+    def __repr__(self) -> str:
+        if not self.converged:
+            return f"Orbit({self.symbol}: {self.status})"
+        kind = "symmetric, " if self.symmetric else ""
+        verdict = "stable" if self.stable else "unstable"
+        why = f"; not admissible: {self.inadmissible_reason}" if self.inadmissible_reason else ""
+        values = ", ".join(f"{x:.6g}" for x in self.multipliers)
+        return (
+            f"Orbit({self.symbol}, {kind}{verdict}, period {self.period:.6g}{why})\n"
+            f"  multipliers {values}"
+        )

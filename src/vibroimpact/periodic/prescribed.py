@@ -1,0 +1,181 @@
+"""A system compiled for motions with prescribed impacts, with derivatives by one parameter.
+
+States are zeta = (x, v, theta), theta the phase of the first forcing line. Where the order of
+impacts is known, each flight and the impact at its end is an analytic function of zeta, the flight
+time and the parameters (theory.md, "Periodic orbits"); the kernel evaluates it and its derivatives.
+Physical coordinates, whose entries are smooth in every parameter, serve for all systems.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact import _kernel, linear
+from vibroimpact._kernel import Jet
+from vibroimpact.chebyshev import nodes
+from vibroimpact.coordinates import STEP_ANGLE, dense, dense_rate, reduce
+from vibroimpact.linear import Vector, apply, transpose
+from vibroimpact.mechanism import Mechanism, infinite
+from vibroimpact.parameters import expanded
+from vibroimpact.simulate import System, mechanism_of
+
+Floats = NDArray[np.float64]
+Impact = tuple[int, int]  # (contact, side): side +1 is the upper stop A, -1 the lower stop B
+COASTING = -1  # ends a segment without an impact
+PARAMETER_ORDERS = (0, 1, 3, 7)  # f, f', f'', f''' among the coefficients of a jet
+WINDOW = 6.0  # radians of the fastest rate
+NODES = 25  # Chebyshev: the series of a flight over a window has fallen below 2^-53 then
+
+
+class Linearised(NamedTuple):
+    """Segments and their derivatives: by the state (2n + 1), the flight time, the parameter."""
+
+    before: Floats  # (m, 2n + 1)
+    after: Floats
+    gap: Floats  # (m,) row . x - limit at the end
+    rate: Floats  # (m,) of row . x, before and after the impact
+    rate_after: Floats
+    after_by: Floats  # (m, 2n + 1, 2n + 3)
+    gap_by: Floats  # (m, 2n + 3)
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """A compiled system: what segments end in, and with what derivatives.
+
+    Attributes
+    ----------
+    mechanism, parameter
+        The system; the parameter by which it is differentiated, "" for none.
+    degrees, omega
+        n; frequency of the first line, 0 where the system is autonomous.
+    omega_orders
+        omega and its derivatives by the parameter, shape (4,).
+    rate
+        Bounds every rate of the flight to a factor of two.
+    """
+
+    mechanism: Mechanism
+    parameter: str
+    degrees: int
+    omega: float
+    omega_orders: Floats
+    rate: float
+    stops: tuple[Impact, ...]
+    kernel: _kernel.Prescribed
+
+    @property
+    def size(self) -> int:
+        """Entries of zeta, 2n + 1."""
+        return 2 * self.degrees + 1
+
+    def stop_numbers(self, impacts: list[Impact]) -> list[int]:
+        """Numbers by which the kernel knows the stops."""
+        return [self.stops.index(impact) for impact in impacts]
+
+    def linearise(
+        self, states: ArrayLike, durations: ArrayLike, impacts: list[Impact]
+    ) -> Linearised:
+        """Each flight and the impact that ends it, with first derivatives."""
+        out = self.kernel.linearise(
+            _contiguous(states), _contiguous(durations), self.stop_numbers(impacts)
+        )
+        return Linearised(**out)
+
+    def flights(self, states: ArrayLike, durations: ArrayLike) -> list[tuple[Floats, Floats]]:
+        """Free flight at Chebyshev nodes of windows that cover each segment.
+
+        Returns
+        -------
+        list of (start of each window, (windows, NODES, 2n) of x and v)
+        """
+        window = WINDOW / self.rate
+        counts = [max(1, math.ceil(t / window)) for t in np.asarray(durations)]
+        offsets = (1.0 + nodes(NODES)) * (window / 2.0)
+        values = self.kernel.fly(_contiguous(states), counts, offsets, window)
+        parts = np.split(values, np.cumsum(counts)[:-1])
+        return [(np.arange(c) * window, part) for c, part in zip(counts, parts, strict=True)]
+
+
+def _contiguous(a: ArrayLike) -> Floats:
+    return np.ascontiguousarray(a, dtype=float)
+
+
+def _orders(x: Any) -> list[float]:
+    """f, f', f'', f''' of a number or a jet."""
+    if isinstance(x, Jet):
+        c = x.coefficients
+        return [c[k] for k in PARAMETER_ORDERS]
+    return [float(x), 0.0, 0.0, 0.0]
+
+
+def _array(values: Vector | list[Vector]) -> Floats:
+    """Orders first."""
+    flat = np.array(values, dtype=object)
+    parts = np.array([_orders(x) for x in flat.ravel()])
+    return np.ascontiguousarray(parts.T).reshape(len(PARAMETER_ORDERS), *flat.shape)
+
+
+def _stops(
+    m: Mechanism, free: linear.Matrix, rate: float
+) -> tuple[tuple[Impact, ...], list[tuple[Floats, ...]]]:
+    """Every finite limit of every contact as (row, limit, impulse, 1 + restitution)."""
+    names, laws = [], []
+    for i, contact in enumerate(m.contacts):
+        row = list(contact.row)
+        lift = [x for (x,) in linear.solve_definite(m.mass, [[r] for r in row])]
+        mobility = linear.dot(row, lift)
+        size = len(free[0])
+        impulse, on_y = [0.0] * size, apply(transpose(free), row)
+        for j, x in enumerate(lift):
+            impulse[2 * j + 1] = x / mobility / rate
+        for side, limit, restitution in zip(
+            (-1, 1), (contact.lower, contact.upper), contact.restitutions, strict=True
+        ):
+            if not infinite(limit):
+                names.append((i, side))
+                laws.append(tuple(map(_array, (on_y, [limit], impulse, [1.0 + restitution]))))
+    return tuple(names), laws
+
+
+def compile_prescribed(system: System, parameter: str = "") -> Prescribed:
+    """Compile a system; ``parameter`` names the number by which it is differentiated.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such parameter, or a system that cannot be differentiated with respect to it.
+    """
+    try:
+        return _cached(cast(Hashable, system), parameter)
+    except TypeError:  # a system that cannot be hashed
+        return _compile(system, parameter)
+
+
+def _compile(system: Any, parameter: str) -> Prescribed:
+    m = mechanism_of(system)
+    varied = expanded(system, parameter) if parameter else m
+    n, lines = m.degrees, len(m.forces)
+    rate = dense_rate(m)
+    whole = reduce(varied, ())
+    assert whole is not None  # nothing is closed
+    c = dense(varied, whole, 2 * (n + lines), rate)
+    omega = _array([varied.omega])[:, 0]
+    names, stops = _stops(varied, c.to_x, rate)
+    ratios = [force.omega / m.omega for force in m.forces]
+    kernel = _kernel.Prescribed(
+        degrees=n, ratios=ratios, rate=rate, step=STEP_ANGLE / (2.0 * rate),
+        field=_array(cast(Any, c.flow["b"])), constant=_array(cast(Any, c.flow["constant"])),
+        omega=omega, stops=stops,
+    )  # fmt: skip
+    return Prescribed(m, parameter, n, m.omega, omega, rate, names, kernel)
+
+
+_cached = lru_cache(maxsize=4096)(_compile)  # a few kilobytes each

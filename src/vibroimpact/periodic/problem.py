@@ -1,0 +1,220 @@
+"""The equations of a periodic orbit with a prescribed sequence of impacts.
+
+Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) just after an impact
+            and the flight time t_k to the next; with the parameter p, and F the flight and impact
+            of a segment (theory.md, "Periodic orbits"),
+                F(zeta_k, t_k, p) - zeta_(k+1) = 0,    row . x - limit = 0 at its end,          (1)
+                zeta_m = zeta_0 + (0, 0, 2 pi cycles)                                           (2)
+            or, for orbits that the symmetry S: (x, v) -> (-x, -v), theta -> theta + pi maps to
+            themselves, half of the segments and
+                zeta_m = S zeta_0 with theta + pi cycles, cycles odd.                           (3)
+            Times being unknowns, the equations stay regular where an impact grazes.
+            Without forcing theta and its equation are left out; the period is free.
+Accuracy    Jacobians by jets through the same flight; no differences.
+Reference   theory.md, "Periodic orbits"; the paper's (11) is (1), (2) for the impact damper.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Mechanism
+from vibroimpact.parameters import parameter_value, with_parameter
+from vibroimpact.periodic.prescribed import (
+    Impact,
+    Linearised,
+    Prescribed,
+    compile_prescribed,
+)
+from vibroimpact.simulate import System, mechanism_of
+
+Floats = NDArray[np.float64]
+
+WHOLE = 1e-9  # a ratio of forcing frequencies this close to a whole number is one
+
+
+@dataclass(frozen=True)
+class Signature:
+    """Which impacts, in which order, over how many forcing cycles.
+
+    Parameters
+    ----------
+    impacts
+        (contact, side) of every impact of the period, side +1 for the upper stop (A) and -1 for
+        the lower (B); the orbit's first state is just after the first of them.
+    cycles
+        Periods of the first forcing line until the orbit closes; 0 where there is no forcing.
+    symmetric
+        Whether the second half is the mirror image of the first.
+    """
+
+    impacts: tuple[Impact, ...]
+    cycles: int
+    symmetric: bool = False
+
+    @property
+    def solved(self) -> tuple[Impact, ...]:
+        """The impacts that end the segments that are solved for."""
+        count = len(self.impacts) // 2 if self.symmetric else len(self.impacts)
+        around = (*self.impacts, self.impacts[0])
+        return around[1 : count + 1]
+
+    @property
+    def mirrored(self) -> Signature:
+        """The signature of the mirror image."""
+        return Signature(tuple((c, -s) for c, s in self.impacts), self.cycles, self.symmetric)
+
+
+def check_signature(m: Mechanism, signature: Signature) -> None:
+    """Refuse a signature that no orbit of the mechanism can have."""
+    impacts, cycles = signature.impacts, signature.cycles
+    limits = [(c.lower, c.upper) for c in m.contacts]
+    for contact, side in impacts:
+        if not 0 <= contact < len(limits) or side not in (-1, 1):
+            raise InvalidParameterError(
+                f"impacts: ({contact}, {side}) is no stop. Contacts are 0 to {len(limits) - 1}, "
+                "sides +1 (upper, A) and -1 (lower, B)."
+            )
+        if math.isinf(limits[contact][side > 0]):
+            raise InvalidParameterError(f"impacts: contact {contact} has no stop on side {side}.")
+    if not impacts:
+        raise InvalidParameterError("impacts = (): an impacting orbit has at least one impact.")
+    if (cycles < 1) if m.forces else (cycles != 0):
+        allowed = "at least 1" if m.forces else "0: there is no forcing"
+        raise InvalidParameterError(f"cycles = {cycles}: must be {allowed}.")
+    if not forcing_repeats(m, cycles):
+        ratios = [force.omega / m.omega for force in m.forces]
+        raise InvalidParameterError(
+            f"cycles = {cycles}: the forcing, with frequency ratios {ratios}, is not periodic then."
+        )
+    if signature.symmetric:
+        _check_symmetry(m, signature)
+
+
+def forcing_repeats(m: Mechanism, cycles: int) -> bool:
+    """Whether every line has come round after so many cycles of the first."""
+    turns = [cycles * force.omega / m.omega for force in m.forces]
+    return all(abs(t - round(t)) <= WHOLE * t for t in turns)
+
+
+def _check_symmetry(m: Mechanism, signature: Signature) -> None:
+    half = len(signature.impacts) // 2
+    first, second = signature.impacts[:half], signature.impacts[half:]
+    if second != tuple((c, -s) for c, s in first):
+        raise InvalidParameterError(
+            f"impacts = {signature.impacts}: not symmetric; the second half must be the first with "
+            "the sides exchanged."
+        )
+    if why := asymmetry(m, signature.cycles):
+        raise InvalidParameterError(f"symmetric = True: {why}.")
+
+
+def asymmetry(m: Mechanism, cycles: int) -> str:
+    """Why (x, v) -> (-x, -v) over half of so many cycles is no symmetry; "" where it is one."""
+    if any(m.constant_force):
+        return "a constant force has no mirror image"
+    for i, contact in enumerate(m.contacts):
+        if contact.lower != -contact.upper or contact.restitutions[0] != contact.restitutions[1]:
+            return f"the stops of contact {i} are not mirror images of each other"
+    if not m.forces:
+        return "an orbit without forcing has no half cycle to compare with"
+    for force in m.forces:
+        turns = cycles * force.omega / m.omega
+        if abs(turns - round(turns)) > WHOLE * turns or round(turns) % 2 == 0:
+            return (
+                f"the force of frequency {force.omega} does not change sign after half the period"
+            )
+    return ""
+
+
+@dataclass
+class OrbitProblem:
+    """Equations (1)-(3) as functions of the unknowns z and the parameter p.
+
+    Parameters
+    ----------
+    system
+        The system; its own value of the parameter is not used.
+    signature
+        What the orbit is.
+    parameter
+        Name of the parameter.
+    """
+
+    system: System
+    signature: Signature
+    parameter: str
+    mechanism: Mechanism = field(init=False)
+    impacts: tuple[Impact, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.mechanism = mechanism_of(self.system)
+        check_signature(self.mechanism, self.signature)
+        if self.parameter:
+            parameter_value(self.system, self.parameter)
+        self.impacts = self.signature.solved
+        n = self.mechanism.degrees
+        self.size = 2 * n + (1 if self.mechanism.forces else 0)
+        self.mirror = np.ones(self.size)
+        self.turn = np.zeros(self.size)
+        if self.signature.symmetric:
+            self.mirror[: 2 * n] = -1.0
+        if self.mechanism.forces:
+            share = 0.5 if self.signature.symmetric else 1.0
+            self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
+
+    def compiled(self, p: float) -> Prescribed:
+        """The system at the value p of the parameter."""
+        if not self.parameter:
+            return compile_prescribed(self.system)
+        return compile_prescribed(with_parameter(self.system, self.parameter, p), self.parameter)
+
+    def packed(self, states: Floats, durations: Floats) -> Floats:
+        """States (m, 2n + 1) and flight times (m,) as the unknowns z."""
+        return np.column_stack([states[:, : self.size], durations]).ravel()
+
+    def unpacked(self, z: Floats) -> tuple[Floats, Floats]:
+        """The states (m, 2n + 1) and flight times (m,) in z."""
+        rows = np.reshape(z, (len(self.impacts), self.size + 1))
+        states = np.zeros((len(rows), 2 * self.mechanism.degrees + 1))
+        states[:, : self.size] = rows[:, : self.size]
+        return states, rows[:, self.size].copy()
+
+    def linearised(self, z: Floats, p: float) -> Linearised:
+        """Every segment with its derivatives."""
+        states, durations = self.unpacked(z)
+        return self.compiled(p).linearise(states, durations, list(self.impacts))
+
+    def residual(self, z: Floats, p: float) -> Floats:
+        """Left sides of (1) and (2) or (3), shape of z."""
+        return self._residual(z, self.linearised(z, p))
+
+    def _residual(self, z: Floats, parts: Linearised) -> Floats:
+        rows = np.reshape(z, (len(self.impacts), self.size + 1))[:, : self.size]
+        target = np.vstack([rows[1:], self.mirror * rows[0] + self.turn])
+        return np.column_stack([parts.after[:, : self.size] - target, parts.gap]).ravel()
+
+    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+        """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
+        return self.expanded(z, p)[1:]
+
+    def expanded(self, z: Floats, p: float) -> tuple[Floats, Floats, Floats]:
+        """Residual and both derivatives at once."""
+        parts = self.linearised(z, p)
+        m, q = len(self.impacts), self.size
+        columns = [*range(q), 2 * self.mechanism.degrees + 1]  # the state, the flight time
+        matrix = np.zeros((m, q + 1, m, q + 1))
+        by_parameter = np.zeros((m, q + 1))
+        for k in range(m):
+            matrix[k, :q, k] += parts.after_by[k, :q][:, columns]
+            matrix[k, q, k] += parts.gap_by[k, columns]
+            following = np.eye(q) if k < m - 1 else np.diag(self.mirror)
+            matrix[k, :q, (k + 1) % m, :q] -= following
+            by_parameter[k] = np.append(parts.after_by[k, :q, -1], parts.gap_by[k, -1])
+        d = m * (q + 1)
+        return self._residual(z, parts), matrix.reshape(d, d), by_parameter.ravel()
