@@ -5,6 +5,7 @@
 #include "vibroimpact/math.hpp"
 #include "vibroimpact/scalar/counting.hpp"
 #include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/scalar/mixed_jet.hpp"
 #include "vibroimpact/scalar/pack.hpp"
 
 namespace {
@@ -138,6 +139,46 @@ void jets_of_packs_are_jets_in_lanes() {
     CHECK(lane(changed.v, 1) == lane(packed.v, 1));
 }
 
+template <int K>
+bool all_near(const vi::mixed_jet<K>& x, const vi::mixed_jet<K>& y, double ulps) {
+    double size = 0.0;
+    for (double c : y.c)
+        size = vi::max(size, vi::abs(c));
+    bool holds = true;
+    for (int s = 0; s < x.size; ++s)
+        holds = holds && vi::abs(x.c[s] - y.c[s]) <= ulps * 2.220446049250313e-16 * size;
+    return holds;
+}
+
+// Every coefficient of an identity between functions is an identity between derivatives.
+void identities_hold_to_third_order(double at) {
+    using J = vi::mixed_jet<3>;
+    const J x = at + 0.7 * J::direction(0) - 1.3 * J::direction(1) + 0.4 * J::direction(2);
+    const J y = x * x + J::direction(1);
+    const auto wave = sincos(x);
+    CHECK(all_near(wave.s * wave.s + wave.c * wave.c, J(1.0), 64.0));
+    CHECK(all_near(exp(log(y)), y, 64.0));
+    CHECK(all_near(sqrt(y) * sqrt(y), y, 64.0));
+    CHECK(all_near(x / y * y, x, 256.0));
+    CHECK((x / y).c[0] == x.c[0] / y.c[0]);
+    CHECK(all_near(exp(x) * exp(-x), J(1.0), 256.0));
+}
+
+void mixed_jets_are_multilinear_forms() {
+    using J = vi::mixed_jet<3>;
+    const double u[] = {2.0, -1.0, 0.5}, v[] = {3.0, 1.0, -2.0}; // directions of x and y
+    J x(1.5), y(-0.25);
+    for (int i = 0; i < 3; ++i) {
+        x = x + u[i] * J::direction(i);
+        y = y + v[i] * J::direction(i);
+    }
+    const J f = x * x * y; // D f = 2 x y u + x^2 v, D^2 f = 2 y u u + 2 x (u v + v u), ...
+    CHECK(f.c[1] == 2.0 * 1.5 * -0.25 * u[0] + 2.25 * v[0]);
+    CHECK(f.c[3] == 2.0 * -0.25 * u[0] * u[1] + 3.0 * (u[0] * v[1] + v[0] * u[1]));
+    CHECK(f.c[7] == 2.0 * (u[0] * u[1] * v[2] + u[0] * v[1] * u[2] + v[0] * u[1] * u[2]));
+    CHECK(J::direction(0).c[1] == 1.0 && (J::direction(0) * J::direction(0)).c[1] == 0.0);
+}
+
 struct first_count {
     static inline vi::operation_counts counts;
 };
@@ -172,7 +213,9 @@ int main() {
         slopes_are_exact<vi::jet<double, 1>>(x);
         slopes_are_exact<vi::jet<double, 3>>(x);
         identities_hold_with_derivatives(x);
+        identities_hold_to_third_order(x);
     }
+    mixed_jets_are_multilinear_forms();
     jets_of_packs_are_jets_in_lanes();
     operations_are_counted_by_tag();
     return failures != 0;
