@@ -1,0 +1,45 @@
+"""Normal forms of maps at bifurcations of codimension one, and at two strong resonances.
+
+What is analysed is anything with :class:`Forms`: the return map or half map of an orbit, an
+:class:`ExplicitMap`, a :class:`Composition`. Coefficients are in the coordinates of the forms, with
+|q| = 1, <p, q> = 1 and 0 < arg(nu) < pi.
+"""
+
+from __future__ import annotations
+
+from vibroimpact.normal_forms.branch_point import BranchPoint
+from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_manifold
+from vibroimpact.normal_forms.choose import NormalForm, normal_form
+from vibroimpact.normal_forms.critical import Refusal, Status
+from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, FixedPointStatus, MapForms
+from vibroimpact.normal_forms.flip_fold import Flip, Fold
+from vibroimpact.normal_forms.forms import Composition, Forms, Multilinear
+from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker
+from vibroimpact.normal_forms.resonance import Resonance, nearest_resonance, resonances
+from vibroimpact.normal_forms.strong_resonance import OneToThree, OneToTwo, strong_resonance
+
+__all__ = [
+    "BranchPoint",
+    "CentreManifold",
+    "Composition",
+    "ExplicitMap",
+    "FixedPoint",
+    "FixedPointStatus",
+    "Flip",
+    "Fold",
+    "Forms",
+    "MapForms",
+    "Multilinear",
+    "NeimarkSacker",
+    "NormalForm",
+    "OneToThree",
+    "OneToTwo",
+    "Refusal",
+    "Resonance",
+    "Status",
+    "centre_manifold",
+    "nearest_resonance",
+    "normal_form",
+    "resonances",
+    "strong_resonance",
+]

@@ -1,0 +1,80 @@
+"""One door to all normal forms of codimension one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.normal_forms.branch_point import BranchPoint, branch_point
+from vibroimpact.normal_forms.critical import Refusal
+from vibroimpact.normal_forms.flip_fold import Flip, Fold, flip, fold
+from vibroimpact.normal_forms.forms import Forms, jacobian
+from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+
+NormalForm = NeimarkSacker | Flip | Fold | BranchPoint
+
+
+def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:
+    """Compute the normal form of a map at a bifurcation of codimension one.
+
+    Parameters
+    ----------
+    kind
+        "NS" Neimark-Sacker, "PD" period doubling, "SN" fold, "BP" branch point: of a half map
+        (multiplier -1) symmetry breaking, which is its flip; of any other map (multiplier +1) a
+        transcritical point or a pitchfork.
+    forms
+        Derivatives of the map at its fixed point, at the critical parameter. For a symmetric orbit
+        those of the half map; with P = H^2, d of P is twice d of H, conjugated where the angle of
+        nu is above 90 degrees.
+    parameter
+        Whether the forms take the parameter's direction. False gives the coefficient alone, without
+        the side, the size and the shape of what is born. A branch point with multiplier +1 needs
+        it.
+
+    Returns
+    -------
+    NeimarkSacker, Flip, Fold, BranchPoint or Refusal
+        A :class:`Refusal` with its reason where a hypothesis fails: the multiplier is not critical,
+        other multipliers are, a strong resonance, a coefficient that vanishes, no transversality.
+
+    Raises
+    ------
+    InvalidParameterError
+        An unknown kind; ``parameter`` False at a branch point with multiplier +1.
+
+    Notes
+    -----
+    Which derivatives each costs stands with the functions of each kind; none needs a full tensor.
+
+    Examples
+    --------
+    >>> import vibroimpact.normal_forms as nf
+    >>> delayed = nf.ExplicitMap(lambda x, p: (p * x[0] * (1.0 - x[1]), x[0]), dimension=2)
+    >>> form = nf.normal_form("NS", delayed.forms([0.5, 0.5], 2.0))
+    >>> form.supercritical, form.side, form.amplitude(1e-4).round(9)
+    (True, 1, array([0.01, 0.01]))
+    """
+    if kind == "NS":
+        return neimark_sacker(forms, parameter=parameter)
+    if kind == "PD" or (kind == "BP" and _nearer_to_flip(forms)):
+        return flip(forms, kind=kind, parameter=parameter)
+    if kind == "SN":
+        return fold(forms, parameter=parameter)
+    if kind == "BP" and parameter:
+        return branch_point(forms)
+    if kind == "BP":
+        raise InvalidParameterError(
+            "parameter = False: the branches at multiplier +1 are curves in the parameter. "
+            "Give forms that take its direction."
+        )
+    raise InvalidParameterError(f'kind = {kind!r}: must be "NS", "PD", "SN" or "BP".')
+
+
+def _nearer_to_flip(forms: Forms) -> bool:
+    """Whether the multiplier nearest to +1 or -1 is nearer to -1."""
+    A = jacobian(forms)
+    if not np.all(np.isfinite(A)):
+        return True  # refused there
+    nus = np.linalg.eigvals(A)
+    return bool(np.min(np.abs(nus + 1.0)) < np.min(np.abs(nus - 1.0)))

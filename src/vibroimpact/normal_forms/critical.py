@@ -1,0 +1,214 @@
+"""Critical multipliers of a fixed point, their eigenvectors, and refusals.
+
+Method      A q = nu q,  A^T p = conj(nu) p,  |q| = 1,  <p, q> = conj(p) . q = 1             (1)
+            with 0 < arg(nu) < pi for a pair, and the entry of q of largest modulus > 0. A normal
+            form holds where nu is simple and no other multiplier lies on the unit circle.   (2)
+Assumes     nothing: what does not hold is said
+Accuracy    rounding times the condition |p| of the multiplier
+Fails       a :class:`Refusal` that says which hypothesis does not hold
+Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4; the conventions are
+            those of MatContM
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.linalg
+
+from vibroimpact.normal_forms.forms import Complexes, Floats
+
+if TYPE_CHECKING:
+    from vibroimpact.normal_forms.choose import NormalForm
+
+ON_CIRCLE = 1e-6
+"""A multiplier with ||nu| - 1| up to this counts as critical.
+
+Special points are located to about 1e-10 in the parameter; coefficients change by the same relative
+amount as nu.
+"""
+
+HALF_OF_THE_DIGITS = 2.0**-26
+"""A coefficient below this share of the terms it is the sum of counts as zero.
+
+It has lost half of its digits by cancellation, and at a point that is located to half of the digits
+it cannot be told from zero.
+"""
+
+NOT_FINITE = "is not finite: the map is not smooth here (a grazing or sticking orbit)."
+
+
+class Status(StrEnum):
+    """Why a normal form was refused."""
+
+    NOT_CRITICAL = "multiplier not critical"
+    OTHERS_CRITICAL = "other multipliers critical"
+    STRONG_RESONANCE = "strong resonance"
+    DEGENERATE = "coefficient vanishes"
+    NOT_TRANSVERSAL = "no transversality"
+    NOT_SMOOTH = "map not smooth"
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A normal form that does not exist, or does not decide, here.
+
+    Attributes
+    ----------
+    kind
+        What was asked for: "NS", "PD", "BP" or "SN".
+    status
+        Which hypothesis fails.
+    reason
+        A sentence with the numbers.
+    multipliers
+        All multipliers of the fixed point, shape (d,).
+    critical
+        What could be computed, without the parameter, where a coefficient vanishes or
+        transversality fails; else None.
+    """
+
+    kind: str
+    status: Status
+    reason: str
+    multipliers: Complexes = field(repr=False)
+    critical: NormalForm | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A simple critical multiplier.
+
+    Attributes
+    ----------
+    multiplier
+        nu, in the upper half plane where complex.
+    q, p
+        Its right and left eigenvectors (1), shape (d,).
+    multipliers, others
+        All multipliers, shape (d,), and all but nu and conj(nu).
+    """
+
+    multiplier: complex
+    q: Complexes
+    p: Complexes
+    multipliers: Complexes
+    others: Complexes
+
+    def project(self, vector: Complexes | Floats) -> complex:
+        """<p, vector>: the part of a vector along q."""
+        return complex(np.vdot(self.p, vector))
+
+    @property
+    def others_inside(self) -> bool:
+        """Whether every other multiplier lies inside the unit circle."""
+        return bool(np.all(np.abs(self.others) < 1.0))
+
+
+def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critical | Refusal:
+    """Find the critical multiplier of a Jacobian.
+
+    Parameters
+    ----------
+    kind
+        Named in a refusal.
+    A
+        Jacobian, shape (d, d).
+    target
+        Real multiplier sought, 1.0 or -1.0; None: a pair that is not real.
+
+    Returns
+    -------
+    Critical or Refusal
+        NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has met at 1 or -1) or
+        OTHERS_CRITICAL.
+    """
+    if not np.all(np.isfinite(A)):
+        unknown = np.full(len(A), np.nan, dtype=np.complex128)
+        return Refusal(kind, Status.NOT_SMOOTH, f"the Jacobian {NOT_FINITE}", unknown)
+    values, left, right = scipy.linalg.eig(A, left=True, right=True)
+    at = _nearest(values, target)
+    if at is None:
+        return _all_real(kind, values)
+    nu = complex(values[at])
+    off = abs(abs(nu) - 1.0) if target is None else abs(nu - target)
+    if off > ON_CIRCLE:
+        wanted = "a pair on the unit circle" if target is None else f"a multiplier {target:+.0f}"
+        reason = (
+            f"{kind} needs {wanted}; the nearest is {nu:.9g}, off by {off:.2g} (allowed "
+            f"{ON_CIRCLE:g})."
+        )
+        return Refusal(kind, Status.NOT_CRITICAL, reason, values)
+    others = np.delete(values, [at, _partner(values, at)] if target is None else at)
+    crowd = others[np.abs(np.abs(others) - 1.0) <= ON_CIRCLE]
+    if len(crowd):
+        return _crowded(kind, nu, crowd, values)
+    q, p = _normalised(right[:, at], left[:, at])
+    return Critical(nu, q, p, values, others)
+
+
+def _nearest(values: Complexes, target: complex | None) -> int | None:
+    """Index of the multiplier nearest to critical; None where no pair exists."""
+    if target is not None:
+        return int(np.argmin(np.abs(values - target)))
+    off = np.where(values.imag > 0.0, np.abs(np.abs(values) - 1.0), np.inf)
+    return int(np.argmin(off)) if np.any(values.imag > 0.0) else None
+
+
+def _partner(values: Complexes, at: int) -> int:
+    """Index of the conjugate of a multiplier."""
+    off = np.abs(values - np.conj(values[at]))
+    off[at] = np.inf
+    return int(np.argmin(off))
+
+
+def _all_real(kind: str, values: Complexes) -> Refusal:
+    """No pair: it may have met at 1 or -1."""
+    for q, target in ((1, 1.0), (2, -1.0)):
+        if np.count_nonzero(np.abs(values - target) <= ON_CIRCLE) > 1:
+            reason = f"two multipliers are {target:+.0f}: the pair has met at the resonance 1:{q}."
+            return Refusal(kind, Status.STRONG_RESONANCE, reason, values)
+    reason = f"{kind} needs a pair on the unit circle; all multipliers are real."
+    return Refusal(kind, Status.NOT_CRITICAL, reason, values)
+
+
+def _normalised(right: Complexes, left: Complexes) -> tuple[Complexes, Complexes]:
+    """(q, p) of (1)."""
+    largest = right[np.argmax(np.abs(right))]
+    q = right * (abs(largest) / largest / np.linalg.norm(right))
+    return q, left / np.vdot(q, left)
+
+
+def _crowded(kind: str, nu: complex, crowd: Complexes, values: Complexes) -> Refusal:
+    named = ", ".join(f"{other:.9g}" for other in crowd)
+    reason = (
+        f"{kind} at nu = {nu:.9g} needs every other multiplier off the unit circle and nu simple; "
+        f"also critical: {named}. This is a point of higher codimension."
+    )
+    return Refusal(kind, Status.OTHERS_CRITICAL, reason, values)
+
+
+def zero(
+    name: str, value: float, scale: float, status: Status, meaning: str, form: NormalForm
+) -> Refusal | None:
+    """Refuse a coefficient that is zero next to the size of its terms, or not finite.
+
+    Parameters
+    ----------
+    name, value, scale
+        The coefficient, and the size of the terms that it is the sum of.
+    status, meaning
+        What it means where it is zero (``HALF_OF_THE_DIGITS``).
+    form
+        The normal form without what depends on it.
+    """
+    if not math.isfinite(value):
+        return Refusal(form.kind, Status.NOT_SMOOTH, f"{name} {NOT_FINITE}", form.multipliers)
+    if abs(value) > HALF_OF_THE_DIGITS * scale:
+        return None
+    reason = f"{name} = {value:.3g} is zero to half of the digits: {meaning}."
+    return Refusal(form.kind, status, reason, form.multipliers, form)

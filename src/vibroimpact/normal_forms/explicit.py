@@ -1,0 +1,326 @@
+"""Maps given by formulas: fixed points, multilinear forms, and curves of fixed points.
+
+Method      the function is evaluated on jets x + u e1 + v e2 + w e3, e_i^2 = 0: the coefficient of
+            e1 e2 e3 is D^3 F [u, v, w], that of e1 e2 D^2 F [u, v], that of e1 D F [u]      (1)
+            fixed points by Newton's method:  (A - I) dx = -(F(x) - x)                       (2)
+Assumes     the function is three times differentiable at the point
+Accuracy    rounding of the function's own operations. (2) stops after a step with
+            |dx| <= 2^-26 (s + |x|), s the sizes of the coordinates: the error then is of the order
+            of its square
+Fails       a status with a sentence: not converged, singular (a fold is near), left the domain
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact import _kernel
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import real, vector
+from vibroimpact.normal_forms.forms import Complexes, Floats, checked
+
+Function = Callable[[Any, Any], Sequence[Any]]
+"""function(x, p): x is an array of floats or of jets, shape (d,), p a float or a jet."""
+
+MOST_STEPS = 50
+"""Newton steps (2): from a start in its basin it takes six or so."""
+
+LAST_STEP = 2.0**-26
+"""Relative size of the step that is the last: its square is rounding."""
+
+DERIVATIVE_AT = {1: 1, 2: 3, 3: 7}
+"""Order of a derivative to its place among the eight coefficients of a jet (1)."""
+
+
+class FixedPointStatus(StrEnum):
+    """How Newton's method ended."""
+
+    CONVERGED = "converged"
+    NOT_CONVERGED = "not converged"
+    SINGULAR = "singular"
+    LEFT_DOMAIN = "left the domain"
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """A fixed point of a map, or how far the search for it came.
+
+    Attributes
+    ----------
+    status, reason
+        :class:`FixedPointStatus`, and a sentence; empty where converged.
+    x
+        The point, or the last iterate of Newton's method, shape (d,).
+    p
+        The parameter.
+    residual
+        max |F(x) - x|.
+    steps
+        Newton steps taken.
+    multipliers
+        Eigenvalues of A = DF(x), largest modulus first, shape (d,); nan where not converged.
+    """
+
+    status: FixedPointStatus
+    reason: str
+    x: Floats
+    p: float
+    residual: float
+    steps: int
+    multipliers: Complexes
+
+    @property
+    def converged(self) -> bool:
+        """Whether this is a fixed point."""
+        return self.status is FixedPointStatus.CONVERGED
+
+    @property
+    def stable(self) -> bool:
+        """Whether every multiplier lies inside the unit circle."""
+        return self.converged and bool(np.all(np.abs(self.multipliers) < 1.0))
+
+
+@dataclass(frozen=True)
+class MapForms:
+    """Forms of an explicit map at a point; see :class:`vibroimpact.normal_forms.Forms`.
+
+    Attributes
+    ----------
+    map
+        The map.
+    x, p
+        The point, shape (d,), and the parameter.
+    """
+
+    map: ExplicitMap
+    x: Floats
+    p: float
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return self.map.dimension
+
+    def derivative(self, *directions: Floats) -> Floats:
+        """Return D^k F [u_1, ..., u_k], k = 1, 2, 3, shape (d,). Cost: one evaluation on jets."""
+        return self.map.derivative(self.x, self.p, *directions)
+
+
+@dataclass(frozen=True)
+class ExplicitMap:
+    """A map x -> F(x, p) given by a formula, or an iterate of it.
+
+    A curve of its fixed points can be continued: the map is a problem F(x, p) - x = 0.
+
+    Parameters
+    ----------
+    function
+        function(x, p) returns the d coordinates of the image, as a sequence. It must use ordinary
+        arithmetic, powers with constant exponents, and np.sin, np.cos, np.exp, np.log, np.sqrt
+        (not those of ``math``): it is called with arrays of floats and with arrays of jets.
+    dimension
+        d, >= 1.
+    iterate
+        The map is the iterate-th iterate of the function, >= 1.
+    sizes
+        Typical size of each coordinate and, last, of the parameter, all > 0, shape (d + 1,);
+        default 1.
+
+    Raises
+    ------
+    InvalidParameterError
+        A bad dimension, iterate or size; and, when the map is evaluated, a function that returns
+        something else than d real numbers or cannot be evaluated on jets.
+
+    Examples
+    --------
+    >>> import vibroimpact.normal_forms as nf
+    >>> logistic = nf.ExplicitMap(lambda x, p: [p * x[0] * (1.0 - x[0])], dimension=1)
+    >>> point = logistic.fixed_point([0.6], 3.0)
+    >>> point.x, point.multipliers
+    (array([0.66666667]), array([-1.+0.j]))
+    >>> round(nf.normal_form("PD", logistic.forms(point.x, point.p)).c, 12)
+    9.0
+    """
+
+    function: Function
+    dimension: int
+    iterate: int = 1
+    sizes: tuple[float, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        for name in ("dimension", "iterate"):
+            value = getattr(self, name)
+            if not isinstance(value, int) or value < 1:
+                raise InvalidParameterError(f"{name} = {value!r}: must be a whole number >= 1.")
+        sizes = self.sizes or (1.0,) * (self.dimension + 1)
+        object.__setattr__(self, "sizes", vector("sizes", sizes, self.dimension + 1))
+        if min(self.sizes) <= 0.0:
+            raise InvalidParameterError(f"sizes = {self.sizes}: every size must be > 0.")
+
+    def __call__(self, x: ArrayLike, p: float) -> Floats:
+        """Return the image of x, shape (d,)."""
+        image = np.asarray(x, dtype=np.float64)
+        for _ in range(self.iterate):
+            image = np.array([_number(y) for y in self._image(image, np.float64(p))])
+        return image
+
+    def derivative(self, x: ArrayLike, p: float, *directions: Floats) -> Floats:
+        """Return D^k F [u_1, ..., u_k] at (x, p), k = 1, 2, 3, shape (d,).
+
+        Each direction is real, of shape (d,) or (d + 1,) with the parameter's part last.
+        """
+        us = checked(directions, self.dimension)
+        image = self._jets(np.append(x, p), us)
+        place = DERIVATIVE_AT[len(us)]
+        return np.array([jet.coefficients[place] for jet in image])
+
+    def linearised(self, x: ArrayLike, p: float) -> tuple[Floats, Floats]:
+        """Return (A, F_p): derivatives by x, shape (d, d), and by p, shape (d,).
+
+        Cost: one evaluation on jets for every three columns.
+        """
+        at, units = np.append(x, p), np.eye(self.dimension + 1)
+        columns: list[list[float]] = []
+        for first in range(0, self.dimension + 1, 3):
+            us = list(units[first : first + 3])
+            image = self._jets(at, us)
+            columns += [[jet.coefficients[1 << k] for jet in image] for k in range(len(us))]
+        whole = np.array(columns).T
+        return whole[:, :-1], whole[:, -1]
+
+    def forms(self, x: ArrayLike, p: float) -> MapForms:
+        """Return the multilinear forms of the map at a point."""
+        return MapForms(self, self._point(x), real("p", p))
+
+    def fixed_point(self, guess: ArrayLike, p: float) -> FixedPoint:
+        """Find a fixed point of the map (of its iterate) by Newton's method (2).
+
+        Parameters
+        ----------
+        guess
+            Start, shape (d,).
+        p
+            The parameter.
+
+        Returns
+        -------
+        FixedPoint
+            Whose ``status`` says whether it converged.
+        """
+        x, p, steps, converged = self._point(guess), real("p", p), 0, False
+        while not converged and steps < MOST_STEPS:
+            A, b = self.linearised(x, p)[0] - np.eye(self.dimension), self.residual(x, p)
+            if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
+                return self._failed(FixedPointStatus.LEFT_DOMAIN, x, p, steps)
+            try:
+                step = np.linalg.solve(A, -b)
+            except np.linalg.LinAlgError:
+                return self._failed(FixedPointStatus.SINGULAR, x, p, steps)
+            x, steps = x + step, steps + 1
+            converged = bool(np.all(np.abs(step) <= LAST_STEP * (self.scale()[:-1] + np.abs(x))))
+        if not converged:
+            return self._failed(FixedPointStatus.NOT_CONVERGED, x, p, steps)
+        values = np.linalg.eigvals(self.linearised(x, p)[0]).astype(np.complex128)
+        values = values[np.argsort(-np.abs(values), kind="stable")]
+        residual = float(np.max(np.abs(self.residual(x, p))))
+        return FixedPoint(FixedPointStatus.CONVERGED, "", x, p, residual, steps, values)
+
+    def residual(self, z: Floats, p: float) -> Floats:
+        """F(z, p) - z, shape (d,)."""
+        return self(z, p) - z
+
+    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+        """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
+        A, F_p = self.linearised(z, p)
+        return A - np.eye(self.dimension), F_p
+
+    def scale(self) -> Floats:
+        """Size of each coordinate and, last, of the parameter, shape (d + 1,)."""
+        return np.array(self.sizes)
+
+    def watch(self, z: Floats, p: float) -> Mapping[str, float]:
+        """Test functions along a curve of fixed points, by the name of the point they vanish at.
+
+        PD: det(A + I). NS (d >= 2): the product of 1 - nu_i nu_j over all pairs i < j, which also
+        vanishes at a neutral saddle, a real pair nu, 1 / nu.
+        """
+        A = self.linearised(z, p)[0]
+        tests = {"PD": float(np.linalg.det(A + np.eye(self.dimension)))}
+        if self.dimension > 1:
+            nus = np.linalg.eigvals(A)
+            i, j = np.triu_indices(self.dimension, 1)
+            tests["NS"] = float(np.prod(1.0 - nus[i] * nus[j]).real)
+        return tests
+
+    def _failed(self, status: FixedPointStatus, x: Floats, p: float, steps: int) -> FixedPoint:
+        residual = float(np.max(np.abs(self.residual(x, p))))
+        why = {
+            FixedPointStatus.NOT_CONVERGED: f"not converged in {steps} Newton steps",
+            FixedPointStatus.SINGULAR: f"A - I is singular after {steps} Newton steps",
+            FixedPointStatus.LEFT_DOMAIN: f"the map is not finite after {steps} Newton steps",
+        }[status]
+        reason = f"{why}, at x = {x.tolist()}, residual {residual:.3g}; try a nearer guess."
+        unknown = np.full(self.dimension, np.nan, dtype=np.complex128)
+        return FixedPoint(status, reason, x, p, residual, steps, unknown)
+
+    def _point(self, x: ArrayLike) -> Floats:
+        return np.array(vector("x", x, self.dimension))
+
+    def _jets(self, at: Floats, directions: Sequence[Floats]) -> list[_kernel.Jet]:
+        """The image of the jets at + u e1 + v e2 + w e3; ``at`` ends with the parameter."""
+        seeds = np.zeros((len(at), 8))
+        for k, u in enumerate(directions):
+            seeds[:, 1 << k] = u
+        jets = [
+            _kernel.Jet.of(value, s) for value, s in zip(at.tolist(), seeds.tolist(), strict=True)
+        ]
+        image, p = _objects(jets[:-1]), jets[-1]
+        for _ in range(self.iterate):
+            image = _objects([_jet(y) for y in self._image(image, p)])
+        return list(image)
+
+    def _image(self, x: NDArray[Any], p: Any) -> list[Any]:
+        """The function's own answer, of the right length."""
+        try:
+            with np.errstate(all="ignore"):
+                image = list(self.function(x, p))
+        except (TypeError, AttributeError) as error:
+            raise InvalidParameterError(
+                f"function failed on {type(x[0]).__name__} coordinates ({error}): it must return a "
+                "sequence and use arithmetic and np.sin, np.cos, np.exp, np.log, np.sqrt only, not "
+                "those of math."
+            ) from error
+        if len(image) != self.dimension:
+            raise InvalidParameterError(
+                f"function returned {len(image)} numbers; expected dimension = {self.dimension}."
+            )
+        return image
+
+
+def _objects(jets: Sequence[Any]) -> NDArray[Any]:
+    """An array of jets, as functions with matrix products want it."""
+    array = np.empty(len(jets), dtype=object)
+    array[:] = jets
+    return array
+
+
+def _number(y: Any) -> float:
+    """One coordinate of an image on floats."""
+    try:
+        return float(y)
+    except (TypeError, ValueError):
+        raise InvalidParameterError(
+            f"function returned {y!r} as a coordinate: must be a real number."
+        ) from None
+
+
+def _jet(y: Any) -> _kernel.Jet:
+    """One coordinate of an image on jets; a constant stays constant."""
+    return y if isinstance(y, _kernel.Jet) else _kernel.Jet(_number(y))

@@ -1,0 +1,198 @@
+"""Multilinear forms of a map at a point, and of compositions of maps.
+
+Method      F(x0 + u) = F(x0) + A u + B(u, u) / 2 + C(u, u, u) / 6 + ...                     (1)
+            a direction may carry the parameter's part last: u = (u_1, ..., u_d, u_p), so that
+            one notation holds A_p q, B(q, x_p), F_p                                         (2)
+            complex arguments  B(a + i b, v) = B(a, v) + i B(b, v), and so in every argument (3)
+            composition G o F  D[u] = D2[u'], where u' = (D1[u], u_p),
+                               D[u, v] = D2[u', v'] + D2[D1[u, v]],
+                               D[u, v, w] = D2[u', v', w'] + D2[u', D1[v, w]] + D2[v', D1[u, w]]
+                                            + D2[w', D1[u, v]] + D2[D1[u, v, w]]             (4)
+Assumes     the forms are symmetric: (3) evaluates each real form once, whatever the order of its
+            arguments
+Accuracy    sums of a few products: rounding of the forms given
+Fails       never; a direction of the wrong shape raises InvalidParameterError
+Reference   (4) is Faa di Bruno's formula to order 3
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact.errors import InvalidParameterError
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+HIGHEST_ORDER = 3
+
+
+class Forms(Protocol):
+    """Derivatives of a map at a point, in the map's own coordinates and in its parameter.
+
+    Anything with these two members can be analysed: an orbit's return map, an explicit map, a
+    composition of two.
+    """
+
+    @property
+    def dimension(self) -> int:
+        """Number d of coordinates of the map, >= 1."""
+        ...
+
+    def derivative(self, *directions: Floats) -> Floats:
+        """Return D^k F [u_1, ..., u_k], k = 1, 2, 3.
+
+        Parameters
+        ----------
+        *directions
+            Real; each of shape (d,), or (d + 1,) with the parameter's part last.
+
+        Returns
+        -------
+        ndarray
+            Shape (d,).
+        """
+        ...
+
+
+class Multilinear:
+    """The forms with complex arguments (3); every real form is evaluated once and remembered.
+
+    Parameters
+    ----------
+    forms
+        Real symmetric forms.
+
+    Examples
+    --------
+    >>> import vibroimpact.normal_forms as nf
+    >>> square = nf.ExplicitMap(lambda x, p: [x[0] ** 2 + p], dimension=1).forms([1.0], 0.0)
+    >>> nf.Multilinear(square)([1j], [1 + 1j])
+    array([-2.+2.j])
+    """
+
+    def __init__(self, forms: Forms) -> None:
+        self._forms = forms
+        self._known: dict[tuple[bytes, ...], Floats] = {}
+
+    def __call__(self, *directions: ArrayLike) -> Complexes:
+        """Return D^k F of one to three complex directions, each of shape (d,) or (d + 1,)."""
+        arguments = [np.asarray(u, dtype=np.complex128) for u in directions]
+        total = np.zeros(self._forms.dimension, dtype=np.complex128)
+        for parts in itertools.product((0, 1), repeat=len(arguments)):
+            chosen = [u.imag if part else u.real for u, part in zip(arguments, parts, strict=True)]
+            if all(np.any(u) for u in chosen):
+                total += 1j ** sum(parts) * self._real(chosen)
+        return total
+
+    def real(self, *directions: ArrayLike) -> Floats:
+        """Return D^k F of real directions, shape (d,)."""
+        return np.asarray(self(*directions).real)
+
+    def _real(self, directions: list[Floats]) -> Floats:
+        """The form of directions other than zero, looked up by their lines through 0."""
+        signs = [1.0 if u[np.flatnonzero(u)[0]] > 0.0 else -1.0 for u in directions]
+        aligned = sorted(
+            ((s * u + 0.0).tobytes(), i)
+            for i, (s, u) in enumerate(zip(signs, directions, strict=True))
+        )
+        key = tuple(line for line, _ in aligned)
+        if key not in self._known:
+            self._known[key] = self._forms.derivative(
+                *(signs[i] * directions[i] for _, i in aligned)
+            )
+        return float(np.prod(signs)) * self._known[key]
+
+
+def with_parameter(direction: ArrayLike, part: float) -> Floats:
+    """Return a direction of shape (d + 1,) whose parameter's part is ``part``."""
+    return np.append(np.asarray(direction, dtype=np.float64), part)
+
+
+def jacobian(forms: Forms) -> Floats:
+    """Return A = DF, shape (d, d). Cost: d first derivatives."""
+    columns = [forms.derivative(unit) for unit in np.eye(forms.dimension)]
+    return np.column_stack(columns)
+
+
+def checked(directions: tuple[Floats, ...], dimension: int) -> list[Floats]:
+    """Return the directions with their parameter's part, shape (d + 1,) each.
+
+    Raises
+    ------
+    InvalidParameterError
+        Fewer than one or more than three directions, or a shape other than (d,) or (d + 1,).
+    """
+    if not 1 <= len(directions) <= HIGHEST_ORDER:
+        raise InvalidParameterError(
+            f"directions = {len(directions)} of them: give 1, 2 or 3, one per order."
+        )
+    whole = [np.asarray(u, dtype=np.float64) for u in directions]
+    for u in whole:
+        if u.shape not in ((dimension,), (dimension + 1,)):
+            raise InvalidParameterError(
+                f"direction has shape {u.shape}: must be ({dimension},), or ({dimension + 1},) "
+                "with the parameter's part last."
+            )
+    return [u if u.size > dimension else with_parameter(u, 0.0) for u in whole]
+
+
+@dataclass(frozen=True)
+class Composition:
+    """Forms of the map ``second`` after ``first``, by (4).
+
+    Parameters
+    ----------
+    first, second
+        Forms of two maps of the same dimension and in the same parameter; ``second`` at the image
+        of the point of ``first``.
+
+    Raises
+    ------
+    InvalidParameterError
+        Maps of different dimensions.
+
+    Notes
+    -----
+    Cost of a third derivative: 7 forms of ``first``, 5 of ``second``.
+
+    Examples
+    --------
+    >>> import vibroimpact.normal_forms as nf
+    >>> half = nf.ExplicitMap(lambda x, p: [p * x[0] ** 2], dimension=1)
+    >>> full = nf.Composition(half.forms([1.0], 2.0), half.forms([2.0], 2.0))  # 8 x^4
+    >>> full.derivative(np.ones(1), np.ones(1), np.ones(1))
+    array([192.])
+    """
+
+    first: Forms
+    second: Forms
+
+    def __post_init__(self) -> None:
+        if self.first.dimension != self.second.dimension:
+            raise InvalidParameterError(
+                f"first has dimension {self.first.dimension}, second {self.second.dimension}: "
+                "must be equal. Compose maps of the same space."
+            )
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return self.first.dimension
+
+    def derivative(self, *directions: Floats) -> Floats:
+        """Return D^k of the composed map, k = 1, 2, 3; see :class:`Forms`."""
+        us = checked(directions, self.dimension)
+        outer = [with_parameter(self.first.derivative(u), u[-1]) for u in us]
+        total = self.second.derivative(*outer)  # (4), first term
+        if len(us) == 1:
+            return total
+        for k in range(len(us)) if len(us) == HIGHEST_ORDER else []:
+            pair = self.first.derivative(*(u for j, u in enumerate(us) if j != k))
+            total = total + self.second.derivative(outer[k], pair)
+        return np.asarray(total + self.second.derivative(self.first.derivative(*us)))

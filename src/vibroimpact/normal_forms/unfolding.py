@@ -1,0 +1,46 @@
+"""What the parameter does to a critical fixed point.
+
+Method      x_p  = (I - A)^-1 F_p                   drift of the fixed point                 (1)
+            nu_p = <p, A_p q + B(q, x_p)>           slope of the critical multiplier         (2)
+Assumes     1 is no multiplier
+Accuracy    rounding times the conditions of I - A and of the multiplier
+Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 4.7: exact derivatives, along
+            the branch of fixed points
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibroimpact.normal_forms.critical import Critical
+from vibroimpact.normal_forms.forms import Floats, Multilinear, with_parameter
+
+
+@dataclass(frozen=True)
+class Unfolding:
+    """Derivatives with respect to the parameter along the branch of fixed points.
+
+    Attributes
+    ----------
+    drift
+        x_p, shape (dimension,).
+    multiplier_slope
+        d nu / d p.
+    scale
+        Size of the terms that the slope is the sum of.
+    """
+
+    drift: Floats
+    multiplier_slope: complex
+    scale: float
+
+
+def unfold(at: Multilinear, A: Floats, critical: Critical) -> Unfolding:
+    """Return (1) and (2). Cost: 1 first and at most 4 second derivatives."""
+    parameter = with_parameter(np.zeros(len(A)), 1.0)
+    drift = np.asarray(np.linalg.solve(np.eye(len(A)) - A, at.real(parameter)), np.float64)  # (1)
+    terms = at(critical.q, parameter), at(critical.q, drift)
+    scale = float(np.linalg.norm(critical.p)) * sum(float(np.linalg.norm(t)) for t in terms)
+    return Unfolding(drift, critical.project(terms[0] + terms[1]), scale)  # (2)

@@ -1,0 +1,139 @@
+"""Maps whose normal form is known, behind changes of coordinates; random polynomial maps."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+import vibroimpact.normal_forms as nf
+
+
+class Change:
+    """A change of coordinates y = T sheared(M x) + p s, exactly invertible and of any degree.
+
+    Sheared: coordinate i is moved by a cubic polynomial of the coordinates after it, and then by
+    one of those before it.
+    """
+
+    def __init__(self, n: int, seed: int = 0) -> None:
+        rng = np.random.default_rng(seed)
+        self.n = n
+        self.T = np.linalg.qr(rng.normal(size=(n, n)))[0] @ np.diag(rng.uniform(0.5, 2.0, n))
+        self.M = np.linalg.qr(rng.normal(size=(n, n)))[0]
+        self.linear = self.T @ self.M
+        self.shift = rng.uniform(-1.0, 1.0, n)
+        self.second = rng.uniform(-0.5, 0.5, (n, n, n))
+        self.third = rng.uniform(-0.5, 0.5, (n, n))
+
+    def _moved(self, x: Any, i: int, others: range) -> Any:
+        quadratic = sum(self.second[i, j, k] * x[j] * x[k] for j in others for k in others)
+        return quadratic + sum(self.third[i, j] * x[j] ** 3 for j in others)
+
+    def seen(self, x: Any, p: Any) -> Any:
+        """y of x."""
+        x = list(self.M @ np.array(list(x)))
+        for i in range(self.n):
+            x[i] = x[i] + self._moved(x, i, range(i + 1, self.n))
+        for i in reversed(range(self.n)):
+            x[i] = x[i] + self._moved(x, i, range(i))
+        return self.T @ np.array(x) + self.shift * p
+
+    def hidden(self, y: Any, p: Any) -> Any:
+        """x of y."""
+        x = list(np.linalg.inv(self.T) @ (y - self.shift * p))
+        for i in range(self.n):
+            x[i] = x[i] - self._moved(x, i, range(i))
+        for i in reversed(range(self.n)):
+            x[i] = x[i] - self._moved(x, i, range(i + 1, self.n))
+        return self.M.T @ np.array(x)
+
+    def map(self, function: Any) -> nf.ExplicitMap:
+        """The map x -> function(x, p) in the coordinates y."""
+        return nf.ExplicitMap(
+            lambda y, p: self.seen(function(self.hidden(y, p), p), p), dimension=self.n
+        )
+
+
+@dataclass(frozen=True)
+class Planted:
+    """z' = nu z (1 + kappa p + d |z|^2), w' = B w, behind a change of coordinates."""
+
+    dimension: int
+    nu: complex = cmath.exp(2.2j)
+    kappa: complex = 0.7 - 0.3j
+    d: complex = -0.8 + 0.5j
+    seed: int = 0
+
+    @cached_property
+    def change(self) -> Change:
+        return Change(self.dimension, self.seed)
+
+    @cached_property
+    def rest(self) -> np.ndarray:
+        m = self.dimension - 2
+        return 0.6 * np.random.default_rng(self.seed).uniform(-1.0, 1.0, (m, m)) / max(m, 1)
+
+    def normal(self, x: Any, p: Any) -> Any:
+        """The normal form, in real coordinates z = x1 + i x2."""
+        size = x[0] ** 2 + x[1] ** 2
+        factors = [
+            self.nu.real + (self.nu * self.kappa).real * p + (self.nu * self.d).real * size,
+            self.nu.imag + (self.nu * self.kappa).imag * p + (self.nu * self.d).imag * size,
+        ]
+        return [
+            factors[0] * x[0] - factors[1] * x[1],
+            factors[0] * x[1] + factors[1] * x[0],
+            *(self.rest @ x[2:]),
+        ]
+
+    @property
+    def map(self) -> nf.ExplicitMap:
+        return self.change.map(self.normal)
+
+    def forms(self) -> nf.MapForms:
+        return self.map.forms(np.zeros(self.dimension), 0.0)
+
+
+@dataclass(frozen=True)
+class Tensors:
+    """A random polynomial map with a pair exp(+-i angle), the rest inside the unit circle."""
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+
+    @property
+    def dimension(self) -> int:
+        return len(self.A)
+
+    def derivative(self, *directions: np.ndarray) -> np.ndarray:
+        image = (self.A, self.B, self.C)[len(directions) - 1]
+        for u in directions:
+            image = image @ u
+        return image
+
+
+def random_map(n: int, seed: int, angle: float = 1.9) -> Tensors:
+    rng = np.random.default_rng(seed)
+    core = np.zeros((n, n))
+    core[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    core[2:, 2:] = np.triu(rng.uniform(-0.7, 0.7, (n - 2, n - 2)))
+    T = rng.normal(size=(n, n)) + 2.0 * np.eye(n)
+    B, C = rng.uniform(-1, 1, (n, n, n)), rng.uniform(-1, 1, (n, n, n, n))
+    B = (B + B.transpose(0, 2, 1)) / 2.0
+    C = sum(
+        C.transpose(0, *(1 + np.array(order)))
+        for order in [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)]
+    )
+    return Tensors(T @ core @ np.linalg.inv(T), B, C / 6.0)
+
+
+def found(kind: str, forms: Any, **keywords: Any) -> Any:
+    form = nf.normal_form(kind, forms, **keywords)
+    assert not isinstance(form, nf.Refusal), form.reason
+    return form
