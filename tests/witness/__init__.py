@@ -10,6 +10,11 @@ so that an error would have to be made twice to go unseen.
     symmetric   its symmetric 1-1-1 orbits, their multipliers and bifurcations
     mechanism   any M, C, K with harmonic forces and contacts
     misprints   the paper's equations as printed and as they hold, with residuals
+    normal_form_slips  the same for the appendix
+    multilinear derivatives of maps by differences at high precision, and their normal forms
+    periodic    periodic orbits of any mechanism, by segments
+    periodic_damper, periodic_one_sided, periodic_torus, periodic_cases
+                the orbits that tests/reference/periodic.toml lists
 """
 
 from __future__ import annotations
