@@ -1,0 +1,165 @@
+"""A continued curve: its points, its special points, and why it ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.continuation.problem import Floats
+
+Integers = NDArray[np.int64]
+
+
+class Stopped(StrEnum):
+    """Why a curve ended."""
+
+    RANGE = "the parameter reached the end of its range"
+    EVENT = "a terminal event was reached"
+    CLOSED = "the curve returned to its start"
+    POINTS = "the number of points was reached"
+    STEP = "the step fell below its minimum"
+    INTERRUPTED = "it was interrupted"
+    NOT_FOLLOWED = "it was not followed in this direction"
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a curve.
+
+    Attributes
+    ----------
+    reason
+        Why the curve stopped.
+    detail
+        What exactly happened: the name of the event, what failed below the minimal step.
+    """
+
+    reason: Stopped
+    detail: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """A zero of a test function on a curve.
+
+    Attributes
+    ----------
+    name
+        The test function; "SN" (fold) and "BP" (simple branch point) are built in.
+    parameter
+        Where.
+    z
+        The solution there, shape (d,).
+    tangent
+        Unit tangent there in the metric of ``Problem.scale``, in unscaled unknowns with the
+        parameter last, shape (d + 1,).
+    arclength
+        Position along the curve, scaled arclength from its start.
+    error
+        Estimated error of ``parameter``.
+    crossing
+        +1 where the test function rises with the arclength, -1 where it falls.
+    """
+
+    name: str
+    parameter: float
+    z: Floats
+    tangent: Floats
+    arclength: float
+    error: float
+    crossing: int
+
+
+@dataclass(frozen=True)
+class Unresolved:
+    """A stretch of a curve where zeros of a test function may have been missed.
+
+    Attributes
+    ----------
+    name
+        The test function.
+    first, last
+        Indices of the points at the ends of the stretch.
+    reason
+        "not finite", "zero everywhere", or that its expansion does not converge.
+    """
+
+    name: str
+    first: int
+    last: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points of a solution curve, in order of its arclength.
+
+    Attributes
+    ----------
+    parameter
+        Shape (n,).
+    z
+        Solutions, shape (n, d).
+    tangent
+        Unit tangents in the metric of ``Problem.scale``, in unscaled unknowns with the
+        parameter last, shape (n, d + 1).
+    arclength
+        Scaled arclength from the start, negative before it, shape (n,).
+    residual
+        Largest |F_i| before the last Newton step, in the problem's units, shape (n,).
+    steps
+        Newton iterations that were taken for each point, shape (n,).
+    panel
+        Number of the panel of each point, 0, 1, ... along the curve, shape (n,).
+    tests
+        Values of each test function, shape (n,).
+    special
+        Special points in order of the arclength.
+    ends
+        Why the curve ended before its start and after it.
+    start
+        Index of the starting point.
+    unresolved
+        Where test functions could not be resolved.
+    rejected
+        Panels that were tried and rejected.
+    """
+
+    parameter: Floats
+    z: Floats
+    tangent: Floats
+    arclength: Floats
+    residual: Floats
+    steps: Integers
+    panel: Integers
+    tests: Mapping[str, Floats]
+    special: tuple[SpecialPoint, ...]
+    ends: tuple[End, End]
+    start: int
+    unresolved: tuple[Unresolved, ...]
+    rejected: int
+
+    def __len__(self) -> int:
+        return len(self.parameter)
+
+    def named(self, name: str) -> Iterator[SpecialPoint]:
+        """The special points of one test function, in order."""
+        return (point for point in self.special if point.name == name)
+
+    def __repr__(self) -> str:
+        found = ", ".join(
+            f"{n} {name}" for name, n in Counter(p.name for p in self.special).items()
+        )
+        return (
+            f"Curve of {len(self)} points, parameter {self.parameter.min():.8g} to "
+            f"{self.parameter.max():.8g}, {found or 'no special point'}\n"
+            f"  before the start: {self.ends[0]}\n  after the start: {self.ends[1]}"
+        )

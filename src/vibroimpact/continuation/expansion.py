@@ -1,0 +1,201 @@
+"""Functions sampled on an interval, and where they change sign.
+
+Method      f(s) = sum_k c_k T_k(x), s = middle + half x, through x_j = -cos(pi j / K)    (1)
+            f changes sign once between two neighbouring extrema of opposite signs, and nowhere
+            else; extrema are the zeros of the series of f' (colleague matrix)                   (2)
+            an extremum whose value is below the error of (1) is doubtful: f itself is expanded
+            again on an interval around it that is just wide enough for f to stand out           (3)
+Assumes     f analytic; the last coefficients bound what (1) leaves out
+Accuracy    two zeros of f that are 1e-7 of the interval apart are separated by (3); closer
+            ones, and a double zero, are a touch: no change of sign
+Reference   [trefethen2013] ch. 3, 8, 18
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import chebyshev as series
+from scipy.optimize import brentq
+
+from vibroimpact.chebyshev import real_zeros
+from vibroimpact.continuation.problem import Floats
+
+DEGREE = 12  # K of (1): the cheapest for curves resolved to 1e-8; 10 and 14 cost 5 to 10 % more
+TAIL = 2  # coefficients that tell what is left out; two, for f may be even or odd
+# An extremum is doubtful below so many times the largest of the last coefficients; of more than the
+# last two, for these may be small by chance where there is rounding.
+DOUBT, DOUBTFUL = 4.0, 4
+STANDS_OUT = 30.0  # the interval of (3) ends where f is this many times the error
+NARROWER = 0.9  # of an interval: (3) is repeated only if that gains something
+SMOOTH = 5  # on such an interval f is nearly a parabola: coefficients from here on are rounding
+DEEPEST = 3  # expansions within expansions: each gains the square root of the error
+NOISE = 16.0 * float(np.finfo(float).eps)  # rounding of f relative to its size, at the least
+
+Function = Callable[[float], float]
+Edge = tuple[float, float]  # a point and the value of f there
+
+
+def _lobatto() -> tuple[Floats, Floats]:
+    points: Floats = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+    points[DEGREE // 2] = 0.0
+    return points, np.asarray(np.linalg.inv(series.chebvander(points, DEGREE)), dtype=float)
+
+
+POINTS, TO_COEFFICIENTS = _lobatto()
+
+
+def positions(low: float, high: float) -> Floats:
+    """The points of (1) in [low, high], both ends included exactly."""
+    s: Floats = (low + high) / 2.0 + (high - low) / 2.0 * POINTS
+    s[0], s[-1] = low, high
+    return s
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """Functions known at the points (1) of an interval.
+
+    Attributes
+    ----------
+    low, high
+        The interval.
+    values
+        Shape (K + 1,) or (K + 1, m).
+    """
+
+    low: float
+    high: float
+    values: Floats
+
+    @cached_property
+    def coefficients(self) -> Floats:
+        """The c_k of (1), shape of ``values``."""
+        return TO_COEFFICIENTS @ self.values
+
+    @property
+    def tail(self) -> Floats:
+        """Size of what (1) leaves out, for each function."""
+        return np.asarray(np.abs(self.coefficients[-TAIL:]).max(axis=0))
+
+    def _x(self, s: float) -> float:
+        return (2.0 * s - self.low - self.high) / (self.high - self.low)
+
+    def at(self, s: float) -> Floats:
+        """The series at s."""
+        return np.asarray(series.chebval(self._x(s), self.coefficients))
+
+    def slope(self, s: float) -> Floats:
+        """Derivative of the series by s."""
+        rate = series.chebval(self._x(s), series.chebder(self.coefficients))
+        return np.asarray(rate * (2.0 / (self.high - self.low)))
+
+    def integral(self) -> Floats:
+        """Integral of the series from low to each of the points (1)."""
+        whole = series.chebint(self.coefficients, lbnd=-1) * ((self.high - self.low) / 2.0)
+        values: Floats = series.chebval(POINTS, whole)
+        return values
+
+    def extrema(self) -> list[float]:
+        """Zeros of f' strictly inside (2), for one function."""
+        slopes = series.chebder(self.coefficients)
+        kept = np.abs(slopes) > np.finfo(float).eps * np.abs(slopes).max(initial=0.0)
+        x = real_zeros(np.where(kept, slopes, 0.0))
+        s = (self.low + self.high) / 2.0 + (self.high - self.low) / 2.0 * x
+        return sorted({float(at) for at in s if self.low < at < self.high})
+
+
+def edges(f: Expansion, true: Function) -> list[Edge]:
+    """Points between which f is monotone, with values whose signs are certain (2), (3).
+
+    Parameters
+    ----------
+    f
+        Expansion of one function.
+    true
+        The function itself, asked only where the expansion is in doubt.
+
+    Returns
+    -------
+    list of (s, value)
+        From the lower to the upper end; the value is 0 at a touch.
+    """
+    left_out = float(np.abs(f.coefficients[-DOUBTFUL:]).max())
+    error = DOUBT * left_out + NOISE * float(np.abs(f.values).max())
+    return _edges(f, true, error, DEEPEST)
+
+
+def _edges(f: Expansion, true: Function, error: float, depth: int) -> list[Edge]:
+    extrema = [(s, float(f.at(s))) for s in f.extrema()]
+    found: list[Edge] = [(f.low, float(f.values[0]))]
+    last = (f.high, float(f.values[-1]))
+    for certain, group in itertools.groupby(extrema, lambda edge: abs(edge[1]) > error):
+        these = list(group)
+        if certain:
+            found += these
+            continue
+        after = next((s for s, _ in extrema if s > these[-1][0]), f.high)
+        low = _standing_out(f, these[0][0], found[-1][0], STANDS_OUT * error)
+        high = _standing_out(f, these[-1][0], after, STANDS_OUT * error)
+        if depth == 0 or high - low > NARROWER * (f.high - f.low):
+            found += [(s, 0.0) for s, _ in these]
+        else:
+            found += _closer(low, high, true, depth)
+    return [*found, last]
+
+
+def _standing_out(f: Expansion, s: float, end: float, size: float) -> float:
+    """The point nearest to s, going towards ``end``, where f has this size; or ``end``."""
+    width = math.copysign((f.high - f.low) * float(np.finfo(float).eps) ** 0.5, end - s)
+    while abs(width) < abs(end - s):
+        if abs(float(f.at(s + width))) > size:
+            return s + width
+        width *= 2.0
+    return end
+
+
+def _closer(low: float, high: float, true: Function, depth: int) -> list[Edge]:
+    """The edges of f between two points, from values of f itself (3)."""
+    values = np.array([true(float(s)) for s in positions(low, high)])
+    f = Expansion(low, high, values)
+    rounding = float(np.abs(f.coefficients[SMOOTH:]).max())
+    return _edges(f, true, DOUBT * rounding + NOISE * float(np.abs(values).max()), depth - 1)
+
+
+def zero_between(f: Expansion, a: float, b: float) -> float:
+    """The zero of the expansion of one function between two points of opposite signs."""
+    return brent(lambda s: float(f.at(s)), a, b)
+
+
+def brent(f: Function, a: float, b: float) -> float:
+    """The zero of f in a bracket, to rounding of b; an end if that is a zero or f has one sign."""
+    if f(a) * f(b) >= 0.0:
+        return b if f(b) == 0.0 else a
+    accuracy = float(np.finfo(float).eps)
+    root, _ = brentq(
+        f, a, b, xtol=accuracy * abs(b), rtol=4.0 * accuracy, full_output=True, disp=False
+    )
+    return float(root)
+
+
+def first_zero(f: Expansion) -> float | None:
+    """The first change of sign of the expansion of one function."""
+    for a, b in sign_changes(edges(f, lambda s: float(f.at(s)))):
+        return zero_between(f, a, b)
+    return None
+
+
+def sign_changes(found: Sequence[Edge], before: float = 0.0) -> list[tuple[float, float]]:
+    """Intervals in which the sign changes, among edges in order.
+
+    A value 0 has no sign of its own. ``before`` is the sign that f had before the first edge.
+    """
+    signed = [edge for edge in found if edge[1] != 0.0]
+    if signed and before * signed[0][1] < 0.0 and found[0][1] == 0.0:
+        signed.insert(0, (found[0][0], before))
+    return [(a, b) for (a, u), (b, v) in itertools.pairwise(signed) if u * v < 0.0]

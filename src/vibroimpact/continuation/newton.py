@@ -1,0 +1,144 @@
+"""Points of a curve by Newton's iteration in a hyperplane.
+
+Method      [ J ]           [ -F          ]
+            [ c ] (step)  = [ s - <c, y>  ],   J = dF/dy, c a row, s a number                   (1)
+            direction:  J x = 0,  <c, x> = 1    (dy/ds along the curve, from the same matrix)   (2)
+            the rows of J are divided by their lengths to solve (1): units of F do not matter
+Assumes     a guess in Newton's ball: a step longer than the last one is a failure
+Accuracy    a step shorter than the tolerance is the last; it is taken too, so that the error of
+            the point is its square, or rounding. The Jacobian, the direction and the residual
+            belong to the point before it. With tolerance 0 the iteration goes on until rounding
+            stops it
+Fails       the outcomes of ``Outcome``
+Reference   [keller1977] for (1); [allgower1990] ch. 2 for (2)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from vibroimpact.continuation.problem import Floats, Scaled
+
+MOST_STEPS = 8  # a guess that needs more is a bad one: quadratic convergence takes 2 to 5
+POINT_TOLERANCE = 1e-11  # of a single point, in unknowns of size one
+# Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
+# first number a step that has not halved means that, above it Newton's iteration has failed.
+STALLED = 1e-8
+ROUNDING = 4.0 * float(np.finfo(float).eps)
+
+
+class Outcome(StrEnum):
+    """How one Newton iteration ended."""
+
+    CONVERGED = "Newton's iteration converged"
+    NO_CONVERGENCE = "Newton's iteration did not converge"
+    NOT_FINITE = "the residual or its Jacobian is not finite"
+    SINGULAR = "the bordered Jacobian is singular"
+    OUTSIDE = "the solution lies outside the range of the parameter"
+
+
+@dataclass(frozen=True)
+class Node:
+    """A point on the curve, in scaled unknowns.
+
+    Attributes
+    ----------
+    y
+        The point, shape (d + 1,).
+    jacobian
+        dF/dy, shape (d, d + 1).
+    direction
+        Direction of the curve (2) with <row, direction> = 1, shape (d + 1,).
+    residual
+        Largest |F_i|, in the problem's units, before the last step.
+    steps, step
+        Newton steps taken, and the length of the last one.
+    """
+
+    y: Floats
+    jacobian: Floats
+    direction: Floats
+    residual: float
+    steps: int
+    step: float
+
+    @property
+    def tangent(self) -> Floats:
+        """Unit tangent of the curve."""
+        unit: Floats = self.direction / np.linalg.norm(self.direction)
+        return unit
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What Newton's iteration gave: a node where it converged, the last iterate anyway."""
+
+    outcome: Outcome
+    y: Floats
+    node: Node | None = None
+
+
+def correct(
+    problem: Scaled, guess: Floats, row: Floats, target: float, tolerance: float = POINT_TOLERANCE
+) -> Attempt:
+    """Solve F(y) = 0, <row, y> = target from a guess, within the bounds of p (1)."""
+    y = problem.inside(guess)
+    previous, outside = np.inf, 0
+    for count in range(MOST_STEPS):
+        residual, jacobian = problem.linearised(y)
+        if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
+            return Attempt(Outcome.NOT_FINITE, y)
+        solved = _solve(jacobian, residual, row, target - float(row @ y))
+        if solved is None:
+            return Attempt(Outcome.SINGULAR, y)
+        step, direction = solved
+        size = float(np.linalg.norm(step))
+        if _finished(size, previous, tolerance, float(np.linalg.norm(y))):
+            largest = float(np.abs(residual).max())
+            y = problem.inside(y + step)
+            node = Node(y, jacobian, direction, largest, count + 1, size)
+            return Attempt(Outcome.CONVERGED, y, node)
+        if size > previous:
+            break
+        moved = problem.inside(y + step)
+        outside = outside + 1 if moved[-1] != y[-1] + step[-1] else 0
+        if outside == 2:
+            return Attempt(Outcome.OUTSIDE, moved)
+        y, previous = moved, size
+    return Attempt(Outcome.OUTSIDE if outside else Outcome.NO_CONVERGENCE, y)
+
+
+def equilibrated(jacobian: Floats) -> tuple[Floats, Floats]:
+    """The Jacobian with rows of length 1, and their lengths; rows of zeros are left."""
+    lengths = np.linalg.norm(jacobian, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    return jacobian / lengths[:, None], lengths
+
+
+def _solve(
+    jacobian: Floats, residual: Floats, row: Floats, missing: float
+) -> tuple[Floats, Floats] | None:
+    """Step (1) and direction (2); None where the matrix is singular."""
+    right = np.zeros((len(row), 2))
+    rows, lengths = equilibrated(jacobian)
+    right[:-1, 0] = -residual / lengths
+    right[-1] = missing, 1.0
+    try:
+        both = np.asarray(np.linalg.solve(np.vstack([rows, row]), right), dtype=float)
+    except np.linalg.LinAlgError:
+        return None
+    return (both[:, 0], both[:, 1]) if np.all(np.isfinite(both)) else None
+
+
+def _finished(size: float, previous: float, tolerance: float, length: float) -> bool:
+    stalled = size <= STALLED and size > previous / 2.0
+    return stalled or size <= max(tolerance, ROUNDING * length)
+
+
+def log_determinant(node: Node, row: Floats) -> tuple[float, float]:
+    """Sign and logarithm of |det [J; row]|; the sign changes at a simple branch point."""
+    sign, log = np.linalg.slogdet(np.vstack([node.jacobian, row]))
+    return float(sign), float(log)

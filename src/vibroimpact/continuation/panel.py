@@ -1,0 +1,260 @@
+"""A panel: a piece of a curve, expanded in Chebyshev polynomials of its projected arclength.
+
+Method      from a node y_0 with unit tangent t_0 the points F(y_j) = 0, <t_0, y_j - y_0> = s_j at
+            the K + 1 Chebyshev points s_j of [0, h]; guesses by Hermite extrapolation (1) of the
+            nodes before
+            a panel is resolved when the tail of the expansion of y(s) is below tolerance h and
+            that of every test function below tolerance times its largest value               (2)
+            built-in test functions, both analytic along the curve:
+            SN  dp/ds       BP  det [J; t_0]                                                     (3)
+            next length: h (safety / (tail / allowed))^(1/K)                                     (4)
+Assumes     F analytic; the tangent turns by less than ``turn`` within a panel
+Accuracy    what (2) says; nodes to Newton's tolerance
+Fails       the sentences of ``Failure``: Newton, the turn, the expansion of y. A test function
+            that shorter panels do not resolve (a kink, a pole, noise) does not stop the curve: it
+            is listed in ``Panel.unresolved``
+Reference   [trefethen2013] ch. 8 for (2); [kuznetsov2004] sec. 10.2 for (3)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibroimpact.continuation.expansion import DEGREE, Expansion, positions
+from vibroimpact.continuation.newton import Attempt, Node, Outcome, correct, log_determinant
+from vibroimpact.continuation.problem import Floats, Scaled
+
+FOLD, BRANCH_POINT = "SN", "BP"
+BUILT_IN = (FOLD, BRANCH_POINT)
+HISTORY = 3  # nodes that the extrapolation (1) uses, each with its tangent
+SAFETY = 0.3  # (4) aims at this part of what is allowed
+SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
+NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
+ROUNDING = 1e-13  # the expansion of y is never asked for more
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A resolved piece of the curve.
+
+    Attributes
+    ----------
+    row
+        Unit tangent t_0 at its first node.
+    nodes
+        K + 1 nodes in order, the first is the last of the panel before.
+    curve
+        Expansion of y(s), s in [0, h].
+    tests
+        Expansion of each test function by name; ``None`` where a value is not finite.
+    unresolved
+        Test functions that do not satisfy (2), with the reason.
+    log_determinant
+        The determinant of (3) is given relative to the exponential of this number.
+    demand
+        Largest of tail / allowed in (2), at most 1.
+    """
+
+    row: Floats
+    nodes: tuple[Node, ...]
+    curve: Expansion
+    tests: Mapping[str, Expansion]
+    unresolved: Mapping[str, str]
+    log_determinant: float
+    demand: float
+
+    @property
+    def length(self) -> float:
+        """Length h in projected arclength."""
+        return self.curve.high
+
+    def determinant(self, node: Node) -> float:
+        """The branch-point function (3) at a node."""
+        return _relative_determinant(node, self.row, self.log_determinant)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A panel that was not accepted.
+
+    Attributes
+    ----------
+    reason
+        What failed, half a sentence.
+    factor
+        The length to try next, relative to the one that failed.
+    tests
+        Names of the test functions that alone are to blame; empty if the curve itself is.
+    outside
+        The first Newton attempt that ended outside the bounds of p, if that is the reason.
+    """
+
+    reason: str
+    factor: float = 0.5
+    tests: frozenset[str] = frozenset()
+    outside: Attempt | None = None
+
+
+@dataclass(frozen=True)
+class Standard:
+    """When a panel is accepted.
+
+    Attributes
+    ----------
+    turn
+        Largest turn of the tangent, radians.
+    tolerance
+        Of (2).
+    excused
+        Test functions that need not satisfy (2).
+    """
+
+    turn: float
+    tolerance: float
+    excused: frozenset[str] = field(default_factory=frozenset)
+
+
+@dataclass
+class Trace:
+    """Nodes found so far on one panel, with their s."""
+
+    s: list[float]
+    nodes: list[Node]
+
+    def guess(self, s: float) -> Floats:
+        """Hermite extrapolation (1) from the latest nodes, by divided differences."""
+        return hermite(self.s[-HISTORY:], self.nodes[-HISTORY:], s)
+
+
+def hermite(at: list[float], nodes: list[Node], s: float) -> Floats:
+    """Polynomial through the nodes with their directions, evaluated at s (1)."""
+    x = [t for t in at for _ in range(2)]
+    column = [node.y for node in nodes for _ in range(2)]
+    value, product = column[0].copy(), 1.0
+    for order in range(1, len(x)):
+        column = [
+            nodes[i // 2].direction
+            if x[i] == x[i + order]
+            else (column[i + 1] - column[i]) / (x[i + order] - x[i])
+            for i in range(len(x) - order)
+        ]
+        product *= s - x[order - 1]
+        value += product * column[0]
+    return value
+
+
+def trace(
+    problem: Scaled, origin: Node, length: float, standard: Standard, last: Node | None
+) -> Trace | Failure:
+    """Solve for the nodes of a panel; ``last`` is its end where that is known already."""
+    row = origin.tangent
+    first = Node(origin.y, origin.jacobian, row, origin.residual, origin.steps, origin.step)
+    traced = Trace([0.0], [first])
+    base, ahead = float(row @ origin.y), math.cos(standard.turn)
+    tolerance = NODE_PART * standard.tolerance * length
+    for s in positions(0.0, length)[1:]:
+        if last is not None and s == length:
+            node = _with_direction(last, row)
+        else:
+            attempt = correct(problem, traced.guess(s), row, base + s, tolerance)
+            if attempt.node is None:
+                outside = attempt if attempt.outcome is Outcome.OUTSIDE else None
+                return Failure(attempt.outcome.value, outside=outside)
+            node = attempt.node
+        if float(row @ node.tangent) < ahead:
+            return Failure(f"the tangent turned by more than {standard.turn:.2g} rad")
+        traced.s.append(float(s))
+        traced.nodes.append(node)
+    return traced
+
+
+def _with_direction(node: Node, row: Floats) -> Node:
+    """A node whose direction is scaled to another row."""
+    along = node.direction / float(row @ node.direction)
+    return Node(node.y, node.jacobian, along, node.residual, node.steps, node.step)
+
+
+def build(
+    problem: Scaled, origin: Node, length: float, standard: Standard, last: Node | None = None
+) -> Panel | Failure:
+    """Try a panel of the given length from a node."""
+    traced = trace(problem, origin, length, standard, last)
+    if isinstance(traced, Failure):
+        return traced
+    curve = Expansion(0.0, length, np.array([node.y for node in traced.nodes]))
+    noise = max(node.step for node in traced.nodes)
+    allowed = standard.tolerance * length + 2.0 * noise + ROUNDING
+    demand = float(curve.tail.max()) / allowed
+    if not demand <= 1.0:
+        return Failure("the curve bends too sharply", _factor(demand))
+    return _with_tests(problem, traced, curve, standard, demand)
+
+
+def _with_tests(
+    problem: Scaled, traced: Trace, curve: Expansion, standard: Standard, demand: float
+) -> Panel | Failure:
+    """Evaluate the test functions at the nodes, and ask (2) of them."""
+    row = traced.nodes[0].direction
+    reference = max(log_determinant(node, row)[1] for node in traced.nodes)
+    values = [test_values(problem, node, row, reference) for node in traced.nodes]
+    tests = {
+        name: Expansion(0.0, curve.high, np.array([at.get(name, math.nan) for at in values]))
+        for name in values[0]
+    }
+    demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
+    short = {name for name, d in demands.items() if d > 1.0} - standard.excused
+    if short:
+        worst = max(demands[name] for name in short)
+        reason = f"test function {', '.join(sorted(short))} is not resolved"
+        return Failure(reason, _factor(worst), frozenset(short))
+    unresolved = {name: why for name, f in tests.items() if (why := _complaint(f, demands[name]))}
+    held = [demand, *(d for d in demands.values() if d <= 1.0)]
+    return Panel(row, tuple(traced.nodes), curve, tests, unresolved, reference, max(held))
+
+
+def test_values(problem: Scaled, node: Node, row: Floats, reference: float) -> dict[str, float]:
+    """All test functions at a node: those of (3), then the problem's own."""
+    built_in = {
+        FOLD: float(node.direction[-1]),
+        BRANCH_POINT: _relative_determinant(node, row, reference),
+    }
+    return built_in | problem.watched(node.y)
+
+
+def _relative_determinant(node: Node, row: Floats, reference: float) -> float:
+    sign, log = log_determinant(node, row)
+    return sign * math.exp(log - reference) if sign else 0.0
+
+
+def _demand(f: Expansion, tolerance: float) -> float:
+    """Tail over allowed tail (2); 0 for a function that no shorter panel would resolve better."""
+    if not np.all(np.isfinite(f.values)):
+        return 0.0
+    size = float(np.abs(f.values).max())
+    return float(f.tail / (tolerance * size)) if size > 0.0 else 0.0
+
+
+def _complaint(f: Expansion, demand: float) -> str:
+    """Why a test function cannot be trusted on a panel; empty if it can."""
+    if not np.all(np.isfinite(f.values)):
+        return "not finite"
+    if not np.any(f.values):
+        return "zero everywhere"
+    return "not resolved: a kink, a pole or noise" if demand > 1.0 else ""
+
+
+def _factor(demand: float) -> float:
+    """Change of length (4) after a rejection."""
+    if not math.isfinite(demand):
+        return SHORTEST
+    return float(max(SHORTEST, min(0.7, (SAFETY / demand) ** (1.0 / DEGREE))))
+
+
+def growth(panel: Panel) -> float:
+    """Change of length (4) after a panel was accepted."""
+    wanted = (SAFETY / max(panel.demand, 1e-30)) ** (1.0 / DEGREE)
+    return float(max(SHORTEST, min(LONGEST, wanted)))

@@ -1,0 +1,123 @@
+"""What a curve of solutions is made of, and the same in unknowns of size one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.errors import InvalidParameterError
+
+Floats = NDArray[np.float64]
+
+
+class Problem(Protocol):
+    """A curve of solutions F(z, p) = 0: d equations for d unknowns z and one parameter p.
+
+    F is analytic along the curve. Where it cannot be evaluated it returns NaN: the curve then
+    stops there with a status.
+    """
+
+    def residual(self, z: Floats, p: float) -> Floats:
+        """F, shape (d,)."""
+        ...
+
+    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+        """F_z of shape (d, d) and F_p of shape (d,), exact; asked for right after residual."""
+        ...
+
+    def scale(self) -> Floats:
+        """Size of each unknown and, last, of p; shape (d + 1,), positive: weighs the arclength."""
+        ...
+
+    def watch(self, z: Floats, p: float) -> Mapping[str, float]:
+        """Test functions by name: smooth along the curve, zero at special points.
+
+        The names do not change along the curve; NaN says that a value could not be computed.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A problem in the unknowns y = (z, p) / sizes, within bounds of p.
+
+    The sizes are those of ``problem.scale()`` rounded to powers of two, so that scaling is exact:
+    a bound of p survives it to the last bit.
+    """
+
+    problem: Problem
+    sizes: Floats
+    low: float
+    high: float
+
+    def scaled(self, z: Floats, p: float) -> Floats:
+        """Y of a solution."""
+        y: Floats = np.append(z, p) / self.sizes
+        return y
+
+    def solution(self, y: Floats) -> tuple[Floats, float]:
+        """(z, p) of y."""
+        unscaled = y * self.sizes
+        return unscaled[:-1], float(unscaled[-1])
+
+    def unit(self, tangent: Floats) -> Floats:
+        """A direction in unscaled unknowns as a unit vector in y.
+
+        Raises
+        ------
+        InvalidParameterError
+            Not d + 1 finite numbers, or all zero.
+        """
+        given = np.asarray(tangent, dtype=float)
+        if given.shape != self.sizes.shape or not (np.all(np.isfinite(given)) and np.any(given)):
+            raise InvalidParameterError(
+                f"tangent = {tangent}: need {len(self.sizes)} finite numbers, not all zero."
+            )
+        direction = given / self.sizes
+        unit: Floats = direction / np.linalg.norm(direction)
+        return unit
+
+    def linearised(self, y: Floats) -> tuple[Floats, Floats]:
+        """F and its derivative by y, shapes (d,) and (d, d + 1)."""
+        z, p = self.solution(y)
+        residual = np.asarray(self.problem.residual(z, p), dtype=float)
+        by_z, by_p = self.problem.jacobian(z, p)
+        return residual, np.column_stack([by_z, by_p]) * self.sizes
+
+    def inside(self, y: Floats) -> Floats:
+        """Y with p moved to the nearest value within the bounds."""
+        moved = y.copy()
+        p = y[-1] * self.sizes[-1]
+        moved[-1] = min(max(p, self.low), self.high) / self.sizes[-1]
+        return moved
+
+    def bound(self, y: Floats) -> float | None:
+        """The bound of p that y stands on, scaled."""
+        p = y[-1] * self.sizes[-1]
+        return float(y[-1]) if p in (self.low, self.high) else None
+
+    def watched(self, y: Floats) -> dict[str, float]:
+        """The problem's own test functions at y."""
+        z, p = self.solution(y)
+        return {name: float(value) for name, value in self.problem.watch(z, p).items()}
+
+
+def scaled(problem: Problem, bounds: tuple[float, float]) -> Scaled:
+    """Check a problem's scale and the bounds of p, both inclusive.
+
+    Raises
+    ------
+    InvalidParameterError
+        An empty or infinite range; a size that is not positive and finite.
+    """
+    low, high = map(float, bounds)
+    if not (np.isfinite(low) and np.isfinite(high) and low < high):
+        raise InvalidParameterError(f"bounds = ({low}, {high}): need finite low < high.")
+    sizes = np.asarray(problem.scale(), dtype=float)
+    if sizes.ndim != 1 or not (np.all(sizes > 0.0) and np.all(np.isfinite(sizes))):
+        raise InvalidParameterError(f"scale() = {sizes}: need one positive size per unknown.")
+    return Scaled(problem, np.exp2(np.round(np.log2(sizes))), low, high)

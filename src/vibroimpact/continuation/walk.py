@@ -1,0 +1,305 @@
+"""One direction of a curve: panel after panel until there is a reason to stop.
+
+Method      try a panel (panel.py); shorten it where it fails, lengthen it where it was easy
+            bounds of p: where Newton's iterates leave them, the point F(z, p) = 0 at the bound is
+            solved for and the panel rebuilt to end there; so is a panel whose expansion bulges
+            out of the bounds between two nodes                                               (1)
+            events: the first zero of a terminal test function ends the curve                 (2)
+            return: a zero of <t_start, y - y_start> at which y = y_start                     (3)
+Assumes     what panel.py assumes
+Fails       the reasons of ``Stopped``, with what was found up to there
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibroimpact.continuation.curve import End, Stopped
+from vibroimpact.continuation.expansion import Expansion, first_zero
+from vibroimpact.continuation.newton import Node, correct
+from vibroimpact.continuation.panel import Failure, Panel, Standard, build, growth
+from vibroimpact.continuation.problem import Floats, Scaled
+from vibroimpact.continuation.special import Found, at_end, at_start, locate
+
+# A test function that is not resolved on a panel this much shorter than the curve itself needs
+# has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
+EXCUSED_BELOW = 1.0 / 64.0
+CLOSED = 1e-6  # |y - y_start| on return (3): a hundred times the error of the expansions
+# A curve may start on a special point, known to rounding: a terminal event there does not stop it,
+# and a closed curve does not list it twice.
+AT_START = 1e-8
+BULGE = 1e-10  # how far the expansion may leave the bounds of p (1), in scaled p
+
+Tell = Callable[[int, float], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steps:
+    """How a curve is followed; lengths in scaled arclength.
+
+    Attributes
+    ----------
+    first
+        Length of the first panel tried.
+    least
+        The curve stops with a status where panels would have to be shorter.
+    largest
+        Longest panel; a panel has 12 points.
+    tolerance
+        Error of the Chebyshev expansion of the curve relative to the panel's length, and of
+        every test function relative to its size on the panel.
+    turn
+        Largest turn of the tangent within a panel, radians.
+    points
+        Number of points after which each direction stops.
+    """
+
+    first: float = 0.1
+    least: float = 1e-6
+    largest: float = 1.0
+    tolerance: float = 1e-8
+    turn: float = 0.7
+    points: int = 2000
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A panel as far as it belongs to the curve.
+
+    Attributes
+    ----------
+    panel
+        The panel.
+    stop
+        Where the curve ends on it; its length if it does not.
+    last
+        The node at ``stop``.
+    found
+        Special points up to ``stop``.
+    end
+        Why the curve ends here, if it does.
+    """
+
+    panel: Panel
+    stop: float
+    last: Node
+    found: tuple[Found, ...]
+    end: End | None = None
+
+
+@dataclass
+class Walk:
+    """What one direction gave."""
+
+    start: Node
+    stretches: list[Stretch] = field(default_factory=list)
+    end: End | None = None
+    rejected: int = 0
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing is left for the other direction: a closed curve, an interruption."""
+        reason = None if self.end is None else self.end.reason
+        return reason in (Stopped.CLOSED, Stopped.INTERRUPTED)
+
+    @property
+    def points(self) -> int:
+        """Number of points after the start, cut panels counted whole."""
+        return sum(len(stretch.panel.nodes) - 1 for stretch in self.stretches)
+
+
+def walk(problem: Scaled, start: Node, steps: Steps, terminal: Collection[str], tell: Tell) -> Walk:
+    """Follow the curve from a node along its tangent.
+
+    An interruption (``KeyboardInterrupt``) ends the curve with a status and keeps its panels.
+    """
+    done = Walk(start)
+    pace = _Pace(steps, steps.first)
+    try:
+        while done.end is None:
+            _advance(problem, done, pace, terminal, tell)
+    except KeyboardInterrupt:
+        done.end = End(Stopped.INTERRUPTED)
+    if done.stretches and not done.stretches[-1].end:
+        last = done.stretches[-1]
+        done.stretches[-1] = replace(last, found=(*last.found, *at_end(last.panel)))
+    return done
+
+
+@dataclass
+class _Pace:
+    """What one panel hands to the next."""
+
+    steps: Steps
+    length: float
+    natural: float = 0.0  # longest panel that the curve alone allows, as far as known
+    excused: frozenset[str] = frozenset()
+    before: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def standard(self) -> Standard:
+        return Standard(self.steps.turn, self.steps.tolerance, self.excused)
+
+    def shorter(self, length: float, failure: Failure) -> float:
+        """The length to try after a failure: the same if test functions are excused instead."""
+        shorter = length * failure.factor
+        if not failure.tests:
+            self.natural = min(self.natural, shorter)
+            return shorter
+        self.natural = max(self.natural, length)
+        if shorter >= max(self.natural * EXCUSED_BELOW, self.steps.least):
+            return shorter
+        self.excused |= failure.tests
+        return length
+
+    def learn(self, panel: Panel, rejections: int) -> None:
+        """Choose the next length, and remember signs."""
+        longer = panel.length * (growth(panel) if rejections == 0 else min(1.0, growth(panel)))
+        self.length = min(self.steps.largest, max(longer, self.steps.least))
+        self.natural = max(self.natural, panel.length)
+        self.excused &= frozenset(panel.unresolved)
+        for name, f in panel.tests.items():
+            signed = f.values[np.isfinite(f.values) & (f.values != 0.0)]
+            if signed.size:
+                self.before[name] = float(signed[-1])
+
+
+def _advance(
+    problem: Scaled, done: Walk, pace: _Pace, terminal: Collection[str], tell: Tell
+) -> None:
+    """Add one panel to a walk, or say why it ends."""
+    origin = done.stretches[-1].last if done.stretches else done.start
+    if _leaving(problem, origin):
+        done.end = End(Stopped.RANGE, f"{problem.solution(origin.y)[1]!r}")
+        return
+    rejected = done.rejected
+    panel = _next_panel(problem, origin, pace, done)
+    if isinstance(panel, End):
+        done.end = panel
+        return
+    stretch = _cut(problem, panel, done, terminal, pace.before)
+    pace.learn(panel, done.rejected - rejected)
+    done.stretches.append(stretch)
+    done.end = stretch.end
+    if done.end is None and done.points >= pace.steps.points:
+        done.end = End(Stopped.POINTS, f"{done.points}")
+    tell(done.points, problem.solution(stretch.last.y)[1])
+
+
+def _leaving(problem: Scaled, node: Node) -> bool:
+    """Whether a node stands on a bound of p and the curve leaves there."""
+    p = problem.solution(node.y)[1]
+    ahead = node.direction[-1]
+    return bool((p == problem.high and ahead > 0.0) or (p == problem.low and ahead < 0.0))
+
+
+def _next_panel(problem: Scaled, origin: Node, pace: _Pace, done: Walk) -> Panel | End:
+    """The longest panel, among those tried, that satisfies the standard."""
+    length = pace.length
+    while True:
+        tried = build(problem, origin, length, pace.standard)
+        last = _last_inside(problem, origin, tried, length)
+        if last is not None:
+            length = float(origin.tangent @ (last.y - origin.y))
+            tried = build(problem, origin, length, pace.standard, last)
+        if isinstance(tried, Panel) and not _bulges(problem, tried):
+            return tried
+        failure = tried if isinstance(tried, Failure) else Failure("it leaves the range of p")
+        done.rejected += 1
+        length = pace.shorter(length, failure)
+        if length < pace.steps.least:
+            p = problem.solution(origin.y)[1]
+            return End(Stopped.STEP, f"{failure.reason}, after the parameter {p!r}")
+
+
+def _last_inside(
+    problem: Scaled, origin: Node, tried: Panel | Failure, length: float
+) -> Node | None:
+    """The node at which a panel that was tried reaches a bound of p (1)."""
+    if isinstance(tried, Failure):
+        guess = None if tried.outside is None else tried.outside.y
+    else:
+        guess = _bulge(problem, tried)
+    if guess is None:
+        return None
+    along_p = np.zeros_like(guess)
+    along_p[-1] = 1.0
+    node = correct(problem, guess, along_p, float(guess[-1])).node
+    if node is None or not 0.0 < float(origin.tangent @ (node.y - origin.y)) <= length:
+        return None
+    return node
+
+
+def _bulges(problem: Scaled, panel: Panel) -> bool:
+    return _bulge(problem, panel) is not None
+
+
+def _bulge(problem: Scaled, panel: Panel) -> Floats | None:
+    """Where the expansion of a panel first leaves the bounds of p between two nodes."""
+    p = Expansion(0.0, panel.length, panel.curve.values[:, -1])
+    for s in p.extrema():
+        y = panel.curve.at(s)
+        bound = problem.inside(y)[-1]
+        if abs(y[-1] - bound) > BULGE:
+            crossing = first_zero(Expansion(0.0, panel.length, p.values - bound))
+            guess: Floats = panel.curve.at(s if crossing is None else crossing)
+            guess[-1] = bound
+            return guess
+    return None
+
+
+def _cut(
+    problem: Scaled,
+    panel: Panel,
+    done: Walk,
+    terminal: Collection[str],
+    before: dict[str, float],
+) -> Stretch:
+    """The part of a panel up to a terminal event (2) or the return to the start (3)."""
+    found = locate(problem, panel, before)
+    first = not done.stretches
+    if first:
+        found = [*at_start(panel), *found]
+    events = [z for z in found if z.name in terminal and not (first and z.s < AT_START)]
+    back = None if first else _return(done.start, panel)
+    if back is not None and all(back < event.s for event in events):
+        kept = _before_return(found, back, done.stretches[0].found)
+        return Stretch(panel, back, done.start, kept, End(Stopped.CLOSED))
+    if events:
+        stop = events[0]
+        kept = tuple(zero for zero in found if zero.s <= stop.s)
+        last = _node_at(problem, stop)
+        return Stretch(panel, stop.s, last, kept, End(Stopped.EVENT, stop.name))
+    return Stretch(panel, panel.length, panel.nodes[-1], tuple(found))
+
+
+def _before_return(found: list[Found], back: float, begin: tuple[Found, ...]) -> tuple[Found, ...]:
+    """Special points up to the return; one at the start itself is not listed twice."""
+    listed = {zero.name for zero in begin if zero.s < AT_START}
+    return tuple(
+        zero
+        for zero in found
+        if zero.s < back - AT_START or (zero.s < back + AT_START and zero.name not in listed)
+    )
+
+
+def _return(start: Node, panel: Panel) -> float | None:
+    """Where on a panel the curve comes back to its start, if it does (3)."""
+    ahead = Expansion(0.0, panel.length, (panel.curve.values - start.y) @ start.tangent)
+    if not ahead.values[0] < 0.0:
+        return None
+    s = first_zero(ahead)
+    if s is None:
+        return None
+    near = float(np.linalg.norm(panel.curve.at(s) - start.y)) <= CLOSED
+    along = float(panel.curve.slope(s) @ start.tangent) > 0.0
+    return s if near and along else None
+
+
+def _node_at(problem: Scaled, zero: Found) -> Node:
+    """A special point as a node."""
+    residual, jacobian = problem.linearised(zero.y)
+    return Node(zero.y, jacobian, zero.direction, float(np.abs(residual).max()), 0, zero.error)
