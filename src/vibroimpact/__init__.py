@@ -5,6 +5,10 @@ from __future__ import annotations
 from vibroimpact._kernel import version as _version
 from vibroimpact.attractors import Attractor, classify
 from vibroimpact.bifurcations import Bifurcation, symmetric_bifurcations
+from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.follow import continue_orbit
+from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.continuation import Steps
 from vibroimpact.damper import ImpactDamper, Scales
 from vibroimpact.derivatives import MapDerivative, map_derivative, section_jacobian
 from vibroimpact.errors import InvalidParameterError, VibroImpactError
@@ -12,7 +16,12 @@ from vibroimpact.following import follow
 from vibroimpact.iterates import Kind, Shape, classify_points
 from vibroimpact.lyapunov import LyapunovEstimate, lyapunov_exponent
 from vibroimpact.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.normal_forms import ExplicitMap, normal_form
 from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.parameters import Family
+from vibroimpact.periodic.find import Guess, find_orbit
+from vibroimpact.periodic.maps import full_map, half_map, impact_map, stroboscopic_map
+from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.sections import Section, impact_section
 from vibroimpact.simulate import Run, RunEnd, Status, simulate
 from vibroimpact.state import State
@@ -22,7 +31,12 @@ __version__ = _version()
 __all__ = [
     "Attractor",
     "Bifurcation",
+    "BifurcationPoint",
+    "Branch",
     "Contact",
+    "ExplicitMap",
+    "Family",
+    "Guess",
     "Harmonic",
     "ImpactDamper",
     "InvalidParameterError",
@@ -30,6 +44,8 @@ __all__ = [
     "LyapunovEstimate",
     "MapDerivative",
     "Mechanism",
+    "NoBranch",
+    "Orbit",
     "Run",
     "RunEnd",
     "Scales",
@@ -37,16 +53,25 @@ __all__ = [
     "Shape",
     "State",
     "Status",
+    "Steps",
     "SymmetricOrbit",
     "VibroImpactError",
     "classify",
     "classify_points",
+    "continue_orbit",
+    "find_orbit",
     "follow",
+    "full_map",
+    "half_map",
+    "impact_map",
     "impact_section",
     "lyapunov_exponent",
     "map_derivative",
+    "normal_form",
     "section_jacobian",
     "simulate",
+    "stroboscopic_map",
+    "switch_branch",
     "symmetric_bifurcations",
     "symmetric_orbits",
 ]

@@ -131,7 +131,7 @@ def names_of(system: System) -> dict[str, float]:
         raise InvalidParameterError(
             f"system = {system!r}: has no parameters by name. Make it a dataclass, or a vi.Family."
         )
-    fields = {f.name: getattr(system, f.name) for f in dataclasses.fields(system)}
+    fields = {f.name: getattr(system, f.name) for f in dataclasses.fields(cast(Any, system))}
     return {k: v for k, v in fields.items() if isinstance(v, float | int)}
 
 
@@ -146,7 +146,7 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
     here: Any = mechanism
     try:
         for step in _steps(path):
-            here = here[step] if isinstance(step, int) else getattr(here, step)
+            here = here[step] if isinstance(step, int) else _field(here, step)
         if path.endswith("restitution") and isinstance(here, tuple) and here[0] == here[1]:
             here = here[0]
         if isinstance(here, float) and math.isfinite(here):
@@ -157,6 +157,13 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
         f"parameter = {path!r}: is no finite number of this mechanism. Take omega, or a path such "
         "as stiffness[0][0], contacts[0].upper, contacts[0].restitution, forces[0].sine[0]."
     )
+
+
+def _field(part: Any, name: str) -> Any:
+    """A field of a mechanism or a part of it, no property of it nor of a number."""
+    if name not in {f.name for f in dataclasses.fields(part)}:
+        raise AttributeError(name)
+    return getattr(part, name)
 
 
 def _replaced(here: Any, steps: list[Step], value: Any) -> Any:

@@ -59,14 +59,14 @@ def gaps_along(
     """
     window = WINDOW / compiled.rate
     for k, (starts, values) in enumerate(compiled.flights(states, durations)):
-        busy = {ends[k][0], begun[k][0]}
+        edges = ((0.0, begun[k]), (float(durations[k]), ends[k]))
         for i, contact in enumerate(compiled.mechanism.contacts):
             row = np.array(contact.row)
             n = len(row)
             places, rates = values[..., :n] @ row, values[..., n:] @ row
             times = _extrema(starts, rates, window, durations[k])
-            edges = [0.0, durations[k]] if i not in busy else []
-            for t in [*times, *edges]:
+            others = [t for t, impact in edges if impact[0] != i]
+            for t in [*times, *others]:
                 w = min(int(t / window), len(starts) - 1)
                 u = _value(places[w], (t - starts[w]) / window)
                 if not infinite(contact.upper):

@@ -33,7 +33,8 @@ HALVINGS = 12
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop of a run that Newton may close
 CLOSED = 1e-5  # the same for a settled periodic motion
 SAME = 1e-6  # of their size: states of one orbit, found twice, even next to a fold
-SETTLING, SHOWN = 2000, 200  # impacts simulated from a state before and while a loop is looked for
+SETTLING = 2000  # impacts simulated from a state
+LONGEST = 60  # impacts of a loop that is looked for
 
 
 class Guess(NamedTuple):
@@ -271,8 +272,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
 def _run_from(system: System, state: State, sequence: tuple[Impact, ...] | None) -> Run:
     if sequence is not None:
         return simulate(system, state, impacts=len(sequence) + 1)
-    settled = simulate(system, state, impacts=SETTLING)
-    return simulate(system, settled.last, impacts=SHOWN)
+    return simulate(system, state, impacts=SETTLING)
 
 
 def _cycles_of(system: System, span: float) -> int:
@@ -284,8 +284,7 @@ def segments_of(run: Run) -> tuple[Floats, Floats, list[Impact]]:
     """States after the impacts (m, 2n + 1) with growing phase, times, stops of a run's impacts."""
     at = np.flatnonzero(run.status == Status.IMPACT)
     omega = mechanism_of(run.system).omega
-    first = run.phase[at[0]] - omega * run.time[at[0]] if len(at) else 0.0
-    phase = first + omega * run.time[at]
+    phase = run.start.phase + omega * run.time[at]
     states = np.column_stack([run.position[at], run.velocity_after[at], phase])
     sides = np.where(run.stop[at] == 0, 1, -1)
     return states, run.time[at], list(zip(run.contact[at].tolist(), sides.tolist(), strict=True))
@@ -310,7 +309,9 @@ def _from_run(
     durations = np.diff(times[first : first + count + 1])
     impacts = tuple(stops[first : first + count])
     whole = _cycles_of(system, float(durations.sum())) if cycles is None else cycles
-    guess = Guess(states[first : first + count], durations)
+    start, around = states[first : first + count].copy(), 2.0 * math.pi * max(whole, 1)
+    start[:, -1] -= around * math.floor(start[0, -1] / around)  # as many digits as there can be
+    guess = Guess(start, durations)
     found = solve(system, Signature(impacts, whole, bool(symmetric)), guess)
     free = sequence is None and cycles is None and symmetric is None
     return primitive(found) if free else found
@@ -325,9 +326,12 @@ def _loop(
     cycles: int | None,
 ) -> tuple[int, int] | None:
     """(first impact, number of impacts) of the shortest good loop at the end of a run."""
+    if len(stops) < 2:
+        return None
     spread = np.ptp(states[:, :-1], axis=0) + np.abs(states[:, :-1]).max(initial=0.0) * 1e-9
     best: tuple[float, int, int] | None = None
-    for count in range(1, len(stops)) if sequence is None else [len(sequence)]:
+    counts = range(1, min(len(stops), LONGEST + 1)) if sequence is None else [len(sequence)]
+    for count in counts:
         first = len(stops) - 1 - count
         if first < 0 or stops[first] != stops[-1]:
             continue

@@ -101,7 +101,7 @@ class Orbit:
         """Just after the first impact, to simulate from."""
         n = self.mechanism.degrees
         first = self.states[0]
-        theta = float(first[2 * n]) % (2.0 * math.pi)
+        theta = float(first[2 * n]) % (2.0 * math.pi * max(self.signature.cycles, 1))
         return State(tuple(first[:n]), tuple(first[n : 2 * n]), theta)
 
     @property

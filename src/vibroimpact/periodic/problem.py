@@ -151,6 +151,7 @@ class OrbitProblem:
     parameter: str
     mechanism: Mechanism = field(init=False)
     impacts: tuple[Impact, ...] = field(init=False)
+    _last: tuple[float, Prescribed] | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.mechanism = mechanism_of(self.system)
@@ -169,7 +170,12 @@ class OrbitProblem:
             self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
 
     def compiled(self, p: float) -> Prescribed:
-        """The system at the value p of the parameter."""
+        """The system at the value p of the parameter; the last one is remembered."""
+        if self._last is None or self._last[0] != p:
+            self._last = p, self._compile(p)
+        return self._last[1]
+
+    def _compile(self, p: float) -> Prescribed:
         if not self.parameter:
             return compile_prescribed(self.system)
         return compile_prescribed(with_parameter(self.system, self.parameter, p), self.parameter)

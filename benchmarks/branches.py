@@ -1,0 +1,166 @@
+"""``python -m benchmarks.branches``: branches of orbits and normal forms, and how both grow.
+
+Answers are asserted before anything is timed: the special points of the impact damper's symmetric
+branch against its closed form, determinant identities everywhere.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+import vibroimpact as vi
+from benchmarks import machine
+from benchmarks.case import SET_A
+from vibroimpact.periodic.find import unfolded
+
+POINTS = 200
+RANGE = (0.5, 1.5)
+DEGREES = (1, 2, 5, 10)
+IMPACTS = (2, 4, 8, 12)
+NARROW = 0.02  # of omega: a branch of POINTS / 2 points in each direction is cut off there
+
+
+@dataclass(slots=True)
+class Row:
+    """One line of the table."""
+
+    what: str
+    degrees: int
+    impacts: int
+    points: int
+    branch_seconds_per_200: float
+    normal_form_milliseconds: float
+
+
+def damper() -> vi.ImpactDamper:
+    """Set A in steady motion."""
+    return vi.ImpactDamper(**{**asdict(SET_A), "omega": 1.1})
+
+
+def chain(n: int) -> vi.Mechanism:
+    """Equal masses between springs, damped out of proportion, the last against a stop."""
+    stiffness = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    push, row = np.zeros(n), np.zeros(n)
+    push[0], row[-1] = 1.0, 1.0
+    return vi.Mechanism(
+        mass=np.eye(n),
+        damping=0.05 * stiffness + 0.02 * np.diag(np.arange(n)),
+        stiffness=stiffness,
+        forces=(vi.Harmonic(1.0, tuple(push)),),
+        contacts=(vi.Contact(tuple(row), upper=0.3, restitution=0.7),),
+    )
+
+
+def assert_special_points() -> None:
+    """The branch of set A has the bifurcations of its closed form, to 1e-10."""
+    branch = vi.continue_orbit(vi.symmetric_orbits(damper())[0], "omega", RANGE)
+    for point in vi.symmetric_bifurcations(damper(), RANGE):
+        near = [p.parameter for p in branch.special_points if p.kind == point.kind]
+        assert min(abs(x - point.omega) for x in near) < 1e-10, (point, branch)
+
+
+def longer(orbit: vi.Orbit, impacts: int) -> vi.Orbit:
+    """The same orbit, gone round several times: as many unknowns as an orbit of its length."""
+    times = impacts // len(orbit.signature.impacts)
+    once = unfolded(orbit)
+    turn = np.zeros(once.states.shape[1])
+    turn[-1] = 2.0 * np.pi * orbit.signature.cycles
+    states = np.vstack([once.states + k * turn for k in range(times)])
+    return vi.find_orbit(
+        orbit.system,
+        vi.Guess(states, np.tile(once.durations, times)),
+        impacts=orbit.signature.impacts * times,
+        cycles=orbit.signature.cycles * times,
+    )
+
+
+def seconds(run: Callable[[], object], rounds: int) -> float:
+    """Median time of a call."""
+    spent = []
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        run()
+        spent.append(time.perf_counter() - begin)
+    return median(spent)
+
+
+def row_of(what: str, orbit: vi.Orbit, rounds: int) -> Row:
+    """Branch and normal form of one orbit; its determinant identity is asserted first."""
+    assert orbit.converged and orbit.determinant_error < 1e-8, orbit
+    omega = orbit.mechanism.omega
+    bounds = (omega * (1.0 - NARROW), omega * (1.0 + NARROW))
+    steps = vi.Steps(first=0.002, largest=0.02, points=POINTS // 2)
+    points = len(vi.continue_orbit(orbit, "omega", bounds, steps=steps))
+
+    def follow(offset: float) -> vi.Branch:  # another start: nothing is remembered from before
+        start = vi.find_orbit(_at(orbit, omega * (1.0 + offset)), orbit)
+        return vi.continue_orbit(start, "omega", bounds, steps=steps)
+
+    offsets = iter(1e-6 * np.arange(1, rounds + 1))
+    spent = seconds(lambda: follow(next(offsets)), rounds)
+    forms = vi.full_map(orbit, "omega")
+    directions = np.eye(forms.dimension)[:2]
+
+    def normal_form() -> None:  # what a Neimark-Sacker coefficient asks of the map
+        forms.jacobian()
+        for _ in range(9):
+            forms.derivative(directions[0], directions[1])
+        for _ in range(4):
+            forms.derivative(directions[0], directions[0], directions[1])
+        for _ in range(4):
+            forms.derivative(directions[0], np.append(np.zeros(forms.dimension), 1.0))
+
+    per_200 = spent / points * POINTS
+    milliseconds = 1e3 * seconds(normal_form, 3 * rounds)
+    return Row(
+        what, orbit.mechanism.degrees, len(orbit.signature.impacts), points, per_200, milliseconds
+    )
+
+
+def _at(orbit: vi.Orbit, omega: float) -> vi.ImpactDamper | vi.Mechanism:
+    system = orbit.system
+    if isinstance(system, vi.ImpactDamper):
+        return replace(system, omega=omega)
+    assert isinstance(system, vi.Mechanism)
+    line = system.forces[0]
+    return replace(system, forces=(vi.Harmonic(omega, line.sine, line.cosine),))
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.branches", description=__doc__)
+    parser.add_argument("--rounds", type=int, default=5, help="runs of each; median printed")
+    parser.add_argument("--json", type=Path, help="also write the table to this file")
+    options = parser.parse_args(argv)
+    assert_special_points()
+    symmetric = vi.find_orbit(damper(), vi.symmetric_orbits(damper())[0])
+    rows = [row_of("damper, symmetric", symmetric, options.rounds)]
+    rows += [row_of("damper", longer(symmetric, m), options.rounds) for m in IMPACTS]
+    for n in DEGREES:
+        start = vi.State((0.0,) * n, (0.0,) * n)
+        rows.append(row_of("chain", vi.find_orbit(chain(n), start), options.rounds))
+    print("\n".join(f"{key}: {value}" for key, value in machine.describe().items()))
+    print(
+        f"{'orbit':20} {'degrees':>7} {'impacts':>7} {'points':>7} {'s / 200 points':>15} {'normal form ms':>15}"
+    )
+    for row in rows:
+        print(
+            f"{row.what:20} {row.degrees:7} {row.impacts:7} {row.points:7} "
+            f"{row.branch_seconds_per_200:15.2f} {row.normal_form_milliseconds:15.2f}"
+        )
+    if options.json:
+        content = {"machine": machine.describe(), "rows": [asdict(row) for row in rows]}
+        options.json.write_text(json.dumps(content, indent=2) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,178 @@
+"""A branch of periodic orbits: arrays along it, its special points, why it ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.continuation import Curve
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.normal_forms import NormalForm, Refusal, normal_form
+from vibroimpact.normal_forms.critical import Status
+from vibroimpact.periodic.admissibility import Nearest
+from vibroimpact.periodic.maps import solved_map
+from vibroimpact.periodic.orbit import Orbit
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
+
+MEANINGS = {
+    "SN": "fold: two orbits meet",
+    "PD": "period doubling",
+    "NS": "Neimark-Sacker: a circle is born",
+    "BP": "branch point; of a symmetric orbit, symmetry breaking",
+    "GR": "grazing: a stop is touched between the impacts",
+    "ZERO": "zero impact speed: an impact becomes a touch",
+    "STICK": "onset of sticking: a plastic impact no longer opens at once",
+}
+WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
+
+
+@dataclass(frozen=True)
+class BifurcationPoint:
+    """A special point of a branch.
+
+    Attributes
+    ----------
+    kind
+        "SN", "PD", "NS", "BP", "GR", "ZERO" or "STICK".
+    label
+        Kind and number along the branch, "NS1".
+    name
+        Name of the parameter.
+    parameter
+        Its value there.
+    error
+        Estimated error of ``parameter``.
+    orbit
+        The orbit there; its ``admissible`` says whether the machine moves so.
+    crossing
+        +1 or -1: how the test function changes sign along the branch.
+    tangent
+        Of the branch, in the unknowns of ``orbit.problem`` and last the parameter.
+    nearest
+        For GR: which stop is touched, where.
+    segment
+        For ZERO and STICK: which solved impact; else -1.
+    """
+
+    kind: str
+    label: str
+    name: str
+    parameter: float
+    error: float
+    orbit: Orbit
+    crossing: int
+    tangent: Floats = field(repr=False)
+    nearest: Nearest | None = None
+    segment: int = -1
+
+    @property
+    def multipliers(self) -> Complexes:
+        """Floquet multipliers of the full map."""
+        return self.orbit.multipliers
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the machine moves so; at grazing, apart from the touch."""
+        return self.kind == "GR" or self.orbit.admissible
+
+    @cached_property
+    def normal_form(self) -> NormalForm | Refusal:
+        """The normal form, of the half map for a symmetric orbit; or why there is none."""
+        if self.kind not in WITH_NORMAL_FORM:
+            reason = f"{self.kind} ({MEANINGS[self.kind]}): the map is not smooth there."
+            return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
+        return normal_form(self.kind, solved_map(self.orbit, self.name))
+
+    def __repr__(self) -> str:
+        real = "" if self.admissible else ", not admissible"
+        return f"{self.label} at {self.name} = {self.parameter:.12g}: {MEANINGS[self.kind]}{real}"
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Orbits with one signature along a parameter.
+
+    Attributes
+    ----------
+    parameter
+        Name of the parameter.
+    values
+        Its values along the branch, shape (n,).
+    multipliers
+        Of the full map, shape (n, d).
+    admissible, stable
+        Shape (n,); stable orbits are admissible.
+    clearance
+        Least gap between the impacts, infinite where no gap has an extremum, shape (n,).
+    impact_speed
+        Smallest closing speed of an impact, shape (n,).
+    special_points
+        :class:`BifurcationPoint` in order along the branch.
+    curve
+        The continued curve: unknowns, residuals, Newton steps, why both ends stopped.
+    """
+
+    parameter: str
+    values: Floats
+    multipliers: Complexes = field(repr=False)
+    admissible: Flags = field(repr=False)
+    stable: Flags = field(repr=False)
+    clearance: Floats = field(repr=False)
+    impact_speed: Floats = field(repr=False)
+    special_points: tuple[BifurcationPoint, ...]
+    curve: Curve = field(repr=False)
+    family: OrbitFamily = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, label: str) -> BifurcationPoint:
+        for point in self.special_points:
+            if point.label == label:
+                return point
+        known = ", ".join(point.label for point in self.special_points) or "none"
+        raise InvalidParameterError(f"label = {label!r}: must be one of {known}.")
+
+    def orbit(self, index: int) -> Orbit:
+        """The orbit at a point of the branch."""
+        return self.family.orbit(self.curve.z[index], float(self.values[index]))
+
+    @property
+    def symbol(self) -> str:
+        """n-p-q of its orbits."""
+        return self.orbit(0).symbol
+
+    def plot(self, variable: str = "v1", *, ax: Axes | None = None) -> Axes:
+        """Draw the branch; see :func:`vibroimpact.plotting.plot_branches`."""
+        from vibroimpact.plotting import plot_branches
+
+        return plot_branches([self], variable=variable, ax=ax)
+
+    def to_dataset(self) -> xr.Dataset:
+        """The branch as an xarray dataset; :func:`vibroimpact.load_branch` leads back."""
+        from vibroimpact.branches.store import dataset_of
+
+        return dataset_of(self)
+
+    def __repr__(self) -> str:
+        counts = Counter(point.kind for point in self.special_points)
+        found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no special point"
+        low, high = self.values.min(), self.values.max()
+        share = float(self.stable.mean())
+        lines = [
+            f"Branch of {self.symbol} orbits, {self.parameter} {low:.8g} to {high:.8g}, "
+            f"{len(self)} points, {share:.0%} stable; {found}",
+            *(f"  {point!r}" for point in self.special_points),
+            f"  ends: {self.curve.ends[0]}; {self.curve.ends[1]}",
+        ]
+        return "\n".join(lines)

@@ -1,0 +1,126 @@
+"""Periodic orbits as a curve in a parameter, with the functions whose zeros are bifurcations.
+
+Method      The problem is problem.py's, in z (states and flight times) and p. With rho_k the
+            closing rates, saturated so that far from grazing they weigh alike,
+                s = product of rho_k / sqrt(rho_k^2 + rho_ref^2)                                (1)
+            the test functions are
+                flip     s / (product of rho_k) det of the pencil at -1  =  +-s det(DF + I)      (2)
+                torus    s^(d - 1) product over i < j of (1 - mu_i mu_j)                        (3)
+                speed k  rho_k          stick k (R = 0)  acceleration of the gap after impact k (4)
+            F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
+            (1) removes their poles at grazing; folds and branch points are the engine's own.
+Accuracy    rounding; (2) and (3) relative to their largest terms
+Reference   theory.md, "Branches"; Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from vibroimpact.chebyshev import fitted
+from vibroimpact.parameters import with_parameter
+from vibroimpact.periodic.find import scale_of
+from vibroimpact.periodic.multipliers import pencil_of
+from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.periodic.prescribed import WINDOW, Linearised
+from vibroimpact.periodic.problem import OrbitProblem, Signature
+from vibroimpact.simulate import System
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+SATURATION = 0.05  # rho_ref, relative to the fastest impact at the start
+FLIP, TORUS, SPEED, STICK = "flip", "torus", "speed", "stick"
+
+
+class OrbitFamily(OrbitProblem):
+    """The orbits with one signature, as functions of one parameter: a ``Problem`` to continue.
+
+    Parameters
+    ----------
+    system, signature, parameter
+        As for :class:`OrbitProblem`.
+    start
+        Unknowns z of an orbit: their sizes weigh the arclength.
+    span
+        Size of the parameter's changes.
+    """
+
+    def __init__(
+        self, system: System, signature: Signature, parameter: str, start: Floats, span: float
+    ) -> None:
+        super().__init__(system, signature, parameter)
+        self._sizes = np.append(scale_of(self, start), span)
+        self._seen: tuple[bytes, float, Linearised] | None = None
+        self._reference = 0.0
+
+    def scale(self) -> Floats:
+        """Size of each unknown and of the parameter."""
+        return self._sizes
+
+    def linearised(self, z: Floats, p: float) -> Linearised:
+        """Every segment with its derivatives; the last is remembered."""
+        key = np.asarray(z).tobytes()
+        if self._seen is None or self._seen[:2] != (key, p):
+            self._seen = key, p, super().linearised(z, p)
+        return self._seen[2]
+
+    def orbit(self, z: Floats, p: float) -> Orbit:
+        """The orbit at a point of the curve."""
+        system = with_parameter(self.system, self.parameter, p)
+        states, durations = self.unpacked(z)
+        error = float(np.abs(self.residual(z, p) / self._sizes[:-1]).max())
+        return Orbit(system, self.signature, states, durations, error, parameter=self.parameter)
+
+    def watch(self, z: Floats, p: float) -> dict[str, float]:
+        """The test functions (2)-(4)."""
+        parts = self.linearised(z, p)
+        rates = parts.rate
+        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
+        saturated = np.sqrt(rates**2 + self._reference**2)
+        pencil = pencil_of(self, parts)
+        values = pencil.eigenvalues()
+        weight = float(np.prod(rates / saturated))
+        watched = {
+            FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
+            TORUS: weight ** (pencil.finite - 1) * _pairs(values),
+        }
+        watched |= {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
+        return watched | self._sticking(z, p)
+
+    def _sticking(self, z: Floats, p: float) -> dict[str, float]:
+        """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
+        begun = self.signature.impacts[: len(self.impacts)]
+        laws = [self.mechanism.contacts[c].restitutions[side > 0] for c, side in begun]
+        plastic = [k for k, restitution in enumerate(laws) if restitution == 0.0]
+        if not plastic:
+            return {}
+        compiled = self.compiled(p)
+        states, durations = self.unpacked(z)
+        n, window = self.mechanism.degrees, WINDOW / compiled.rate
+        flights = compiled.flights(states, durations)
+        found = {}
+        for k in plastic:
+            contact, side = begun[k]
+            rate = flights[k][1][0, :, n:] @ np.array(self.mechanism.contacts[contact].row)
+            slope = chebyshev.chebval(-1.0, chebyshev.chebder(fitted(rate))) * 2.0 / window
+            found[f"{STICK} {k}"] = -side * float(slope)
+        return found
+
+
+def _pairs(values: Complexes) -> float:
+    """The product of (3), NaN where a multiplier has left the plane."""
+    i, j = np.triu_indices(len(values), 1)
+    product = complex(np.prod(1.0 - values[i] * values[j]))
+    return product.real if math.isfinite(product.real) else math.nan
+
+
+def kind_of(family: OrbitFamily, name: str) -> str:
+    """The bifurcation that a zero of a test function is."""
+    kinds = {FLIP: "BP" if family.signature.symmetric else "PD", TORUS: "NS"}
+    word = name.split()[0]
+    return {SPEED: "ZERO", STICK: "STICK"}.get(word, kinds.get(word, word))

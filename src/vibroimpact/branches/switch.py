@@ -1,0 +1,225 @@
+"""switch_branch: the orbits that meet a branch at one of its special points.
+
+Method      PD      the doubled sequence, twice the cycles: a branch point of its equations
+            BP      of a symmetric orbit: the full sequence without the symmetry; of another orbit
+                    the same sequence. Both are branch points of those equations
+            GR      the sequence with the touched stop inserted where it is touched, at speed zero:
+                    an ordinary point of its equations, since flight times are unknowns       (1)
+            ZERO    the sequence without the impact whose speed vanishes: ordinary as well    (2)
+            In (1) the orbits that leave towards a positive closing speed are followed, in (2) both
+            sides.
+Fails       ``NoBranch`` with a sentence: nothing is born (SN, NS, STICK), or no start converges
+Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.branches.follow import STEPS, branch_of
+from vibroimpact.continuation import Steps, continue_curve, switch
+from vibroimpact.continuation.walk import Tell
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.periodic.find import Guess, rotated, unfolded
+from vibroimpact.periodic.problem import OrbitProblem, Signature
+
+Floats = NDArray[np.float64]
+Bounds = tuple[float, float]
+
+REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a single tangent
+NUDGE = 1e-4  # along a scaled tangent: on which side the touching impact closes
+
+
+@dataclass(frozen=True)
+class NoBranch:
+    """Why no branch was found at a special point."""
+
+    point: BifurcationPoint
+    reason: str
+
+    def __repr__(self) -> str:
+        return f"NoBranch at {self.point.label}: {self.reason}"
+
+
+class _Start(NamedTuple):
+    """A solution on the other branch and the direction to follow."""
+
+    family: OrbitFamily
+    z: Floats
+    parameter: float
+    tangent: Floats
+    both: bool
+
+
+def switch_branch(
+    point: BifurcationPoint,
+    bounds: tuple[float, float],
+    *,
+    steps: Steps | None = None,
+    progress: Tell | None = None,
+) -> Branch | NoBranch:
+    """Follow the other branch through a special point.
+
+    Parameters
+    ----------
+    point
+        A special point of a branch: "PD", "BP", "GR" or "ZERO".
+    bounds
+        (low, high) of the parameter.
+    steps, progress
+        As for :func:`~vibroimpact.continue_orbit`.
+
+    Returns
+    -------
+    Branch or NoBranch
+        The latter says why: another kind of point (where the same orbits go on, or a circle is
+        born), or a start that did not converge.
+
+    Raises
+    ------
+    InvalidParameterError
+        An empty range, or one without the point.
+    """
+    low, high = (float(b) for b in bounds)
+    if not low < high or not low <= point.parameter <= high:
+        raise InvalidParameterError(
+            f"bounds = {bounds}: need low < high with {point.name} = {point.parameter} between."
+        )
+    builders = {"PD": _doubled, "BP": _branching, "GR": _grown, "ZERO": _shrunk}
+    if point.kind not in builders:
+        return NoBranch(point, f"at a point of kind {point.kind} no other branch of orbits begins")
+    start = builders[point.kind](point, (low, high))
+    if isinstance(start, NoBranch):
+        return start
+    curve = continue_curve(
+        start.family, start.z, start.parameter, (low, high), tangent=start.tangent,
+        both=start.both, steps=steps or STEPS, progress=progress,
+    )  # fmt: skip
+    return branch_of(start.family, curve, (low, high))
+
+
+def _packed(point: BifurcationPoint, signature: Signature, segments: Guess) -> Floats:
+    """States and flight times as unknowns of a signature's equations."""
+    problem = OrbitProblem(point.orbit.system, signature, "")
+    count = len(problem.impacts)
+    return problem.packed(segments.states[:count], segments.durations[:count])
+
+
+def _family(
+    point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
+) -> tuple[OrbitFamily, Floats]:
+    """The equations of a signature, and the unknowns of a guess in them."""
+    z = _packed(point, signature, guess)
+    span = bounds[1] - bounds[0]
+    return OrbitFamily(point.orbit.system, signature, point.name, z, span), z
+
+
+def _through(
+    point: BifurcationPoint, signature: Signature, guess: Guess, along: Guess, bounds: Bounds
+) -> _Start | NoBranch:
+    """A start on the other branch of a branch point; ``along`` is the known tangent."""
+    family, z = _family(point, signature, guess, bounds)
+    tangent = np.append(_packed(point, signature, along), point.tangent[-1])
+    found = switch(family, z, point.parameter, tangent, bounds)
+    if not found.found:
+        return NoBranch(point, found.status)
+    return _Start(family, found.z, found.parameter, found.tangent, both=True)
+
+
+def _tangent_of(point: BifurcationPoint) -> Guess:
+    """The branch's tangent as changes of states and flight times, of all segments."""
+    problem = point.orbit.problem
+    states, durations = problem.unpacked(point.tangent[:-1])
+    if not point.orbit.symmetric:
+        return Guess(states, durations)
+    mirrored = states * np.append(np.full(states.shape[1] - 1, -1.0), 1.0)
+    return Guess(np.vstack([states, mirrored]), np.tile(durations, 2))
+
+
+def _doubled(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
+    once, signature = unfolded(point.orbit), point.orbit.signature
+    turn = np.zeros(once.states.shape[1])
+    turn[-1] = 2.0 * np.pi * signature.cycles
+    twice = Guess(np.vstack([once.states, once.states + turn]), np.tile(once.durations, 2))
+    change = _tangent_of(point)
+    along = Guess(np.tile(change.states, (2, 1)), np.tile(change.durations, 2))
+    return _through(
+        point, Signature(signature.impacts * 2, 2 * signature.cycles), twice, along, bounds
+    )
+
+
+def _branching(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
+    signature = Signature(point.orbit.signature.impacts, point.orbit.signature.cycles)
+    return _through(point, signature, unfolded(point.orbit), _tangent_of(point), bounds)
+
+
+def _grown(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
+    orbit, touch = point.orbit, point.nearest
+    assert touch is not None
+    half, k = orbit.states, touch.segment
+    compiled = orbit.problem.compiled(orbit.parameter_value)
+    inside = compiled.kernel.fly(half[k : k + 1], [1], np.array([touch.time]), 1.0)[0, 0]
+    theta = half[k, -1] + compiled.omega * touch.time
+    guess = Guess(
+        np.insert(half, k + 1, np.append(inside, theta), axis=0),
+        np.insert(orbit.durations, k, touch.time),
+    )
+    guess.durations[k + 1] -= touch.time
+    count = len(half)
+    impacts = list(orbit.signature.impacts[:count])
+    impacts.insert(k + 1, (touch.contact, touch.side))
+    signature = _with_mirror(orbit.signature, impacts)
+    return _onwards(point, signature, guess, bounds, k)
+
+
+def _with_mirror(like: Signature, impacts: list[tuple[int, int]]) -> Signature:
+    """The signature whose solved impacts are these, symmetric if the other one is."""
+    mirrored = [(c, -s) for c, s in impacts] if like.symmetric else []
+    return Signature((*impacts, *mirrored), like.cycles, like.symmetric)
+
+
+def _onwards(
+    point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds, k: int
+) -> _Start | NoBranch:
+    """Start of (1): towards a positive closing speed of impact k."""
+    family, z = _family(point, signature, guess, bounds)
+    tangent = _null_vector(family, z, point.parameter)
+    if tangent is None:
+        return NoBranch(point, "the equations with one impact more have no single tangent there")
+    there = z + NUDGE * tangent[:-1]
+    closing = family.impacts[k][1] * family.linearised(there, point.parameter).rate[k]
+    return _Start(family, z, point.parameter, np.copysign(1.0, closing) * tangent, both=False)
+
+
+def _null_vector(family: OrbitFamily, z: Floats, p: float) -> Floats | None:
+    """The tangent of the curve through a regular point; None where there are several."""
+    sizes = family.scale()
+    by_z, by_p = family.jacobian(z, p)
+    matrix = np.column_stack([by_z, by_p]) * sizes
+    _, values, rows = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=1)[:, None])
+    return rows[-1] * sizes if values[-1] > REGULAR else None
+
+
+def _shrunk(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
+    if len(point.orbit.durations) == 1:
+        return NoBranch(point, "without its only impact the orbit has none; simulate it")
+    lost = (point.segment + 1) % len(point.orbit.durations)
+    orbit = rotated(point.orbit, 1) if lost == 0 else point.orbit
+    lost = lost or len(orbit.durations) - 1
+    durations = orbit.durations.copy()
+    durations[lost - 1] += durations[lost]
+    guess = Guess(np.delete(orbit.states, lost, axis=0), np.delete(durations, lost))
+    impacts = list(orbit.signature.impacts[: len(durations)])
+    del impacts[lost]
+    signature = _with_mirror(orbit.signature, impacts)
+    family, z = _family(point, signature, guess, bounds)
+    tangent = _null_vector(family, z, point.parameter)
+    if tangent is None:
+        return NoBranch(point, "the equations with one impact less have no single tangent there")
+    return _Start(family, z, point.parameter, tangent, both=True)
