@@ -7,3 +7,7 @@
 #else
 #define VI_HD
 #endif
+
+// VI_HOT marks a function of the quick flight's inner loop: it is inlined whatever its size, so that
+// states stay in registers instead of being copied between calls.
+#define VI_HOT VI_HD inline __attribute__((always_inline))

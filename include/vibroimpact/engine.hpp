@@ -1,6 +1,6 @@
 // The engine: flight -> event -> jump, one event per call.
 //
-// A scalar engine first tries the quick flight (event/strides.hpp), then the certified one; a pack
+// A scalar engine first tries the quick flight (event/quick_flight.hpp), then the certified one; a pack
 // engine tries the quick flight for all its lanes and hands the rest to the scalar engine, lane by
 // lane, from the start of the flight. Both therefore do the same operations for each trajectory,
 // and give the same bits.
@@ -9,7 +9,7 @@
 // end of rest on a stop, the horizon, or the statement that nothing could be decided.
 #pragma once
 
-#include "vibroimpact/event/strides.hpp"
+#include "vibroimpact/event/quick_flight.hpp"
 #include "vibroimpact/impact/rest.hpp"
 
 namespace vi {
@@ -173,9 +173,9 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
 
 // Apply the impact that ends a quick flight, in every lane where it was proved.
 template <class T, class Mode, class Law, class Shape, class Rates>
-VI_HD inline T quick_impact(const Mode& m, const Law* laws, int lines, const Rates& rates,
-                            const stride_landing<T, Shape>& end, trajectory<T, Shape>& at,
-                            vec<T, Shape::max_dimension>& before) {
+VI_HOT T quick_impact(const Mode& m, const Law* laws, int lines, const Rates& rates,
+                      const quick_landing<T, Shape>& end, trajectory<T, Shape>& at,
+                      vec<T, Shape::max_dimension>& before) {
     const int n = m.flow.dimension();
     before = end.y;
     renormalise_forcing(before, n, lines, rates);
@@ -199,8 +199,8 @@ VI_HD inline T quick_impact(const Mode& m, const Law* laws, int lines, const Rat
 namespace detail {
 
 template <class T, class Flow, class Shape>
-VI_HD inline event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Shape>& at,
-                                         const stride_landing<T, Shape>& end) {
+VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Shape>& at,
+                                   const quick_landing<T, Shape>& end) {
     event<T, Shape> e; // filled in place: most of what it costs is moving it
     e.what = status::impact;
     e.contact = static_cast<int>(plain(end.contact));
@@ -215,15 +215,12 @@ VI_HD inline event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<
 
 } // namespace detail
 
-template <class Flow>
-inline constexpr bool is_modal = requires(const Flow& f) { f.k; };
-
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
     if constexpr (is_modal<Flow>) {
         if (at.mode == 0 && at.held == 0) {
-            const auto end = stride_flight(system.modes[0], at, horizon);
+            const auto end = quick_flight(system.modes[0], at, horizon);
             if (end.proved) return detail::quick_event(system, at, end);
         }
     }

@@ -77,8 +77,8 @@ struct hybrid : sizes<typename Flow::shape_type> {
 
 // sin^2 + cos^2 = 1, restored to first order after each flight.
 template <class T, class Rates, int Dimension>
-VI_HD constexpr void renormalise_forcing(vec<T, Dimension>& y, int dimension, int lines,
-                                         const Rates& inverse_omega_squared) {
+VI_HOT constexpr void renormalise_forcing(vec<T, Dimension>& y, int dimension, int lines,
+                                          const Rates& inverse_omega_squared) {
     for (int l = 0; l < lines; ++l) {
         T& s = y[dimension - 2 * lines + 2 * l];
         T& c = y[dimension - 2 * lines + 2 * l + 1];

@@ -1,6 +1,6 @@
 // Several trajectories side by side, one per SIMD lane, each with parameters of its own.
 //
-// Method      The quick flight (event/strides.hpp) runs on packs, masked; a lane that it cannot prove,
+// Method      The quick flight (event/quick_flight.hpp) runs on packs, masked; a lane that it cannot prove,
 //             or that is at rest on a stop, takes the scalar certified step. Both are what the scalar
 //             engine does with that trajectory, operation for operation: equal bits.
 // Assumes     the free modes of all lanes have the same shape
@@ -11,7 +11,7 @@
 
 namespace vi {
 
-inline constexpr int quick_orders = 4; // derivatives of u that the quick flight reads
+inline constexpr int lane_orders = 2; // derivatives of u that the quick flight reads as rows
 
 template <int N, class Shape>
 struct lanes {
@@ -22,7 +22,7 @@ struct lanes {
     static constexpr int K = Shape::max_contacts;
 
     const hybrid<scalar_flow>* systems[N];
-    mode<real, flow, quick_orders> free;
+    mode<real, flow, lane_orders> free;
     contact_law<real, D, K> laws[K];
     real inverse_omega_squared[max_lines];
     int lines;
@@ -45,14 +45,6 @@ namespace detail {
 template <int N, class Shape>
 inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, Shape>& from,
                       int i) {
-    const auto fill_step = [i](block_step<pack<N>>& a, const block_step<double>& b) {
-        set_lane(a.qq, i, b.qq);
-        set_lane(a.qv, i, b.qv);
-        set_lane(a.qs, i, b.qs);
-        set_lane(a.vq, i, b.vq);
-        set_lane(a.vv, i, b.vv);
-        set_lane(a.vs, i, b.vs);
-    };
     to.dimension_ = from.dimension_;
     to.contacts_ = from.contacts_;
     set_lane(to.step, i, from.step);
@@ -60,23 +52,37 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
         set_lane(to.k[j], i, from.k[j]);
         set_lane(to.c[j], i, from.c[j]);
         set_lane(to.a[j], i, from.a[j]);
-        fill_step(to.once.block[j], from.once.block[j]);
-        fill_step(to.leap.block[j], from.leap.block[j]);
-        fill_step(to.creep.block[j], from.creep.block[j]);
+        for (int g = 0; g < grids; ++g)
+            for (int t = 0; t <= grid_times; ++t)
+                set_lane(to.grid[g][t].block[j], i, from.grid[g][t].block[j]);
+        for (int t = 0; t <= parts_of_step; ++t)
+            set_lane(to.part[t].block[j], i, from.part[t].block[j]);
     }
     for (int m = 0; m < taylor_order / 2; ++m)
         for (int j = 0; j < 2 * from.dimension(); ++j)
             set_lane(to.series[m][j], i, from.series[m][j]);
 }
 
+template <int N, int D>
+inline void fill_preview(preview<pack<N>, D>& to, const preview<double, D>& from, int n, int i) {
+    for (int k = 0; k < grid_times; ++k) {
+        for (int j = 0; j < n; ++j)
+            set_lane(to.rows[j][k], i, from.rows[j][k]);
+        set_lane(to.gains[k], i, from.gains[k]);
+    }
+}
+
 template <int N, int D, int Orders>
-inline void fill_guard(guard<pack<N>, D, quick_orders>& to, const guard<double, D, Orders>& from,
+inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D, Orders>& from,
                        int n, int i) {
-    for (int m = 0; m <= quick_orders; ++m) {
+    for (int m = 0; m <= lane_orders; ++m) {
         for (int j = 0; j < n; ++j)
             set_lane(to.rows[m][j], i, from.rows[m][j]);
         set_lane(to.gains[m], i, from.gains[m]);
     }
+    for (int g = 0; g < grids; ++g)
+        fill_preview(to.ahead[g], from.ahead[g], n, i);
+    fill_preview(to.expansion, from.expansion, n, i);
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
     set_lane(to.reach, i, from.reach);
@@ -147,7 +153,7 @@ template <int N, class Shape>
 inline lane_events<N, Shape> step(const lanes<N, Shape>& systems, lane_trajectories<N, Shape>& all,
                                   const pack<N>& horizon) {
     const int n = systems.free.flow.dimension(), contacts = systems.free.flow.contacts();
-    auto end = stride_flight(systems.free, all.at, horizon);
+    auto end = quick_flight(systems.free, all.at, horizon);
     for (int i = 0; i < N; ++i)
         if (all.mode[i] != 0 || all.held[i] != 0) set_lane(end.proved, i, false);
     vec<pack<N>, Shape::max_dimension> before{};

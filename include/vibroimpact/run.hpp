@@ -22,24 +22,27 @@ struct clock {
 };
 
 struct limits {
-    double t_max;        // of the whole run
-    double flight_limit; // longest flight without an event
-    long events;         // records
-    long impacts;        // of status impact, simultaneous or chatter
+    double t_max;                    // of the whole run
+    double flight_limit;             // longest flight without an event
+    long events;                     // records
+    long impacts;                    // of status impact, simultaneous or chatter
+    bool (*interrupted)() = nullptr; // asked now and then; true ends the run
 };
+inline constexpr long between_questions = 4096; // events
 
 // At one instant only so many events are plausible; more means that nothing moves on.
 inline constexpr int most_events_at_once = 64;
 
 enum class run_end : int {
-    impacts = 0,   // the number of impacts asked for was reached
-    horizon = 1,   // t_max was reached
-    silent = 2,    // no event within flight_limit
-    undecided = 3, // an event could not be decided
-    stalled = 4,   // time does not advance
-    missing = 5,   // the host has to build a mode
-    events = 6,    // the record is full
-    observer = 7,  // the observer had enough
+    impacts = 0,     // the number of impacts asked for was reached
+    horizon = 1,     // t_max was reached
+    silent = 2,      // no event within flight_limit
+    undecided = 3,   // an event could not be decided
+    stalled = 4,     // time does not advance
+    missing = 5,     // the host has to build a mode
+    events = 6,      // the record is full
+    observer = 7,    // the observer had enough
+    interrupted = 8, // from outside
 };
 
 struct run_result {
@@ -69,6 +72,8 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
             e.what == status::impact || e.what == status::simultaneous || e.what == status::chatter;
         if (impacts >= limit.impacts) return {run_end::impacts, 0};
         if (!go_on) return {run_end::observer, 0};
+        if (n % between_questions == 0 && limit.interrupted && limit.interrupted())
+            return {run_end::interrupted, 0};
     }
     return {run_end::events, 0};
 }

@@ -75,22 +75,6 @@ struct growth_meter {
     }
 };
 
-// Passes events on, and now and then asks whether somebody wants the run to end.
-template <class Observer>
-struct interruptible {
-    static constexpr long between_questions = 4096;
-    Observer& inner;
-    bool (*interrupted)();
-    long events = 0;
-
-    template <class Event, class Trajectory>
-    bool see(const Event& e, Trajectory& at, const vi::clock& now) {
-        const bool go_on = inner.see(e, at, now);
-        if (++events % between_questions == 0 && interrupted && interrupted()) return false;
-        return go_on;
-    }
-};
-
 template <class Jet>
 struct duration_sum {
     int events = 0;

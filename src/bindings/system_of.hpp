@@ -92,7 +92,9 @@ public:
             const double u = vi::watch(g, 0, at.y, n_);
             out.gap_lower.push_back(u - g.lower);
             out.gap_upper.push_back(g.upper - u);
-            out.eps.push_back(noise(at.y, i, 0) + 64.0 * vi::unit_roundoff * g.reach);
+            const double terms = vi::magnitude(g, 0, at.y, n_, modes_[0].flow.step);
+            const double nearer = std::abs(u - g.lower) < std::abs(u - g.upper) ? g.lower : g.upper;
+            out.eps.push_back(vi::rounding_at(nearer, terms));
         }
         return out;
     }
@@ -141,7 +143,7 @@ public:
             at.y[i].d[0] = 1.0 / (i + 2.0); // a generic direction
         vi::clock now{};
         growth_meter<Shape> see{n_, hybrid_.contacts(), block};
-        const auto end = watched(at, now, limit, see);
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
         see.out.why = static_cast<int>(end.why);
         see.out.code = end.code;
         return std::move(see.out);
@@ -192,21 +194,14 @@ public:
 
 private:
     static vi::limits limits_of(const limits_data& l) {
-        return {l.t_max, l.flight_limit, l.events, l.impacts};
-    }
-
-    template <class T, class Observer>
-    vi::run_result watched(trajectory<T>& at, vi::clock& now, const limits_data& limit,
-                           Observer& see) const {
-        interruptible<Observer> observer{see, limit.interrupted};
-        return vi::run(hybrid_, at, now, limits_of(limit), observer);
+        return {l.t_max, l.flight_limit, l.events, l.impacts, l.interrupted};
     }
 
     template <class Observer>
     vi::run_result go_on(position& from, const limits_data& limit, Observer& see) const {
         auto at = unpacked<double>(from);
         vi::clock now{from.high, from.low};
-        const auto end = watched(at, now, limit, see);
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
         from = packed(at, now);
         return end;
     }
@@ -243,14 +238,6 @@ private:
         vi::differentiate(guard, flow);
     }
 
-    // Rounding of the terms of u or its rate.
-    template <class T>
-    double noise(const vi::vec<T, D>& y, int contact, int order) const {
-        const auto& free = modes_[0];
-        return 64.0 * vi::unit_roundoff *
-               vi::magnitude(free.guards[contact], order, y, n_, free.flow.step);
-    }
-
     // d u / d x_k of a contact.
     double gradient(int contact, int k) const {
         const auto& row = modes_[0].guards[contact].rows[0];
@@ -284,7 +271,7 @@ private:
         auto at = begin<jet>(data, seeds, count, first);
         vi::clock now{};
         duration_sum<jet> see;
-        const auto end = watched(at, now, limit, see);
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
         out.events = see.events;
         out.why = static_cast<int>(end.why);
         out.code = end.code;

@@ -49,6 +49,7 @@ class RunEnd(IntEnum):
     MISSING = 5
     EVENTS = 6
     OBSERVER = 7
+    INTERRUPTED = 8
 
     @property
     def sentence(self) -> str:
@@ -64,6 +65,7 @@ _SENTENCES = {
     RunEnd.STALLED: "time does not advance: more than 64 events at one instant",
     RunEnd.MISSING: "a set of closed contacts could not be compiled",
     RunEnd.EVENTS: "the record is full: mostly events that are no impacts",
+    RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest forgets its start",
 }
 
@@ -156,9 +158,10 @@ class Run:
         """The state after the last event, to go on from."""
         if not len(self):
             return self.start
-        return State(
-            tuple(self.position[-1]), tuple(self.velocity_after[-1]), float(self.phase[-1])
-        )
+        phase, lines = float(self.phase[-1]), mechanism_of(self.system).forces
+        if any((line.omega / lines[0].omega) % 1.0 for line in lines):  # 2 pi is no period then
+            phase = self.start.phase + lines[0].omega * float(self.time[-1])
+        return State(tuple(self.position[-1]), tuple(self.velocity_after[-1]), phase)
 
     def at(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Positions and velocities at any times of the run, exact to rounding.

@@ -54,15 +54,14 @@ struct earliest {
 
 // u and its derivatives, values only.
 template <class T, int Dimension, int Orders>
-VI_HD inline taylor_polynomial watch_all(const guard<double, Dimension, Orders>& g,
-                                         const vec<T, Dimension>& y, int n) {
+VI_HD inline taylor_polynomial derivatives(const guard<double, Dimension, Orders>& g,
+                                           const vec<T, Dimension>& y, int n) {
+    vec<double, Dimension> z{};
+    for (int i = 0; i < n; ++i)
+        z[i] = plain(y[i]);
     taylor_polynomial u{};
-    for (int m = 0; m <= taylor_order; ++m) {
-        double sum = g.gains[m];
-        for (int i = 0; i < n; ++i)
-            sum = sum + g.rows[m][i] * plain(y[i]);
-        u.d[m] = sum;
-    }
+    for (int m = 0; m <= taylor_order; ++m)
+        u.d[m] = watch(g, m, z, n);
     return u;
 }
 
@@ -97,7 +96,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
                                   double span, earliest& first) {
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
-    const taylor_polynomial u = watch_all(guard, y, n);
+    const taylor_polynomial u = derivatives(guard, y, n);
     const double terms = plain(magnitude(guard, 0, y, n, m.flow.step));
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;

@@ -29,6 +29,17 @@ struct block_step {
     R qq, qv, qs, vq, vv, vs;
 };
 
+// Lane i of `to` from that of another, or from the only one.
+template <class R, class From>
+VI_HD inline void set_lane(block_step<R>& to, int i, const block_step<From>& from) {
+    set_lane(to.qq, i, lane(from.qq, i));
+    set_lane(to.qv, i, lane(from.qv, i));
+    set_lane(to.qs, i, lane(from.qs, i));
+    set_lane(to.vq, i, lane(from.vq, i));
+    set_lane(to.vv, i, lane(from.vv, i));
+    set_lane(to.vs, i, lane(from.vs, i));
+}
+
 // exp(x) - 1 without cancellation: the series where |x| < 1/2, 18 terms leave (1/2)^19 / 19! < 2^-75.
 VI_HD constexpr double expm1_series(double x) {
     double sum = 1.0;

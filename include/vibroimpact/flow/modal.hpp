@@ -14,8 +14,7 @@
 #pragma once
 
 #include "vibroimpact/flow/block.hpp"
-#include "vibroimpact/scalar/concepts.hpp"
-#include "vibroimpact/shape.hpp"
+#include "vibroimpact/flow/table.hpp"
 
 namespace vi {
 
@@ -23,9 +22,13 @@ namespace vi {
 inline constexpr int taylor_order = 18;
 // Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
 inline constexpr int rung = 32;
-// The long and the short stride of the quick flight, in steps: 0.3 and 0.03 of the fastest period.
-inline constexpr int leap_steps = 3;
-inline constexpr double creep_steps = 0.25;
+// The grids of times at which the quick flight looks ahead: so many times, one step apart, and so
+// many a quarter of a step apart.
+inline constexpr int grid_times = 8;
+inline constexpr int grids = 2;
+inline constexpr double grid_steps[grids] = {1.0, 0.25};
+// Into so many parts a step is divided to find a state near a contact.
+inline constexpr int parts_of_step = 32;
 
 template <class R, class Shape>
 struct modal_flow : sizes<Shape> {
@@ -43,13 +46,13 @@ struct modal_flow : sizes<Shape> {
     vec<R, max_blocks> k, c, a;
     R step;              // a short number, so that n * step is exact for n < 2^29
     propagator once;     // exp(B step)
-    propagator leap;     // exp(B leap_steps step)
-    propagator creep;    // exp(B creep_steps step)
     propagator rungs[2]; // exp(B rung step), exp(B rung^2 step)
+    propagator grid[grids][grid_times + 1];             // exp(B j grid_steps step), from j = 0 on
+    propagator part[parts_of_step + 1];                 // exp(B j step / parts_of_step)
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
-    VI_HD constexpr state<T> apply(const propagator& e, const state<T>& y) const {
+    VI_HOT constexpr state<T> apply(const propagator& e, const state<T>& y) const {
         state<T> out = y;
         for (int j = 0; j < this->blocks(); ++j) {
             const T q = y[2 * j], v = y[2 * j + 1];
@@ -58,6 +61,21 @@ struct modal_flow : sizes<Shape> {
             out[2 * j + 1] = b.vq * q + b.vv * v + b.vs;
         }
         return out;
+    }
+
+    // The same from a table, each lane at its own place.
+    template <class T, int N>
+    VI_HOT constexpr state<T> apply(const propagator (&table)[N], const place_t<R>& at,
+                                    const state<T>& y) const {
+        if constexpr (scalar_traits<R>::lanes == 1) {
+            return apply(table[at.of[0]], y);
+        } else {
+            propagator e{};
+            for (int i = 0; i < scalar_traits<R>::lanes; ++i)
+                for (int j = 0; j < this->blocks(); ++j)
+                    set_lane(e.block[j], i, table[at.of[i]].block[j]);
+            return apply(e, y);
+        }
     }
 
     // y' = B y + b.
@@ -73,7 +91,7 @@ struct modal_flow : sizes<Shape> {
 
     // exp(B s) y for |s| <= step, by (1) and (2).
     template <int Order, class T, class Time>
-    VI_HD constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
+    VI_HOT constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
         state<T> out = y;
         const auto sums = integrals<Order>(s);
         for (int j = 0; j < this->blocks(); ++j) {
@@ -115,10 +133,13 @@ struct modal_flow : sizes<Shape> {
         requires is_same<R, double>
     {
         once = at_time(step);
-        leap = at_time(leap_steps * step);
-        creep = at_time(creep_steps * step);
         rungs[0] = at_time(rung * step);
         rungs[1] = at_time(rung * rung * step);
+        for (int g = 0; g < grids; ++g)
+            for (int j = 0; j <= grid_times; ++j)
+                grid[g][j] = at_time(j * (grid_steps[g] * step));
+        for (int j = 0; j <= parts_of_step; ++j)
+            part[j] = at_time(j * (step / parts_of_step));
         for (int j = 0; j < this->blocks(); ++j)
             expand(j);
     }
@@ -131,6 +152,22 @@ struct modal_flow : sizes<Shape> {
             out[2 * j + 1] = r[2 * j] - c[j] * r[2 * j + 1];
         }
         return out;
+    }
+    // row -> row e: what the row sees of the state that e leads to, and the constant it gains.
+    VI_HD constexpr vec<R, max_dimension> row_before(const propagator& e,
+                                                     const vec<R, max_dimension>& r) const {
+        vec<R, max_dimension> out = r;
+        for (int j = 0; j < this->blocks(); ++j) {
+            out[2 * j] = r[2 * j] * e.block[j].qq + r[2 * j + 1] * e.block[j].vq;
+            out[2 * j + 1] = r[2 * j] * e.block[j].qv + r[2 * j + 1] * e.block[j].vv;
+        }
+        return out;
+    }
+    VI_HD constexpr R gain_before(const propagator& e, const vec<R, max_dimension>& r) const {
+        R sum = R(0.0);
+        for (int j = 0; j < this->blocks(); ++j)
+            sum = sum + (r[2 * j] * e.block[j].qs + r[2 * j + 1] * e.block[j].vs);
+        return sum;
     }
     VI_HD constexpr R row_gain(const vec<R, max_dimension>& r) const {
         R sum = R(0.0);
@@ -158,7 +195,7 @@ private:
     // them. Row m of the series holds the coefficients of s^(2 m), then those of s^(2 m + 1): even
     // and odd powers are summed apart, which halves the time until the result is there.
     template <int Order, class Time>
-    VI_HD constexpr vec<Time, max_dimension> integrals(const Time& s) const {
+    VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s) const {
         constexpr int rows = (Order + 1) / 2;
         const int n = this->dimension();
         const Time square = s * s;
@@ -174,5 +211,8 @@ private:
         return out;
     }
 };
+
+template <class Flow>
+inline constexpr bool is_modal = requires(const Flow& f) { f.k; };
 
 } // namespace vi
