@@ -1,0 +1,44 @@
+"""vibroimpact orbits: the periodic orbits with few impacts that a seeded sweep finds."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from vibroimpact.commands import common
+from vibroimpact.files import DATA, check_target, replacing
+from vibroimpact.periodic.search import find_orbits
+from vibroimpact.progress import Progress
+
+NAME = "orbits"
+HELP = "list the periodic orbits with few impacts, stable or not, that a search finds"
+EXAMPLE = (
+    "  vibroimpact orbits impact-damper/A --omega 1.2 --cycles 2 --impacts 4 --starts 200 "
+    "--out orbits.nc"
+)
+SEARCH = ("cycles", "impacts", "starts", "seed")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_system(parser)
+    common.add_arguments_of(parser, find_orbits, SEARCH)
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE",
+        help=f"write the data ({', '.join(DATA)}); an existing file is replaced",
+    )  # fmt: skip
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Search, write, and list the orbits."""
+    out: Path | None = arguments.out
+    if out:
+        check_target(out, DATA)
+    system = common.case_of(arguments).system
+    found = find_orbits(system, progress=Progress(1), **common.given(arguments, SEARCH))
+    if not found.orbits:
+        raise common.Failure(f"no periodic orbit was found. {found}")
+    if out:
+        with replacing(out) as temporary:
+            found.to_dataset().to_netcdf(temporary, engine="h5netcdf")
+    return f"{system}\n{found}\n{found.table()}{common.listed([out] if out else [])}"

@@ -1,0 +1,179 @@
+"""What a search for periodic orbits has found, and where its motions and guesses ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibroimpact import _kernel
+from vibroimpact.periodic.find import unfolded
+from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.simulate import System, mechanism_of
+
+
+class MotionEnd(StrEnum):
+    """How a motion of the sweep went."""
+
+    IMPACTS = "kept impacting"
+    RESTED = "chattered or stuck"
+    SILENT = "stopped impacting"
+    BROKEN = "could not be followed"
+
+
+class GuessEnd(StrEnum):
+    """Where Newton's method went from a guess."""
+
+    NEW = "to a new orbit"
+    INADMISSIBLE = "to a new orbit that is not admissible"
+    KNOWN = "to a known orbit"
+    SPEEDLESS = "to a touch without impact"
+    NOWHERE = "without convergence"
+
+
+@dataclass(frozen=True)
+class OrbitSearch:
+    """The orbits of a search, without repetition, and how the search went.
+
+    Attributes
+    ----------
+    system, cycles, impacts, starts, seed
+        What was searched, as given.
+    orbits
+        Sorted by cycles, number of impacts, symbol; symmetric and admissible ones first.
+    mirror_of
+        For each orbit, the index of the one whose mirror image it is; None for those found first.
+    motions
+        How many motions ended how: :class:`MotionEnd`.
+    guesses
+        How many guesses Newton's method took where: :class:`GuessEnd`.
+    repeated
+        Nearly closed stretches that were like an earlier guess or orbit, and not tried again.
+    """
+
+    system: System
+    cycles: int
+    impacts: int
+    starts: int
+    seed: int
+    orbits: tuple[Orbit, ...] = field(repr=False)
+    mirror_of: tuple[int | None, ...] = field(repr=False)
+    motions: Mapping[MotionEnd, int]
+    guesses: Mapping[GuessEnd, int]
+    repeated: int
+
+    def __len__(self) -> int:
+        return len(self.orbits)
+
+    def __repr__(self) -> str:
+        stable = sum(orbit.stable for orbit in self.orbits)
+        admissible = sum(orbit.admissible for orbit in self.orbits)
+        return (
+            f"OrbitSearch: {len(self)} orbits, {admissible} admissible, {stable} stable, with at "
+            f"most {self.impacts} impacts in at most {self.cycles} cycles\n"
+            f"  {self.starts} motions (seed {self.seed}): {_shares(self.motions)}\n"
+            f"  {sum(self.guesses.values())} guesses led {_shares(self.guesses)}; "
+            f"{self.repeated} more were like these"
+        )
+
+    def table(self) -> str:
+        """The orbits, one in a line."""
+        heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", "clearance", "")
+        rows = [heads, *(self._row(k) for k in range(len(self)))]
+        sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return "\n".join(
+            "  ".join(word.ljust(size) for word, size in zip(row, sizes, strict=True)).rstrip()
+            for row in rows
+        )
+
+    def _row(self, k: int) -> tuple[str, ...]:
+        orbit, image = self.orbits[k], self.mirror_of[k]
+        remark = f"mirror image of {image}" if image is not None else ""
+        why = orbit.inadmissible_reason and f"not admissible: {orbit.inadmissible_reason}"
+        return (
+            f"{k}  {orbit.symbol}",
+            sequence_of(orbit),
+            "yes" if orbit.symmetric else "no",
+            "yes" if orbit.stable else "no",
+            f"{abs(orbit.multipliers[0]):.6g}",
+            f"{orbit.clearance_to_grazing:.4g}",
+            "; ".join(filter(None, [remark, why])),
+        )
+
+    def to_dataset(self) -> xr.Dataset:
+        """The orbits as an xarray dataset: ``row_size`` impacts of each, orbit after orbit."""
+        guesses = [unfolded(orbit) for orbit in self.orbits]
+        signatures = [orbit.signature.impacts for orbit in self.orbits]
+        stops = np.array([stop for impacts in signatures for stop in impacts]).reshape(-1, 2)
+        n = mechanism_of(self.system).degrees
+        states = np.vstack([np.zeros((0, 2 * n + 1)), *(guess.states for guess in guesses)])
+        both = ("impact", "coordinate")
+        return xr.Dataset(
+            self._by_orbit()
+            | {
+                "row_size": ("orbit", [len(impacts) for impacts in signatures]),
+                "contact": ("impact", stops[:, 0].astype(np.int32)),
+                "side": ("impact", stops[:, 1].astype(np.int32)),
+                "position": (both, states[:, :n]),
+                "velocity": (both, states[:, n : 2 * n]),
+                "phase": ("impact", states[:, 2 * n]),
+                "duration": ("impact", np.concatenate([[], *(g.durations for g in guesses)])),
+            },
+            attrs={
+                "system": repr(self.system),
+                "cycles": self.cycles,
+                "impacts": self.impacts,
+                "starts": self.starts,
+                "seed": self.seed,
+                "motions": _counts(self.motions),
+                "guesses": _counts(self.guesses),
+                "repeated": self.repeated,
+                "version": _kernel.version(),
+            },
+        )
+
+    def _by_orbit(self) -> dict[str, tuple[str | tuple[str, ...], object]]:
+        """Variables with one entry or row per orbit."""
+        every, place = self.orbits, ("orbit", "multiplier")
+        m = mechanism_of(self.system)
+        count = 2 * m.degrees - (0 if m.forces else 1)
+        values = np.array([o.multipliers for o in every]).reshape(len(every), count)
+        return {
+            "symbol": ("orbit", [o.symbol for o in every]),
+            "cycles": ("orbit", [o.signature.cycles for o in every]),
+            "symmetric": ("orbit", _numbers([o.symmetric for o in every])),
+            "stable": ("orbit", _numbers([o.stable for o in every])),
+            "admissible": ("orbit", _numbers([o.admissible for o in every])),
+            "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in every]),
+            "mirror_of": ("orbit", _numbers([-1 if k is None else k for k in self.mirror_of])),
+            "multiplier_real": (place, values.real),
+            "multiplier_imaginary": (place, values.imag),
+            "determinant_error": ("orbit", [o.determinant_error for o in every]),
+            "clearance_to_grazing": ("orbit", [o.clearance_to_grazing for o in every]),
+            "least_impact_speed": ("orbit", [o.least_impact_speed for o in every]),
+        }
+
+
+def sequence_of(orbit: Orbit) -> str:
+    """The impacts in order: A and B for contact 0, A1 and B1 for contact 1, and so on."""
+    return "".join(
+        ("A" if side > 0 else "B") + (str(contact) if contact else "")
+        for contact, side in orbit.signature.impacts
+    )
+
+
+def _numbers(values: list[int] | list[bool]) -> NDArray[np.int32]:
+    return np.array(values, dtype=np.int32)
+
+
+def _shares(counts: Mapping[MotionEnd, int] | Mapping[GuessEnd, int]) -> str:
+    whole = max(sum(counts.values()), 1)
+    return ", ".join(f"{100.0 * n / whole:.3g}% {end}" for end, n in counts.items() if n) or "-"
+
+
+def _counts(counts: Mapping[MotionEnd, int] | Mapping[GuessEnd, int]) -> str:
+    return ", ".join(f"{n} {end}" for end, n in counts.items())

@@ -1,0 +1,264 @@
+"""find_orbits: the periodic orbits with few impacts that a seeded sweep finds.
+
+Method      From random starts on every stop (starts.py) motions are simulated from their first
+            impact on, transients included. Every stretch of a motion that ends on the stop it began
+            on, after at most ``impacts`` impacts and ``cycles`` forcing cycles, with
+                |states at its ends apart| <= COARSE of the box,   |cycles - whole| <= COARSE   (1)
+            is a guess: motions pass near unstable orbits, and chaos follows them. Guesses closer
+            than LIKE of the box to an earlier one, or to an orbit, with the same sequence are not
+            tried again. Newton's method (find.py) solves for a symmetric orbit first where the
+            sequence is its own mirror image, then for any. What it finds is reduced to the
+            primitive orbit, left out if an impact is slower than NO_SPEED of the box (a motion that
+            only touches a stop solves the equations too), and compared with what is there: orbits
+            are one if their sequences are, up to where they begin, and their states within SAME of
+            the box. In a symmetric system the mirror image of an orbit is an orbit too.        (2)
+            The closed-form symmetric orbits of the impact damper are guesses as well.
+Accuracy    of each orbit, that of find_orbit. Nothing says that the list is complete: more starts,
+            another seed and an unchanged list are the evidence there is.
+Fails       never; guesses that lead nowhere are counted
+Reference   theory.md, "Periodic orbits"
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.orbits import symmetric_orbits
+from vibroimpact.periodic.find import (
+    SAME,
+    Guess,
+    mirror_distance,
+    of_symmetric,
+    primitive,
+    solve,
+    unfolded,
+)
+from vibroimpact.periodic.found import GuessEnd, MotionEnd, OrbitSearch
+from vibroimpact.periodic.loops import NOT_FREE, KnownLoops, beginnings, loops_of
+from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.periodic.problem import Signature, asymmetry
+from vibroimpact.periodic.starts import Starts, starts_of
+from vibroimpact.progress import Progress
+from vibroimpact.sections import check_count
+from vibroimpact.simulate import Run, RunEnd, System, mechanism_of, simulate
+
+Floats = NDArray[np.float64]
+
+LENGTH = 200  # impacts of each motion
+COARSE = 0.4  # of the box, and of a forcing cycle: how nearly a guess closes
+LIKE = 0.1  # of the box: guesses that are one
+ITERATIONS, HALVINGS = 12, 4  # of Newton's method: 99 of 100 runs that converge need fewer
+NO_SPEED = 1e-6  # of the box: an impact so slow is none
+
+
+def find_orbits(
+    system: System,
+    *,
+    cycles: int = 2,
+    impacts: int = 4,
+    starts: int = 100,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> OrbitSearch:
+    """List the periodic orbits with few impacts that a seeded sweep finds.
+
+    Parameters
+    ----------
+    system
+        The system.
+    cycles
+        The most forcing cycles until an orbit closes, >= 1; without forcing it has no meaning.
+    impacts
+        The most impacts per period, at all stops, >= 1.
+    starts
+        Motions to simulate, >= 1; they start on the stops in turn, at random places of a box that
+        short motions span, with random velocities and phases.
+    seed
+        Of the random numbers, >= 0: the same seed gives the same list.
+    progress
+        Shows how far the sweep is.
+
+    Returns
+    -------
+    OrbitSearch
+        Orbits of any stability, primitive and without repetition, those that are not admissible
+        marked with the reason, mirror images marked; and where motions and guesses ended.
+
+    Raises
+    ------
+    InvalidParameterError
+        Counts out of range, or no stop that can be reached.
+
+    Notes
+    -----
+    Cost: 1 ms per motion and some 5 ms per guess; for the damper five seconds with the defaults,
+    ten with ``cycles=4, impacts=8, starts=50``. Chaotic motions give most guesses. Ctrl-C ends the
+    search without a result: fewer starts give the first part of the same list.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> found = find_orbits(damper, cycles=1, impacts=2, starts=20)
+    >>> [(orbit.symbol, orbit.stable) for orbit in found.orbits if orbit.admissible]
+    [('1-1-1', False), ('1-1-1', True)]
+    """
+    for name, value, least in (
+        ("cycles", cycles, 1), ("impacts", impacts, 1), ("starts", starts, 1), ("seed", seed, 0)
+    ):  # fmt: skip
+        check_count(name, value, least)
+    sweep = _Sweep(system, cycles, impacts, starts_of(system))
+    progress = progress or Progress(1, quiet=True)
+    sweep.try_closed_forms()
+    for number in progress.track("searching from random starts", range(starts), starts):
+        sweep.try_motion(np.random.default_rng([seed, number]), number)
+    progress.close()
+    orbits, mirror_of = _sorted(sweep.orbits, sweep.mirror_of)
+    return OrbitSearch(
+        system, cycles, impacts, starts, seed, orbits, mirror_of,
+        {end: sweep.motions[end] for end in MotionEnd},
+        {end: sweep.guesses[end] for end in GuessEnd}, sweep.repeated,
+    )  # fmt: skip
+
+
+@dataclass
+class _Sweep:
+    """A search under way."""
+
+    system: System
+    cycles: int
+    impacts: int
+    starts: Starts
+    orbits: list[Orbit] = field(default_factory=list)
+    mirror_of: list[int | None] = field(default_factory=list)
+    motions: Counter[MotionEnd] = field(default_factory=Counter)
+    guesses: Counter[GuessEnd] = field(default_factory=Counter)
+    repeated: int = 0
+
+    def __post_init__(self) -> None:
+        self.tried = KnownLoops(self.starts.widths)
+        self.known = KnownLoops(self.starts.widths)
+        self.turn = _mirror_turn(self.system, self.cycles)
+
+    def try_closed_forms(self) -> None:
+        """Enter the symmetric orbits of the impact damper, admissible or not."""
+        if isinstance(self.system, ImpactDamper) and self.impacts >= 2:  # at A and at B
+            for closed in symmetric_orbits(self.system):
+                self._enter(of_symmetric(closed))
+
+    def try_motion(self, rng: np.random.Generator, number: int) -> None:
+        """Simulate from a random start and try all loops."""
+        m = self.starts.mechanism
+        horizon = LENGTH * self.cycles * 2.0 * math.pi / m.omega if m.omega else math.inf
+        run = simulate(self.system, self.starts.draw(rng, number), impacts=LENGTH, t_max=horizon)
+        self.motions[_end_of(run)] += 1
+        widths = self.starts.widths
+        for signature, guess in loops_of(run, self.cycles, self.impacts, widths, COARSE):
+            if self.tried.has(signature, guess.states, LIKE):
+                self.repeated += 1
+                continue
+            self.tried.add(signature, guess.states)
+            for wanted in self._signatures(signature, guess):
+                found = solve(self.system, wanted, guess, iterations=ITERATIONS, halvings=HALVINGS)
+                self._enter(found)
+
+    def _signatures(self, signature: Signature, guess: Guess) -> Iterator[Signature]:
+        """What to solve for: a symmetric orbit where there can be one, then any."""
+        if math.isfinite(mirror_distance(self.system, signature, guess)):
+            yield replace(signature, symmetric=True)
+        yield signature
+
+    def _enter(self, orbit: Orbit) -> None:
+        """Count where a guess led; list a new orbit, and its mirror image (2)."""
+        orbit = primitive(orbit)
+        if not orbit.converged:
+            self.guesses[GuessEnd.NOWHERE] += 1
+        elif orbit.least_impact_speed <= NO_SPEED * self.starts.widths[-1]:
+            self.guesses[GuessEnd.SPEEDLESS] += 1
+        elif self._is_known(orbit):
+            self.guesses[GuessEnd.KNOWN] += 1
+        else:
+            orbit = _from_its_beginning(orbit)
+            self._list(orbit, None)
+            end = GuessEnd.NEW if orbit.admissible else GuessEnd.INADMISSIBLE
+            self.guesses[end] += 1
+            self._list_image(orbit)
+
+    def _list_image(self, orbit: Orbit) -> None:
+        if self.turn is None:
+            return
+        image = mirror_image(orbit, self.turn)
+        if image.converged and not self._is_known(image):
+            self._list(_from_its_beginning(image), len(self.orbits) - 1)
+
+    def _is_known(self, orbit: Orbit) -> bool:
+        return self.known.has(orbit.signature, unfolded(orbit).states, SAME)
+
+    def _list(self, orbit: Orbit, mirror_of: int | None) -> None:
+        states = unfolded(orbit).states
+        self.tried.add(orbit.signature, states)
+        self.known.add(orbit.signature, states)
+        self.orbits.append(orbit)
+        self.mirror_of.append(mirror_of)
+
+
+def _end_of(run: Run) -> MotionEnd:
+    if np.isin(run.status, NOT_FREE).any():
+        return MotionEnd.RESTED
+    if run.end is RunEnd.IMPACTS:
+        return MotionEnd.IMPACTS
+    silent = run.end in (RunEnd.HORIZON, RunEnd.SILENT)
+    return MotionEnd.SILENT if silent else MotionEnd.BROKEN
+
+
+def _mirror_turn(system: System, cycles: int) -> float | None:
+    """The phase by which the symmetry turns; None for a system without it."""
+    m = mechanism_of(system)
+    halves = [k for k in range(1, cycles + 1, 2) if not asymmetry(m, k)]
+    return math.pi * halves[0] if halves else None
+
+
+def mirror_image(orbit: Orbit, turn: float) -> Orbit:
+    """(x, v, theta) -> (-x, -v, theta + turn) of an orbit, solved once more."""
+    states = -orbit.states
+    states[:, -1] = orbit.states[:, -1] + turn
+    return solve(orbit.system, orbit.signature.mirrored, Guess(states, orbit.durations))
+
+
+def _from_its_beginning(orbit: Orbit) -> Orbit:
+    """The same orbit from the impact where its sequence begins, as early as phases go."""
+    guess, signature = unfolded(orbit), orbit.signature
+    phases = guess.states[:, -1] % (2.0 * math.pi)
+    first = min(beginnings(signature.impacts), key=lambda k: phases[k])
+    states = np.roll(guess.states, -first, axis=0)
+    states[len(states) - first :, -1] += 2.0 * math.pi * signature.cycles
+    around = 2.0 * math.pi * max(signature.cycles, 1)
+    states[:, -1] -= around * math.floor(states[0, -1] / around)
+    impacts = signature.impacts[first:] + signature.impacts[:first]
+    again = Guess(states, np.roll(guess.durations, -first))
+    return solve(orbit.system, replace(signature, impacts=impacts), again)
+
+
+def _sorted(
+    orbits: list[Orbit], mirror_of: list[int | None]
+) -> tuple[tuple[Orbit, ...], tuple[int | None, ...]]:
+    """Orbits in the order of OrbitSearch, and the indices of mirror images in that order."""
+
+    def rank(k: int) -> tuple[int, int, str, bool, bool, float]:
+        o = orbits[k]
+        signature, phase = o.signature, float(o.states[0, -1])
+        return (signature.cycles, len(signature.impacts), o.symbol, not o.symmetric,
+                not o.admissible, phase)  # fmt: skip
+
+    order = sorted(range(len(orbits)), key=rank)
+    place = {k: new for new, k in enumerate(order)}
+    images = [mirror_of[k] for k in order]
+    return tuple(orbits[k] for k in order), tuple(None if k is None else place[k] for k in images)

@@ -1,0 +1,170 @@
+"""Random starts on the stops of any mechanism.
+
+Method      Every stop k has a face, row_k . x = limit_k with all other gaps open; its centre is the
+            place on it with the largest least gap (a linear programme).
+            Short motions leave the centres with velocities up to (largest rate) x (size of the
+            mechanism); the box is what they span at their impacts, WIDER about its middle.     (1)
+            A start is a random place of the box, moved along row_k onto the face and from there
+            towards its centre until no gap is negative, with a random velocity of the box,
+            reflected where it would enter the stop, at a random phase.                         (2)
+Assumes     nothing: a stop that others hide has no face and is left out
+Reference   theory.md, "Periodic orbits"
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Mechanism, infinite
+from vibroimpact.periodic.prescribed import Impact, compile_prescribed
+from vibroimpact.simulate import System, mechanism_of, simulate
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+
+SHORT = 32  # impacts of a motion that finds the box
+SPEEDS = (0.03, 0.1, 0.3, 1.0)  # of these motions, as shares of the largest in (1)
+WIDER = 1.5  # the box about what was seen
+
+
+@dataclass(frozen=True)
+class Face:
+    """A stop that can be reached: its number and sides, and the centre of its face."""
+
+    impact: Impact
+    row: Floats
+    limit: float
+    centre: Floats
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where motions of a system can start.
+
+    Attributes
+    ----------
+    faces
+        The stops that can be reached.
+    low, high
+        The box (1) of positions and velocities, shape (2n,).
+    """
+
+    mechanism: Mechanism
+    faces: tuple[Face, ...]
+    low: Floats
+    high: Floats
+
+    @property
+    def widths(self) -> Floats:
+        """What distances are measured by: the box's largest width of positions, of velocities."""
+        n = self.mechanism.degrees
+        width = self.high - self.low
+        place = width[:n].max() or _size(self.mechanism)
+        return np.repeat([place, width[n:].max()], n)
+
+    def draw(self, rng: np.random.Generator, number: int) -> State:
+        """A random start (2) on the stop whose turn it is."""
+        face = self.faces[number % len(self.faces)]
+        n = self.mechanism.degrees
+        y = rng.uniform(self.low, self.high)
+        place = y[:n] + face.row * ((face.limit - face.row @ y[:n]) / (face.row @ face.row))
+        share = _share(self.mechanism, face, place)
+        phase = rng.uniform(0.0, 2.0 * math.pi)
+        place = face.centre + share * (place - face.centre)
+        return State(tuple(place), tuple(_leaving(face, y[n:])), phase)
+
+
+def starts_of(system: System) -> Starts:
+    """The faces and the box (1) of a system."""
+    m = mechanism_of(system)
+    faces = tuple(face for impact in _stops(m) if (face := _face(m, impact)))
+    if not faces:
+        raise InvalidParameterError("contacts: no stop can be reached; the others hide each.")
+    compiled = compile_prescribed(system)
+    fastest = compiled.rate * _size(m)
+    seen = [_seen(system, face, share * fastest) for face in faces for share in SPEEDS]
+    points = np.vstack(seen)
+    middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
+    half = WIDER * np.ptp(points, axis=0) / 2.0
+    return Starts(m, faces, middle - half, middle + half)
+
+
+def _stops(m: Mechanism) -> list[Impact]:
+    return [
+        (i, side)
+        for i, contact in enumerate(m.contacts)
+        for side, limit in ((1, contact.upper), (-1, contact.lower))
+        if not infinite(limit)
+    ]
+
+
+def _size(m: Mechanism) -> float:
+    """A length of the mechanism: its largest limit or its largest forced displacement."""
+    limits = [abs(x) for c in m.contacts for x in (c.lower, c.upper) if math.isfinite(x)]
+    forced = [
+        np.abs(np.linalg.solve(m.mass, part)).max() / line.omega**2
+        for line in m.forces
+        for part in (line.sine, line.cosine)
+    ]
+    return float(max([*limits, *forced])) or 1.0
+
+
+def _gaps(m: Mechanism) -> tuple[Floats, Floats]:
+    """(G, g) with G x <= g where no gap is negative."""
+    rows, limits = [], []
+    for i, side in _stops(m):
+        contact = m.contacts[i]
+        rows.append(side * np.array(contact.row))
+        limits.append(side * (contact.upper if side > 0 else contact.lower))
+    return np.array(rows), np.array(limits)
+
+
+def _face(m: Mechanism, impact: Impact) -> Face | None:
+    """The face of a stop; None where other stops hide it."""
+    contact = m.contacts[impact[0]]
+    row, limit = np.array(contact.row), contact.upper if impact[1] > 0 else contact.lower
+    others = [k for k, stop in enumerate(_stops(m)) if stop[0] != impact[0]]
+    rows, limits = _gaps(m)
+    n, size = m.degrees, _size(m)
+    least = np.concatenate([rows[others], np.ones((len(others), 1))], axis=1)
+    found = linprog(
+        c=np.append(np.zeros(n), -1.0),  # the largest least gap t: G x + t <= g
+        A_ub=least if others else None,
+        b_ub=limits[others] if others else None,
+        A_eq=np.append(row, 0.0)[None, :],
+        b_eq=[limit],
+        bounds=[(None, None)] * n + [(0.0, size)],
+    )
+    return Face(impact, row, limit, found.x[:n]) if found.status == 0 else None
+
+
+def _share(m: Mechanism, face: Face, place: Floats) -> float:
+    """How far from the centre of a face towards a place no gap is negative, at most 1."""
+    rows, limits = _gaps(m)
+    room, used = limits - rows @ face.centre, rows @ (place - face.centre)
+    # along the face itself the step changes nothing but rounding
+    ahead = used > 1e-12 * np.abs(limits).max(initial=np.abs(used).max())
+    return float(np.min(room[ahead] / used[ahead], initial=1.0)) if ahead.any() else 1.0
+
+
+def _leaving(face: Face, velocity: Floats) -> Floats:
+    """A velocity that leaves the stop: its normal part reflected where it would enter."""
+    normal = face.row * (face.row @ velocity) / (face.row @ face.row)
+    return velocity - 2.0 * normal if face.impact[1] * (face.row @ velocity) > 0.0 else velocity
+
+
+def _seen(system: System, face: Face, speed: float) -> Floats:
+    """Positions and velocities at the start and the impacts of a short motion from a face."""
+    m = mechanism_of(system)
+    away = -face.impact[1] * face.row / np.linalg.norm(face.row)
+    start = State(tuple(face.centre), tuple(speed * away))
+    horizon = SHORT * 2.0 * math.pi / m.omega if m.omega else math.inf
+    run = simulate(system, start, impacts=SHORT, t_max=horizon)
+    points = np.column_stack([run.position, run.velocity_after])
+    return np.vstack([[*start.position, *start.velocity], points])

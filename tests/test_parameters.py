@@ -1,0 +1,230 @@
+"""Parameters by name: their values, systems with another value, and exact derivatives."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import mpmath
+import numpy as np
+import pytest
+from support.systems import paper_damper
+
+import vibroimpact as vi
+from vibroimpact.parameters import expanded, names_of, parameter_value, with_parameter
+
+EPS = np.finfo(float).eps
+DAMPER = paper_damper("A", 1.2)
+PLAIN = vi.Mechanism(
+    mass=[[1.0, 0.0], [0.0, 0.5]],
+    damping=[[0.06, -0.02], [-0.02, 0.02]],
+    stiffness=[[2.0, -1.0], [-1.0, 1.0]],
+    forces=(vi.Harmonic(1.8, (1.0, 0.5)), vi.Harmonic(2.7, (0.2, 0.0), (0.0, 0.3))),
+    contacts=(vi.Contact((1.0, 0.0), upper=0.4, restitution=0.7),
+              vi.Contact((-1.0, 1.0), -0.3, 0.2, (0.5, 0.6))),
+    constant_force=(0.1, 0.0),
+)  # fmt: skip
+
+
+def swinging(k: float, A: float, phi: float) -> vi.Mechanism:
+    """A family whose entries are not polynomials of its parameters."""
+    return vi.Mechanism(
+        mass=[[np.exp(0.1 * k)]],
+        damping=[[0.1 * np.sqrt(k)]],
+        stiffness=[[k**1.5 / (1.0 + k)]],
+        forces=(vi.Harmonic(np.log(1.0 + k), (A * np.sin(phi),), (A * np.cos(phi),)),),
+        contacts=(vi.Contact((1.0,), upper=1.0 - phi / 7, restitution=abs(0.8 * k / k)),),
+    )
+
+
+FAMILY = vi.Family(swinging, k=1.3, A=2.0, phi=0.4)
+
+
+# ---- values --------------------------------------------------------------------------------------
+
+
+def test_values_are_found_by_name_and_by_path() -> None:
+    assert parameter_value(DAMPER, "zeta") == 0.045
+    assert parameter_value(FAMILY, "A") == 2.0
+    values = {
+        "omega": 1.8, "mass[1][1]": 0.5, "damping[0][1]": -0.02, "stiffness[1][0]": -1.0,
+        "forces[0].sine[1]": 0.5, "forces[1].cosine[1]": 0.3, "forces[1].omega": 2.7,
+        "contacts[0].upper": 0.4, "contacts[1].lower": -0.3, "contacts[0].restitution": 0.7,
+        "contacts[1].restitution[1]": 0.6, "contacts[1].row[0]": -1.0, "constant_force[0]": 0.1,
+    }  # fmt: skip
+    assert {path: parameter_value(PLAIN, path) for path in values} == values
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "value"),
+    [
+        (DAMPER, "omega", 1.25), (FAMILY, "phi", 0.5), (PLAIN, "omega", 2.0),
+        (PLAIN, "stiffness[0][1]", -0.9), (PLAIN, "mass[0][0]", 1.1),
+        (PLAIN, "forces[1].sine[0]", 0.25), (PLAIN, "contacts[0].restitution", 0.5),
+        (PLAIN, "contacts[1].restitution[0]", 0.4), (PLAIN, "contacts[1].upper", 0.25),
+        (PLAIN, "constant_force[1]", 0.2),
+    ],
+)  # fmt: skip
+def test_a_replaced_value_is_read_back_and_nothing_else_changed(
+    system: vi.ImpactDamper | vi.Mechanism | vi.Family, name: str, value: float
+) -> None:
+    there = with_parameter(system, name, value)
+    assert parameter_value(there, name) == value
+    assert parameter_value(system, name) != value
+    assert with_parameter(there, name, parameter_value(system, name)) == system
+
+
+def test_an_entry_of_a_symmetric_matrix_takes_its_mirror_image_along() -> None:
+    there = with_parameter(PLAIN, "stiffness[0][1]", -0.9)
+    assert isinstance(there, vi.Mechanism)
+    assert np.array_equal(there.stiffness, [[2.0, -0.9], [-0.9, 1.0]])
+
+
+def test_omega_of_a_mechanism_keeps_the_ratios_of_its_lines() -> None:
+    there = with_parameter(PLAIN, "omega", 3.6)
+    assert isinstance(there, vi.Mechanism)
+    assert [line.omega for line in there.forces] == pytest.approx([3.6, 5.4], rel=EPS)
+
+
+def test_a_family_is_a_system_like_any_other() -> None:
+    assert repr(FAMILY) == "Family(swinging, k=1.3, A=2.0, phi=0.4)"
+    direct = vi.simulate(swinging(1.3, 2.0, 0.4), vi.State((0.0,), (0.0,)), impacts=20)
+    np.testing.assert_array_equal(
+        vi.simulate(FAMILY, vi.State((0.0,), (0.0,)), impacts=20).time, direct.time
+    )
+    assert vi.Family(swinging, k=1.3, A=2.0, phi=0.4) == FAMILY
+    assert hash(FAMILY) == hash(vi.Family(swinging, k=1.3, A=2.0, phi=0.4))
+
+
+# ---- derivatives ---------------------------------------------------------------------------------
+
+
+def orders(number: object) -> list[float]:
+    """f, f', f'', f''' of an entry that may be a plain number."""
+    coefficients = getattr(number, "coefficients", None)
+    return [coefficients[k] for k in (0, 1, 3, 7)] if coefficients else [number, 0.0, 0.0, 0.0]  # type: ignore[list-item]
+
+
+W, Z, MU = DAMPER.omega_n, DAMPER.zeta, DAMPER.mass_ratio
+POWERS = {  # entry: value and three derivatives
+    "mass_ratio": {"mass[1][1]": [MU, 1.0, 0.0, 0.0]},
+    "omega_n": {
+        "stiffness[0][0]": [W * W, 2.0 * W, 2.0, 0.0],
+        "damping[0][0]": [2.0 * Z * W, 2.0 * Z, 0.0, 0.0],
+    },
+    "zeta": {"damping[0][0]": [2.0 * Z * W, 2.0 * W, 0.0, 0.0]},
+    "restitution": {"contacts[0].restitution": [0.8, 1.0, 0.0, 0.0]},
+    "half_clearance": {
+        "contacts[0].upper": [5.0, 1.0, 0.0, 0.0],
+        "contacts[0].lower": [-5.0, -1.0, 0.0, 0.0],
+    },
+    "omega": {"forces[0].omega": [1.2, 1.0, 0.0, 0.0]},
+    "force": {"forces[0].sine[0]": [1.0, 1.0, 0.0, 0.0]},
+}
+ENTRIES = sorted({path for entries in POWERS.values() for path in entries})
+
+
+def entry_of(m: vi.Mechanism, path: str) -> object:
+    """The number, or jet, at a path."""
+    first, *rest = path.replace("]", "").replace("[", ".").split(".")
+    here: object = getattr(m, first)
+    for step in rest:
+        here = here[int(step)] if step.isdigit() else getattr(here, step)  # type: ignore[index]
+    return here[0] if isinstance(here, tuple) else here
+
+
+def test_every_parameter_of_the_damper_has_its_exact_derivatives() -> None:
+    assert set(POWERS) == set(names_of(DAMPER)) - {"scales"}
+    for name, wanted in POWERS.items():
+        m = expanded(DAMPER, name)
+        for path in ENTRIES:
+            got = orders(entry_of(m, path))
+            exact = wanted.get(path, [got[0], 0.0, 0.0, 0.0])
+            np.testing.assert_allclose(got, exact, rtol=2.0 * EPS, err_msg=f"{path} by {name}")
+
+
+MP: dict[str, Callable[[object], object]] = {
+    "mass[0][0]": lambda k: mpmath.exp(k / 10),
+    "damping[0][0]": lambda k: mpmath.sqrt(k) / 10,
+    "stiffness[0][0]": lambda k: k ** mpmath.mpf("1.5") / (1 + k),  # type: ignore[operator]
+    "forces[0].omega": lambda k: mpmath.log(1 + k),  # type: ignore[operator]
+}
+
+
+@pytest.mark.parametrize("path", MP)
+def test_functions_in_a_family_are_differentiated_exactly(path: str) -> None:
+    got = orders(entry_of(expanded(FAMILY, "k"), path))
+    with mpmath.workdps(40):
+        exact = [float(mpmath.diff(MP[path], mpmath.mpf(1.3), n)) for n in range(4)]
+    # a handful of operations, each a rounding of terms not much larger than the result
+    np.testing.assert_allclose(got, exact, rtol=0.0, atol=20.0 * EPS * max(map(abs, exact)))
+
+
+def test_sines_and_cosines_in_a_family_are_differentiated_exactly() -> None:
+    line = expanded(FAMILY, "phi").forces[0]
+    s, c = 2.0 * math.sin(0.4), 2.0 * math.cos(0.4)
+    np.testing.assert_allclose(orders(line.sine[0]), [s, c, -s, -c], rtol=4.0 * EPS)
+    np.testing.assert_allclose(orders(line.cosine[0]), [c, -s, -c, s], rtol=4.0 * EPS)
+
+
+def test_omega_of_a_mechanism_is_differentiated_in_every_line() -> None:
+    lines = expanded(PLAIN, "omega").forces
+    assert orders(lines[0].omega) == pytest.approx([1.8, 1.0, 0.0, 0.0], rel=EPS)
+    assert orders(lines[1].omega) == pytest.approx([2.7, 1.5, 0.0, 0.0], rel=2.0 * EPS)
+
+
+# ---- misuse --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "message"),
+    [
+        (DAMPER, "mu", "must be one of mass_ratio, omega_n"),
+        (DAMPER, "scales", "must be one of"),
+        (FAMILY, "omega", "must be one of k, A, phi"),
+        (PLAIN, "stiffness[0][7]", "no finite number"),
+        (PLAIN, "contacts[0].lower", "no finite number"),
+        (PLAIN, "contacts[1].restitution", "no finite number"),
+        (PLAIN, "contacts[0]", "no finite number"),
+        (PLAIN, "contacts[0].upper.real", "no finite number"),
+        (PLAIN, "degrees", "no finite number"),
+        (PLAIN, "stiffness[-1][0]", "no finite number"),
+        (PLAIN, "", "no finite number"),
+        (dataclasses.replace(PLAIN, forces=()), "omega", "no finite number"),
+    ],
+)
+def test_a_name_that_is_no_parameter_is_refused_with_what_there_is(
+    system: vi.ImpactDamper | vi.Mechanism | vi.Family, name: str, message: str
+) -> None:
+    for call in (parameter_value, expanded):
+        with pytest.raises(vi.InvalidParameterError, match=message):
+            call(system, name)
+    with pytest.raises(vi.InvalidParameterError, match=message):
+        with_parameter(system, name, 1.0)
+
+
+def test_a_value_out_of_range_is_refused_by_the_system() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="restitution"):
+        with_parameter(DAMPER, "restitution", 1.5)
+
+
+def test_a_family_that_cannot_be_differentiated_says_so() -> None:
+    def whole(k: float) -> vi.Mechanism:
+        return swinging(float(k), 1.0, 0.0)
+
+    with pytest.raises(vi.InvalidParameterError, match="cannot be differentiated"):
+        expanded(vi.Family(whole, k=1.3), "k")
+
+
+def test_a_family_must_build_a_mechanism() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="must return a Mechanism"):
+        _ = vi.Family(lambda k: k, k=1.0).mechanism  # type: ignore[arg-type, return-value]
+
+
+def test_a_system_without_parameters_by_name_is_refused() -> None:
+    class Bare:
+        mechanism = PLAIN
+
+    with pytest.raises(vi.InvalidParameterError, match="dataclass"):
+        parameter_value(Bare(), "omega")
