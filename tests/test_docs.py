@@ -59,9 +59,10 @@ def test_the_first_figure_of_the_readme_is_drawn_in_ten_lines(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
-def test_python_in_the_document_runs(path: Path) -> None:
+def test_python_in_the_document_runs_from_top_to_bottom(path: Path) -> None:
+    namespace: dict[str, object] = {}
     for block in blocks(path, "python"):
-        exec(compile(block, path.name, "exec"), {})  # noqa: S102 - our own text
+        exec(compile(block, path.name, "exec"), namespace)  # noqa: S102 - our own text
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)

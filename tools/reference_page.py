@@ -25,6 +25,17 @@ GROUPS = {
     "Symmetric orbits and bifurcations": [
         *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),
     ],
+    "Periodic orbits": [
+        *("find_orbit", "find_orbits", "Orbit", "OrbitSearch", "Guess", "Family"),
+    ],
+    "Branches": [
+        *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
+        *("NoBranch", "Diagram", "Steps", "save_branch", "load_branch"),
+    ],
+    "Maps and normal forms": [
+        *("full_map", "half_map", "impact_map", "stroboscopic_map"),
+        *("normal_form", "ExplicitMap"),
+    ],
     "Attractors": [
         *("classify", "Attractor", "classify_points", "Shape", "Kind"),
         *("lyapunov_exponent", "LyapunovEstimate"),

@@ -6,7 +6,9 @@ from vibroimpact._kernel import version as _version
 from vibroimpact.attractors import Attractor, classify
 from vibroimpact.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.diagram import Diagram, branch_diagram
 from vibroimpact.branches.follow import continue_orbit
+from vibroimpact.branches.store import load_branch, save_branch
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.continuation import Steps
 from vibroimpact.damper import ImpactDamper, Scales
@@ -20,8 +22,10 @@ from vibroimpact.normal_forms import ExplicitMap, normal_form
 from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.parameters import Family
 from vibroimpact.periodic.find import Guess, find_orbit
+from vibroimpact.periodic.found import OrbitSearch
 from vibroimpact.periodic.maps import full_map, half_map, impact_map, stroboscopic_map
 from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.periodic.search import find_orbits
 from vibroimpact.sections import Section, impact_section
 from vibroimpact.simulate import Run, RunEnd, Status, simulate
 from vibroimpact.state import State
@@ -34,6 +38,7 @@ __all__ = [
     "BifurcationPoint",
     "Branch",
     "Contact",
+    "Diagram",
     "ExplicitMap",
     "Family",
     "Guess",
@@ -46,6 +51,7 @@ __all__ = [
     "Mechanism",
     "NoBranch",
     "Orbit",
+    "OrbitSearch",
     "Run",
     "RunEnd",
     "Scales",
@@ -56,18 +62,22 @@ __all__ = [
     "Steps",
     "SymmetricOrbit",
     "VibroImpactError",
+    "branch_diagram",
     "classify",
     "classify_points",
     "continue_orbit",
     "find_orbit",
+    "find_orbits",
     "follow",
     "full_map",
     "half_map",
     "impact_map",
     "impact_section",
+    "load_branch",
     "lyapunov_exponent",
     "map_derivative",
     "normal_form",
+    "save_branch",
     "section_jacobian",
     "simulate",
     "stroboscopic_map",

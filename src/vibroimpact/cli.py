@@ -12,12 +12,20 @@ import sys
 from collections.abc import Sequence
 
 from vibroimpact import __version__
-from vibroimpact.commands import orbit, reproduce, section, simulate
+from vibroimpact.commands import (
+    branch,
+    normal_form,
+    orbit,
+    orbits,
+    reproduce,
+    section,
+    simulate,
+)
 from vibroimpact.commands.common import Failure
 from vibroimpact.errors import InvalidParameterError, VibroImpactError
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
-COMMANDS = (reproduce, simulate, orbit, section)
+COMMANDS = (reproduce, simulate, orbit, orbits, branch, normal_form, section)
 NEGATIVE_NUMBER = re.compile(r"-\.?\d")  # argparse before 3.14 takes -1e-3 for an option
 
 

@@ -33,6 +33,7 @@ MEANINGS = {
     "ZERO": "zero impact speed: an impact becomes a touch",
     "STICK": "onset of sticking: a plastic impact no longer opens at once",
 }
+TOUCHES = ("GR", "ZERO")  # a gap is zero at an extremum: its sign there is rounding
 WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
 
 
@@ -82,8 +83,8 @@ class BifurcationPoint:
 
     @property
     def admissible(self) -> bool:
-        """Whether the machine moves so; at grazing, apart from the touch."""
-        return self.kind == "GR" or self.orbit.admissible
+        """Whether the machine moves so; at GR and ZERO, apart from the touch."""
+        return self.kind in TOUCHES or self.orbit.admissible
 
     @cached_property
     def normal_form(self) -> NormalForm | Refusal:

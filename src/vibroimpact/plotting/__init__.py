@@ -10,6 +10,13 @@
 from __future__ import annotations
 
 from vibroimpact.plotting.bifurcation_diagram import plot_bifurcation_diagram
+from vibroimpact.plotting.branch_multipliers import plot_branch_multipliers
+from vibroimpact.plotting.branches import plot_branches
+from vibroimpact.plotting.circles import (
+    plot_circle_error,
+    plot_circle_half_width,
+    plot_circles,
+)
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
@@ -19,6 +26,11 @@ from vibroimpact.plotting.style import save
 
 __all__ = [
     "plot_bifurcation_diagram",
+    "plot_branch_multipliers",
+    "plot_branches",
+    "plot_circle_error",
+    "plot_circle_half_width",
+    "plot_circles",
     "plot_history",
     "plot_mechanism",
     "plot_multipliers",

@@ -59,7 +59,7 @@ def plot_multipliers(
     """
     values, along = _values(path, omega, half)
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
-        _unit_circle(ax)
+        unit_circle(ax)
         _points(ax, values, along)
         symbol = r"\nu" if half else r"\lambda"
         ax.set(
@@ -87,7 +87,8 @@ def _values(
     return values, colours
 
 
-def _unit_circle(ax: Axes) -> None:
+def unit_circle(ax: Axes) -> None:
+    """The unit circle with the strong resonances, and the axes of the plane."""
     turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, 361))
     ax.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=0)
     ax.axvline(0.0, color=style.GREY, linewidth=0.4, zorder=0)

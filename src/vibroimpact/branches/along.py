@@ -1,0 +1,170 @@
+"""Along a branch: its orbits and special points in one order, and their coordinates by name."""
+
+from __future__ import annotations
+
+import math
+import re
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.errors import InvalidParameterError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+ONE_PER_ORBIT = ("speed", "clearance", "period")
+
+
+class Standing(IntEnum):
+    """What the orbits of a stretch are; the larger, the less of a motion."""
+
+    STABLE = 0
+    UNSTABLE = 1
+    INADMISSIBLE = 2
+
+
+class Along(NamedTuple):
+    """Points and special points of a branch in the order of its arclength.
+
+    Attributes
+    ----------
+    parameter
+        Shape (m,).
+    z
+        Unknowns, shape (m, d).
+    special
+        Number of the special point, -1 for others, shape (m,).
+    standing
+        :class:`Standing` of the stretch from each point to the next, shape (m - 1,).
+    """
+
+    parameter: Floats
+    z: Floats
+    special: Integers
+    standing: Integers
+
+
+def unknowns_of(point: BifurcationPoint) -> Floats:
+    """The unknowns z of a special point's orbit."""
+    return point.orbit.problem.packed(point.orbit.states, point.orbit.durations)
+
+
+def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
+    """(index of the nearest point of the branch, arclength) of a special point.
+
+    The arclength is that of the projection onto the tangent there, right to second order of the
+    distance between points.
+    """
+    sizes = branch.family.scale()
+    points = np.column_stack([branch.curve.z, branch.values]) / sizes
+    away = np.append(unknowns_of(point), point.parameter) / sizes - points
+    nearest = int(np.argmin(np.linalg.norm(away, axis=1)))
+    tangent = branch.curve.tangent[nearest] / sizes
+    step = float(away[nearest] @ tangent) / float(tangent @ tangent)
+    return nearest, float(branch.curve.arclength[nearest]) + step
+
+
+def along(branch: Branch) -> Along:
+    """Points and special points of a branch in order."""
+    found = branch.special_points
+    places = [place_of(branch, point)[1] for point in found]
+    order = np.argsort(np.concatenate([branch.curve.arclength, places]), kind="stable")
+    special = np.concatenate([np.full(len(branch), -1), np.arange(len(found))]).astype(np.int64)
+    own = np.where(branch.stable, Standing.STABLE, Standing.UNSTABLE)
+    own = np.where(branch.admissible, own, Standing.INADMISSIBLE)
+    standing = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
+    return Along(
+        parameter=np.concatenate([branch.values, [p.parameter for p in found]])[order],
+        z=np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order],
+        special=special[order],
+        standing=_between(standing),
+    )
+
+
+def _between(standing: Integers) -> Integers:
+    """What each stretch is: at a special point (-1) that of its other end, else the worse."""
+    first, second = standing[:-1], standing[1:]
+    stretches = np.maximum(first, second)
+    unknown = np.flatnonzero(stretches < 0)  # between two special points
+    known = np.flatnonzero(standing >= 0)
+    for i in unknown:
+        near = standing[known[np.argmin(np.abs(known - i))]]
+        stretches[i] = max(near, Standing.UNSTABLE)
+    return stretches
+
+
+def impacts_at(branch: Branch, stop: tuple[int, int]) -> list[int]:
+    """Numbers of the impacts of a period that are at a stop (contact, side)."""
+    return [k for k, impact in enumerate(branch.family.signature.impacts) if impact == stop]
+
+
+def coordinate(branch: Branch, points: Along, name: str, impact: int = 0) -> Floats:
+    """A coordinate of the orbits along a branch.
+
+    Parameters
+    ----------
+    branch, points
+        The branch, and :func:`along` of it.
+    name
+        "x1", "x2", ... and "v1", "v2", ...: places and velocities just after an impact; "phase"
+        in [0, 2 pi) there; "speed": smallest closing speed of an impact; "clearance": least gap
+        between the impacts; "period".
+    impact
+        Number of the impact in the period.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such coordinate.
+    """
+    degrees = branch.family.mechanism.degrees
+    numbered = re.fullmatch(r"([xv])(\d+)", name)
+    if numbered and 1 <= int(numbered[2]) <= degrees:
+        column = int(numbered[2]) - 1 + (degrees if numbered[1] == "v" else 0)
+        return _state(branch, points.z, impact)[:, column]
+    if name == "phase":
+        phase: Floats = _state(branch, points.z, impact)[:, -1] % (2.0 * math.pi)
+        return phase
+    if name == "period":
+        turns = 2.0 if branch.family.signature.symmetric else 1.0
+        return turns * np.array([branch.family.unpacked(z)[1].sum() for z in points.z])
+    if name in ONE_PER_ORBIT:
+        return _of_orbits(branch, points, name)
+    every = [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)]
+    raise InvalidParameterError(
+        f"variable = {name!r}: must be one of {', '.join([*every, 'phase', *ONE_PER_ORBIT])}."
+    )
+
+
+def mirrored(values: Floats, name: str) -> Floats:
+    """A coordinate after an impact as that of the mirror image, after the opposite impact."""
+    return (values + math.pi) % (2.0 * math.pi) if name == "phase" else -values
+
+
+def _state(branch: Branch, unknowns: Floats, impact: int) -> Floats:
+    """(x, v, theta) after an impact, of the mirror image in the second half of symmetric orbits."""
+    signature = branch.family.signature
+    solved = len(branch.family.impacts)
+    states = np.array([branch.family.unpacked(z)[0][impact % solved] for z in unknowns])
+    if signature.symmetric and impact >= solved:
+        states[:, :-1] *= -1.0
+        states[:, -1] += math.pi * signature.cycles
+    return states
+
+
+def _of_orbits(branch: Branch, points: Along, name: str) -> Floats:
+    own = {"speed": branch.impact_speed, "clearance": branch.clearance}[name]
+    orbits = [point.orbit for point in branch.special_points]
+    theirs = {
+        "speed": [orbit.least_impact_speed for orbit in orbits],
+        "clearance": [orbit.clearance_to_grazing for orbit in orbits],
+    }[name]
+    values = np.empty(len(points.parameter))
+    values[points.special < 0] = own
+    at = points.special >= 0
+    values[at] = np.array(theirs)[points.special[at]] if at.any() else []
+    return values

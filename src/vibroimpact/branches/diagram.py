@@ -1,0 +1,383 @@
+"""branch_diagram: all branches that can be reached from an orbit, and the attractors behind.
+
+Method      From the branch of the orbit, breadth first, every point of kind PD, BP, GR or ZERO at
+            which the machine moves so is switched at (switch.py) once:
+              - points at one parameter value (NEAR) that share their loop (loops.py, JUNCTION), up
+                to where it begins and the mirror image, are one junction; a loop at PD or BP may go
+                around twice, one at ZERO is that of the grazing orbit;                        (1)
+              - a branch that holds the same orbit as a known one, up to the same, at a common value
+                of the parameter is not new. Compared are the orbits at PROBES of its points with
+                those that Newton's method finds between neighbouring points of the known branch
+                that enclose the value, within SAME.                                           (2)
+            Behind, one motion is followed through the range upwards, then back.
+Accuracy    of the branches, continuation; (1) and (2) the tolerances stated
+Fails       a junction where no branch was found is listed with its reason
+Reference   theory.md, "Branches"
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact import _kernel
+from vibroimpact.branches.along import place_of
+from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.follow import continue_orbit
+from vibroimpact.branches.loops import Loop, junction_of, loop_of, same_loop
+from vibroimpact.branches.sweep import swept
+from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.continuation import Steps
+from vibroimpact.orbits import SymmetricOrbit
+from vibroimpact.parameters import with_parameter
+from vibroimpact.periodic.find import SAME, Guess, solve
+from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.periodic.problem import asymmetry
+from vibroimpact.sections import check_count
+from vibroimpact.simulate import mechanism_of
+
+Floats = NDArray[np.float64]
+Told = Callable[[str], None]
+
+SWITCHED = ("PD", "BP", "GR", "ZERO")
+NEAR = 1e-7  # of the range: values of the parameter at one junction
+JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
+PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
+
+
+class Reached(NamedTuple):
+    """What switching at a special point led to.
+
+    Attributes
+    ----------
+    branch, label
+        Number of the branch and label of the point.
+    to
+        Number of the branch that was found there or was known; None where there is none.
+    how
+        "new"; "known", "mirror image"; or why there is none.
+    """
+
+    branch: int
+    label: str
+    to: int | None
+    how: str
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """Branches reachable from an orbit.
+
+    Attributes
+    ----------
+    parameter, bounds
+        What varied and where.
+    branches
+        Number 0 is that of the orbit; each of the others was found at a special point of an
+        earlier one.
+    reached
+        :class:`Reached`, one for every special point that was tried, in this order.
+    untried
+        (branch, label) of the junctions left when ``depth`` or ``most`` was reached.
+    attractors
+        Section points of the sweep, dims "direction", the parameter, "point"; None if not asked
+        for.
+    """
+
+    parameter: str
+    bounds: tuple[float, float]
+    branches: tuple[Branch, ...] = field(repr=False)
+    reached: tuple[Reached, ...] = field(repr=False)
+    untried: tuple[tuple[int, str], ...] = field(repr=False)
+    attractors: xr.Dataset | None = field(repr=False)
+
+    @property
+    def failed(self) -> tuple[Reached, ...]:
+        """The points at which no branch was found, with the reason."""
+        return tuple(r for r in self.reached if r.to is None)
+
+    def origin(self, number: int) -> Reached | None:
+        """Where a branch was found; None for number 0."""
+        return next((r for r in self.reached if r.to == number and r.how == "new"), None)
+
+    def plot(self, variable: str = "v1", *, ax: Axes | None = None, points: bool = True) -> Axes:
+        """Draw all branches and their mirror images over the attractors.
+
+        Coordinates are those just after the impacts at the stop where the first orbit begins, which
+        is the section of the sweep.
+        """
+        from vibroimpact.plotting import plot_branches
+
+        family = self.branches[0].family
+        held = self.attractors is not None and variable in self.attractors
+        return plot_branches(
+            self.branches,
+            variable=variable,
+            ax=ax,
+            points=points,
+            stop=family.signature.impacts[0],
+            mirror=not asymmetry(family.mechanism, 1),
+            attractors=self.attractors if held else None,
+        )
+
+    def to_dataset(self) -> xr.Dataset:
+        """The attractors, and the tree as a table; :meth:`Branch.to_dataset` holds each branch."""
+        rows = self.reached
+        tree = xr.Dataset(
+            {
+                "reached_from": ("reached", np.array([r.branch for r in rows], dtype=np.int32)),
+                "reached_at": ("reached", np.array([r.label for r in rows], dtype=object)),
+                "reached_branch": (
+                    "reached",
+                    np.array([-1 if r.to is None else r.to for r in rows], dtype=np.int32),
+                ),
+                "reached_how": ("reached", np.array([r.how for r in rows], dtype=object)),
+                "symbol": ("branch", np.array([b.symbol for b in self.branches], dtype=object)),
+            },
+            attrs={
+                "parameter": self.parameter,
+                "bounds": list(self.bounds),
+                "system": repr(self.branches[0].family.system),
+                "version": _kernel.version(),
+            },
+        )
+        return tree if self.attractors is None else tree.merge(self.attractors)
+
+    def __repr__(self) -> str:
+        low, high = self.bounds
+        lines = [
+            f"Diagram: {len(self.branches)} branches, {self.parameter} {low:.8g} to {high:.8g}"
+        ]
+        lines += [f"  {self._line(k)}" for k in range(len(self.branches))]
+        lines += [f"  no branch at {r.label} of {r.branch}: {r.how}" for r in self.failed]
+        if self.untried:
+            left = ", ".join(f"{label} of {branch}" for branch, label in self.untried)
+            lines.append(f"  not tried: {left}")
+        return "\n".join(lines)
+
+    def _line(self, number: int) -> str:
+        branch, origin = self.branches[number], self.origin(number)
+        start = f"from {origin.label} of {origin.branch}" if origin else "from the orbit"
+        kind = ", symmetric" if branch.family.signature.symmetric else ""
+        points = " ".join(point.label for point in branch.special_points) or "no special point"
+        low, high = branch.values.min(), branch.values.max()
+        return (
+            f"{number}: {branch.symbol}{kind}, {start}, {low:.6g} to {high:.6g}, "
+            f"{float(branch.stable.mean()):.0%} stable; {points}"
+        )
+
+
+def branch_diagram(
+    orbit: Orbit | SymmetricOrbit,
+    parameter: str,
+    bounds: tuple[float, float],
+    *,
+    depth: int = 2,
+    most: int = 20,
+    attractors: int = 200,
+    steps: Steps | None = None,
+    progress: Told | None = None,
+) -> Diagram:
+    """Follow all branches that can be reached from an orbit by switching at special points.
+
+    Parameters
+    ----------
+    orbit, parameter, bounds, steps
+        As for :func:`~vibroimpact.continue_orbit`.
+    depth
+        The most switches from the orbit's branch to any other, >= 0.
+    most
+        The most branches, >= 1.
+    attractors
+        Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
+    progress
+        Called with a sentence before every branch and the sweep.
+
+    Returns
+    -------
+    Diagram
+        Points where the machine does not move so are not switched at: what begins there does not
+        either. One branch stands for its mirror image too.
+
+    Raises
+    ------
+    InvalidParameterError
+        As for :func:`~vibroimpact.continue_orbit`; counts out of range.
+
+    Notes
+    -----
+    Cost: that of every branch, a second or two for the impact damper, and 1 ms per value of the
+    sweep. The sweep shows attractors that a single motion meets, no others.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=0.72)
+    >>> diagram = vi.branch_diagram(vi.symmetric_orbits(damper)[0], "omega", (0.69, 0.73),
+    ...                             attractors=0)
+    >>> [branch.symbol for branch in diagram.branches]
+    ['1-1-1', '1-1-1']
+    """
+    for name, value, least in (
+        ("depth", depth, 0),
+        ("most", most, 1),
+        ("attractors", attractors, 0),
+    ):
+        check_count(name, value, least)
+    tell = progress or (lambda _: None)
+    tell("the branch of the orbit")
+    first = continue_orbit(orbit, parameter, bounds, steps=steps)
+    low, high = float(bounds[0]), float(bounds[1])
+    tree = _Tree((low, high), steps, tell)
+    tree.grow(first, depth, most)
+    behind = None
+    if attractors:
+        tell(f"following a motion through {attractors} values, up and down")
+        behind = swept(first, orbit.state, np.linspace(low, high, attractors))
+    return Diagram(
+        parameter,
+        (low, high),
+        tuple(tree.branches),
+        tuple(tree.reached),
+        tuple(tree.untried),
+        behind,
+    )
+
+
+# ---- the tree ------------------------------------------------------------------------------------
+
+
+class _Junction(NamedTuple):
+    """Where branches meet."""
+
+    parameter: float
+    loop: Loop
+    touching: bool  # GR or ZERO, not PD or BP
+
+
+class _Tree:
+    """Branches found so far and the junctions between them."""
+
+    def __init__(self, bounds: tuple[float, float], steps: Steps | None, tell: Told) -> None:
+        self.bounds, self.steps, self.tell = bounds, steps, tell
+        self.branches: list[Branch] = []
+        self.reached: list[Reached] = []
+        self.untried: list[tuple[int, str]] = []
+        self.junctions: list[tuple[_Junction, Reached | None]] = []
+
+    def grow(self, first: Branch, depth: int, most: int) -> None:
+        """Breadth first."""
+        self.branches.append(first)
+        waiting = deque([(0, 0)])
+        while waiting:
+            number, level = waiting.popleft()
+            for point in self._points(number):
+                if self._known_junction(number, point):
+                    continue
+                if level >= depth or len(self.branches) >= most:
+                    self._left(number, point)
+                elif self._switched(number, point):
+                    waiting.append((len(self.branches) - 1, level + 1))
+
+    def _points(self, number: int) -> Iterator[BifurcationPoint]:
+        """Points of a branch to switch at: next to one of them the machine moves so."""
+        branch = self.branches[number]
+        for point in branch.special_points:
+            at = place_of(branch, point)[0]
+            if point.kind in SWITCHED and branch.admissible[max(at - 1, 0) : at + 2].any():
+                yield point
+
+    def _known_junction(self, number: int, point: BifurcationPoint) -> bool:
+        """Rule (1); a point of a branch that is new to the junction is noted."""
+        here = _junction(point)
+        mechanism = mechanism_of(point.orbit.system)
+        span = self.bounds[1] - self.bounds[0]
+        for known, result in self.junctions:
+            near = abs(known.parameter - here.parameter) <= NEAR * span
+            if not near or known.touching != here.touching:
+                continue
+            how = same_loop(known.loop, here.loop, mechanism, JUNCTION)
+            if not how:
+                continue
+            if result is not None:
+                self.reached.append(_again(number, point.label, result, how))
+            return True
+        return False
+
+    def _left(self, number: int, point: BifurcationPoint) -> None:
+        self.untried.append((number, point.label))
+        self.junctions.append((_junction(point), None))
+
+    def _switched(self, number: int, point: BifurcationPoint) -> bool:
+        """Switch at a point; whether a new branch was found."""
+        self.tell(f"from {point.label} of branch {number}")
+        found = switch_branch(point, self.bounds, steps=self.steps)
+        if isinstance(found, NoBranch):
+            result = Reached(number, point.label, None, found.reason)
+        else:
+            result = self._placed(found, number, point.label)
+        self.reached.append(result)
+        self.junctions.append((_junction(point), result))
+        return result.how == "new"
+
+    def _placed(self, found: Branch, number: int, label: str) -> Reached:
+        """Rule (2)."""
+        for k, known in enumerate(self.branches):
+            how = same_branch(found, known)
+            if how:
+                return Reached(number, label, k, _named(how))
+        self.branches.append(found)
+        return Reached(number, label, len(self.branches) - 1, "new")
+
+
+def _again(number: int, label: str, first: Reached, how: str) -> Reached:
+    """What a point leads to that stands at a junction where another one was switched at."""
+    if first.to is None:
+        return Reached(number, label, None, first.how)
+    back = first.to == number != first.branch
+    return Reached(number, label, first.branch if back else first.to, _named(how))
+
+
+def _named(how: str) -> str:
+    return "known" if how == "same" else how
+
+
+def _junction(point: BifurcationPoint) -> _Junction:
+    loop = junction_of(point, JUNCTION)
+    return _Junction(point.parameter, loop, point.kind in ("GR", "ZERO"))
+
+
+def same_branch(found: Branch, known: Branch) -> str:
+    """Whether a branch holds the orbits of a known one: "same", "mirror image" or "" for no."""
+    if len(found.family.signature.impacts) != len(known.family.signature.impacts):
+        return ""
+    mechanism = mechanism_of(found.family.system)
+    for share in PROBES:
+        index = int(share * (len(found) - 1))
+        here = loop_of(found.orbit(index))
+        for orbit in orbits_at(known, float(found.values[index])):
+            how = same_loop(here, loop_of(orbit), mechanism, SAME)
+            if how:
+                return how
+    return ""
+
+
+def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:
+    """The orbits of a branch at a value of its parameter."""
+    family, values, z = branch.family, branch.values, branch.curve.z
+    system = with_parameter(family.system, branch.parameter, value)
+    for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
+        step = values[i + 1] - values[i]
+        share = (value - values[i]) / step if step else 0.0
+        guess = Guess(*family.unpacked(z[i] + share * (z[i + 1] - z[i])))
+        orbit = solve(system, family.signature, guess)
+        if orbit.converged:
+            yield orbit

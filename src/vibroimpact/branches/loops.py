@@ -1,0 +1,112 @@
+"""Orbits compared: one loop of impacts may begin anywhere and may be the mirror image of another.
+
+Method      A loop is the sequence of an orbit's impacts with the states after them. Two loops are
+            one where a cyclic shift maps sequences onto each other and states within a tolerance,
+            relative to the largest place and the largest velocity; phases count modulo 2 pi. Where
+            the system has the symmetry of problem.py (3) the mirror image is tried as well.
+            A loop that goes k times around a shorter one is replaced by that.
+Accuracy    the tolerance given
+Fails       never
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.mechanism import Mechanism
+from vibroimpact.periodic.find import unfolded
+from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.periodic.prescribed import Impact
+from vibroimpact.periodic.problem import asymmetry
+
+Floats = NDArray[np.float64]
+
+
+class Loop(NamedTuple):
+    """The impacts of an orbit and the states (x, v, theta) after them, shape (m, 2n + 1)."""
+
+    impacts: tuple[Impact, ...]
+    states: Floats
+
+
+def loop_of(orbit: Orbit) -> Loop:
+    """All impacts of an orbit."""
+    return Loop(orbit.signature.impacts, unfolded(orbit).states)
+
+
+def without(loop: Loop, numbers: set[int]) -> Loop:
+    """A loop without some of its impacts."""
+    kept = [k for k in range(len(loop.impacts)) if k not in numbers]
+    return Loop(tuple(loop.impacts[k] for k in kept), loop.states[kept])
+
+
+def junction_of(point: BifurcationPoint, tolerance: float) -> Loop:
+    """The loop that all branches through a special point share.
+
+    At zero speed the impact that vanishes is left out (it is the touch of a grazing orbit), and an
+    orbit that goes twice around a shorter one, as at the birth of a doubled orbit, is the shorter.
+    """
+    loop = loop_of(point.orbit)
+    if point.kind == "ZERO":
+        solved = len(point.orbit.durations)
+        vanishing = (point.segment + 1) % solved
+        loop = without(loop, set(range(vanishing, len(loop.impacts), solved)))
+    return primitive_loop(loop, tolerance)
+
+
+def primitive_loop(loop: Loop, tolerance: float) -> Loop:
+    """The shortest loop that this one goes around."""
+    count = len(loop.impacts)
+    for part in range(1, count):
+        repeated = count % part == 0 and loop.impacts == loop.impacts[:part] * (count // part)
+        if repeated and _distance(loop.states, np.roll(loop.states, -part, axis=0)) <= tolerance:
+            return Loop(loop.impacts[:part], loop.states[:part])
+    return loop
+
+
+def same_loop(first: Loop, second: Loop, mechanism: Mechanism, tolerance: float) -> str:
+    """How two loops are one: "same", "mirror image" or "" for not at all."""
+    if _shifted(first, second, tolerance):
+        return "same"
+    if not asymmetry(mechanism, 1) and _shifted(first, mirrored(second), tolerance):
+        return "mirror image"
+    return ""
+
+
+def mirrored(loop: Loop) -> Loop:
+    """The mirror image, half a forcing period later."""
+    states = -loop.states
+    states[:, -1] = loop.states[:, -1] + math.pi
+    return Loop(tuple((contact, -side) for contact, side in loop.impacts), states)
+
+
+def _shifted(first: Loop, second: Loop, tolerance: float) -> bool:
+    count = len(first.impacts)
+    if count != len(second.impacts):
+        return False
+    return any(
+        first.impacts == second.impacts[k:] + second.impacts[:k]
+        and _distance(first.states, np.roll(second.states, -k, axis=0)) <= tolerance
+        for k in range(count)
+    )
+
+
+def _distance(first: Floats, second: Floats) -> float:
+    """Largest difference of states relative to the size of places and of velocities."""
+    if not len(first):
+        return 0.0
+    n = first.shape[1] // 2
+    apart, size = np.abs(first - second), np.abs(first)
+    turn = 2.0 * math.pi
+    phase = np.abs((apart[:, -1] + math.pi) % turn - math.pi)
+    parts = [
+        apart[:, :n].max() / max(size[:, :n].max(), math.ulp(1.0)),
+        apart[:, n:-1].max() / max(size[:, n:-1].max(), math.ulp(1.0)),
+        phase.max(),
+    ]
+    return float(max(parts))

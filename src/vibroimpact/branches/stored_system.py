@@ -1,0 +1,93 @@
+"""Systems as JSON text and back, with the same numbers to the last bit."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import Any
+
+from vibroimpact.damper import ImpactDamper, Scales
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.parameters import with_parameter
+from vibroimpact.simulate import System
+
+
+def text_of(system: System) -> str:
+    """What a file holds of a system; of one that is code, its name only."""
+    return json.dumps({"type": type(system).__name__, **_numbers(system)})
+
+
+def _numbers(system: System) -> dict[str, Any]:
+    if isinstance(system, ImpactDamper):
+        return asdict(system)
+    if not isinstance(system, Mechanism):
+        return {}
+    return {
+        "mass": system.mass,
+        "damping": system.damping,
+        "stiffness": system.stiffness,
+        "constant_force": system.constant_force,
+        "contact_names": system.contact_names,
+        "forces": [asdict(line) for line in system.forces],
+        "contacts": [
+            {k: v for k, v in asdict(contact).items() if k == "row" or _finite(v)}
+            for contact in system.contacts
+        ],
+    }
+
+
+def _finite(value: Any) -> bool:
+    """JSON has no infinity: a stop that is left out is at infinity."""
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+def system_of(text: str) -> System | None:
+    """The system of :func:`text_of`; None for one that is code."""
+    numbers = json.loads(text)
+    kind = numbers.pop("type")
+    if kind == "ImpactDamper":
+        return ImpactDamper(**(numbers | {"scales": Scales(**numbers["scales"])}))
+    if kind != "Mechanism":
+        return None
+    contacts = [
+        Contact(**(pair | {"restitution": tuple(pair["restitution"])}))
+        for pair in numbers.pop("contacts")
+    ]
+    forces = [Harmonic(**line) for line in numbers.pop("forces")]
+    names = tuple(numbers.pop("contact_names"))
+    return Mechanism(contacts=tuple(contacts), forces=tuple(forces), contact_names=names, **numbers)
+
+
+def chosen(stored: str, described: str, name: str, value: float, given: System | None) -> System:
+    """The system of a file: the one stored, or the one given if it is the same.
+
+    Parameters
+    ----------
+    stored, described
+        Text of :func:`text_of`, and the system's repr.
+    name, value
+        The parameter of the branch and its value in the stored system.
+    given
+        The user's system; its own value of the parameter is of no consequence.
+
+    Raises
+    ------
+    InvalidParameterError
+        None given where the stored one is code, or another than the stored one.
+    """
+    if given is None:
+        system = system_of(stored)
+        if system is None:
+            raise InvalidParameterError(
+                f"system = None: the file holds a branch of {described}, which is code and cannot "
+                "be stored. Give the same system."
+            )
+        return system
+    same = with_parameter(given, name, value)
+    if repr(same) != described:
+        raise InvalidParameterError(
+            f"system = {same!r}: the file holds a branch of {described}. Give that one."
+        )
+    return same

@@ -1,0 +1,68 @@
+"""Attractors behind branches: one motion followed up and down the range of the parameter."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibroimpact.branches.branch import Branch
+from vibroimpact.following import Step, follow
+from vibroimpact.motion import Stop
+from vibroimpact.parameters import with_parameter
+from vibroimpact.sections import Section
+from vibroimpact.simulate import System
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+
+SETTLED, KEPT = 1000, 60  # impacts discarded, section points kept at every value
+
+
+def swept(branch: Branch, state: State, values: Floats) -> xr.Dataset:
+    """Section points at the stop where the orbits of a branch begin.
+
+    Parameters
+    ----------
+    branch
+        Says system, parameter and stop.
+    state
+        Start at the first value.
+    values
+        Of the parameter, followed in this order ("up") and back ("down").
+
+    Returns
+    -------
+    Dataset
+        x1, ..., v1, ..., phase with dims "direction", the parameter, "point"; NaN where a motion
+        does not reach the stop.
+    """
+    family = branch.family
+    contact, side = family.signature.impacts[0]
+    stop: Stop = "A" if side > 0 else "B"
+
+    def system(value: float) -> System:
+        return with_parameter(family.system, branch.parameter, value)
+
+    def followed(values: Floats, state: State) -> list[Step]:
+        return follow(
+            system, None, values, state, settle=SETTLED, keep=KEPT, stop=stop, contact=contact
+        )
+
+    up = followed(values, state)
+    down = followed(values[::-1], up[-1].last)[::-1]
+    columns = np.array([[_padded(step.section) for step in way] for way in (up, down)])
+    dims = ("direction", branch.parameter, "point")
+    degrees = family.mechanism.degrees
+    names = [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)] + ["phase"]
+    return xr.Dataset(
+        {name: (dims, columns[..., i]) for i, name in enumerate(names)},
+        coords={"direction": ["up", "down"], branch.parameter: values},
+    )
+
+
+def _padded(section: Section) -> Floats:
+    """(x, v, phase) of KEPT section points; missing ones are NaN."""
+    rows = np.full((KEPT, 2 * section.position.shape[1] + 1), np.nan)
+    rows[: len(section)] = np.column_stack([section.position, section.velocity, section.phase])
+    return rows

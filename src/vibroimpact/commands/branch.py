@@ -1,0 +1,125 @@
+"""vibroimpact branch: a branch of periodic orbits with its bifurcations, and those it leads to."""
+
+from __future__ import annotations
+
+import argparse
+
+from matplotlib.axes import Axes
+
+from vibroimpact.branches.branch import Branch
+from vibroimpact.branches.follow import continue_orbit
+from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.commands import common
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.files import Case, write
+from vibroimpact.literature import impact_damper
+from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.periodic.find import find_orbit
+from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.plotting import plot_branch_multipliers, plot_branches
+
+NAME = "branch"
+HELP = "follow a branch of periodic orbits in a parameter, with all bifurcations on it"
+EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
+STATED = ("position", "velocity", "phase", "on_stop", "perturb")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    add_branch(parser)
+    common.add_arguments_of(parser, plot_branches, ["variable"])
+    parser.add_argument(
+        "--multipliers", action="store_true",
+        help="draw the multipliers of the last branch in the complex plane instead",
+    )  # fmt: skip
+    common.add_out(parser)
+
+
+def add_branch(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say which branch."""
+    common.add_system(parser)
+    common.add_start(parser)
+    group = parser.add_argument_group(
+        "branch",
+        "Of a damper without a state to start from: of its symmetric orbit, at --omega or else in "
+        "the middle of the range. Else: of the orbit that the motion from the start settles to.",
+    )
+    group.add_argument(
+        "--parameter", default="omega", metavar="NAME",
+        help="what varies: omega, another parameter, or a path into a mechanism such as "
+        "contacts[0].restitution (default: omega)",
+    )  # fmt: skip
+    group.add_argument(
+        "--range", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"),
+        help="of the parameter; the start lies between",
+    )  # fmt: skip
+    group.add_argument(
+        "--switch", action="append", default=[], metavar="POINT",
+        help="go over to the branch that meets this one at a special point such as BP1, PD1 or "
+        "GR1; may be repeated",
+    )  # fmt: skip
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Follow, write, and say what was found."""
+    targets = common.targets_of(arguments)
+    branches = branches_of(arguments)
+    write(
+        targets,
+        data=lambda: branches[-1].to_dataset(),
+        picture=lambda: _picture(arguments, branches),
+    )
+    system = branches[0].family.system
+    return "\n".join([str(system), *map(str, branches)]) + common.listed(targets)
+
+
+def branches_of(arguments: argparse.Namespace) -> list[Branch]:
+    """The branch that was asked for and every one that was switched to."""
+    case = _case_of(arguments)
+    low, high = arguments.range
+    branches = [continue_orbit(_orbit(arguments, case), arguments.parameter, (low, high))]
+    for label in arguments.switch:
+        point = branches[-1][label]
+        found = switch_branch(point, (low, high))
+        if isinstance(found, NoBranch):
+            raise common.Failure(f"{point!r}: {found.reason}.")
+        branches.append(found)
+    return branches
+
+
+def _case_of(arguments: argparse.Namespace) -> Case:
+    """The system; a frequency that nothing fixes is the middle of its range."""
+    sets = [f"impact-damper/{name}" for name in impact_damper.parameter_sets()]
+    free = arguments.omega is None and not arguments.config
+    if free and arguments.parameter == "omega" and arguments.case in (None, *sets):
+        arguments.omega = sum(arguments.range) / 2.0
+    return common.case_of(arguments)
+
+
+def _orbit(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
+    stated = common.given(arguments, STATED) or (case.start and not arguments.orbit)
+    if isinstance(case.system, ImpactDamper) and not stated:
+        return _symmetric(case.system, arguments.orbit)
+    state = common.start_of(arguments, case)
+    found = find_orbit(case.system, state)
+    if not found.converged:
+        raise common.Failure(f"no periodic orbit was found from {state}: {found.status}.")
+    return found
+
+
+def _symmetric(damper: ImpactDamper, sign: str | None) -> SymmetricOrbit:
+    """The orbit with a sign; by default the stable one, or else the first."""
+    found = symmetric_orbits(damper)
+    wanted = [orbit for orbit in found if not sign or orbit.sign == common.SIGNS[sign]]
+    if not wanted:
+        raise common.Failure(
+            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) fails. "
+            "Give another --omega, or --position and --velocity."
+        )
+    return next((orbit for orbit in wanted if orbit.stable), wanted[0])
+
+
+def _picture(arguments: argparse.Namespace, branches: list[Branch]) -> Axes:
+    if arguments.multipliers:
+        return plot_branch_multipliers(branches[-1])
+    return plot_branches(branches, **common.given(arguments, ["variable"]))

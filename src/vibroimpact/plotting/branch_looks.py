@@ -1,0 +1,32 @@
+"""How special points look and parameters are named, in every picture of a branch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibroimpact.plotting import style
+
+MARKERS = {"SN": ">", "PD": "D", "NS": "o", "BP": "s", "GR": "v", "ZERO": "X", "STICK": "P"}
+KINDS = {
+    "SN": "fold", "PD": "period doubling", "NS": "Neimark-Sacker", "BP": "branch point",
+    "GR": "grazing", "ZERO": "zero impact speed", "STICK": "onset of sticking",
+}  # fmt: skip
+PARAMETERS = {
+    "omega": r"forcing frequency $\omega$", "omega_n": r"natural frequency $\omega_n$",
+    "zeta": r"damping ratio $\zeta$", "mass_ratio": r"mass ratio $\mu$",
+    "restitution": "coefficient of restitution $R$", "half_clearance": r"half clearance $\delta$",
+    "force": "force amplitude $F$",
+}  # fmt: skip
+
+
+def parameter_label(name: str) -> str:
+    """A parameter in words and as a symbol; a path into a mechanism as it is written."""
+    return PARAMETERS.get(name) or name.replace("$", r"\$")
+
+
+def marker_of(kind: str) -> dict[str, Any]:
+    """How a special point is marked."""
+    return {
+        "linestyle": "none", "marker": MARKERS[kind], "markersize": 4.5, "zorder": 4,
+        "markerfacecolor": "white", "markeredgecolor": style.BLACK, "markeredgewidth": 0.8,
+    }  # fmt: skip

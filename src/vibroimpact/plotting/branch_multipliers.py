@@ -1,0 +1,117 @@
+"""Paths of the multipliers along a branch, against the unit circle."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, cast
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from vibroimpact.branches.along import Along, along
+from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.plotting import style
+from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
+from vibroimpact.plotting.labels import Labels
+from vibroimpact.plotting.multipliers import COLOURS, unit_circle
+
+Complexes = NDArray[np.complex128]
+
+CRITICAL = 1e-4  # from the unit circle: a multiplier that makes a special point
+SHOWN = 1.6  # half width of the picture; multipliers grow without bound towards grazing
+
+
+def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
+    """Draw the paths of the multipliers in the complex plane, coloured by the parameter.
+
+    Parameters
+    ----------
+    branch
+        What :func:`vibroimpact.continue_orbit` returned; its multipliers are those of the full map.
+    ax
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        What was drawn on. The critical multipliers of special points are marked. Small circles on
+        the unit circle are the strong resonances 1:1 to 1:4. Multipliers beyond 1.6 lie outside
+        the picture.
+    """
+    with style.drawing(ax, width=1.25 * style.WIDTH, height=1.15 * style.WIDTH) as ax:
+        unit_circle(ax)
+        _paths(ax, branch)
+        ax.set(
+            xlabel=r"$\mathrm{Re}\,\lambda$", ylabel=r"$\mathrm{Im}\,\lambda$", aspect="equal",
+            xlim=(-SHOWN, SHOWN), ylim=(-SHOWN, SHOWN),
+        )  # fmt: skip
+        marked = [point for point in branch.special_points if len(_critical(point))]
+        for kind in dict.fromkeys(point.kind for point in marked):
+            ax.plot([], [], label=KINDS[kind], **marker_of(kind))
+        if marked:
+            style.legend_outside(ax, columns=2)
+        _mark(ax, marked)
+    return ax
+
+
+def _critical(point: BifurcationPoint) -> Complexes:
+    """Multipliers of a special point on the unit circle, of each pair the upper one."""
+    values = point.multipliers
+    near = np.abs(np.abs(values) - 1.0) < CRITICAL
+    return values[near & (values.imag >= 0.0)]
+
+
+def _mark(ax: Axes, points: list[BifurcationPoint]) -> None:
+    labels = Labels(ax)
+    for point in points:
+        for value in _critical(point):
+            for place in {value, value.conjugate()}:
+                ax.plot([place.real], [place.imag], **marker_of(point.kind))
+            labels.add(point.label, value.real, value.imag, style.BLACK)
+    labels.place()
+
+
+def _paths(ax: Axes, branch: Branch) -> None:
+    points = along(branch)
+    values, parameter = _sorted(_multipliers(branch, points)), points.parameter
+    norm = Normalize(float(parameter.min()), float(parameter.max()))
+    look: dict[str, Any] = {"cmap": COLOURS, "norm": norm, "linewidths": 1.6, "zorder": 3}
+    middle = (parameter[1:] + parameter[:-1]) / 2.0
+    for path in values.T:
+        places = np.column_stack([path.real, path.imag])
+        joined = (path.imag[1:] == 0.0) == (path.imag[:-1] == 0.0)  # not where a pair meets
+        pieces = np.stack([places[:-1], places[1:]], axis=1)[joined]
+        lines = LineCollection(list(pieces), **look)
+        lines.set_array(middle[joined])
+        lines.set_capstyle("round")
+        ax.add_collection(lines, autolim=False)
+        ax.scatter(path.real, path.imag, c=parameter, s=3.0, linewidths=0.0, cmap=COLOURS,
+                   norm=norm, zorder=3)  # fmt: skip
+    figure = cast(Figure, ax.get_figure(root=True))
+    colours = ScalarMappable(norm, mpl.colormaps[COLOURS])
+    figure.colorbar(colours, ax=ax, label=parameter_label(branch.parameter), shrink=0.85)
+
+
+def _multipliers(branch: Branch, points: Along) -> Complexes:
+    """Multipliers of points and special points in order."""
+    theirs = [branch.special_points[i].multipliers for i in points.special if i >= 0]
+    values = np.empty((len(points.special), branch.multipliers.shape[1]), dtype=np.complex128)
+    values[points.special < 0] = branch.multipliers
+    values[points.special >= 0] = np.reshape(theirs, (-1, values.shape[1]))
+    return values
+
+
+def _sorted(values: Complexes) -> Complexes:
+    """Multipliers in an order in which each continues its own path."""
+    rows = [values[0]]
+    for _, row in pairwise(values):
+        far = np.abs(rows[-1][:, None] - row[None, :])
+        rows.append(row[linear_sum_assignment(np.nan_to_num(far, posinf=1e300))[1]])
+    return np.array(rows)

@@ -1,0 +1,197 @@
+"""Branches of periodic orbits over their parameter, with special points and attractors behind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact.branches.along import (
+    ONE_PER_ORBIT,
+    Along,
+    Standing,
+    along,
+    coordinate,
+    impacts_at,
+    mirrored,
+)
+from vibroimpact.branches.branch import Branch
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import style
+from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
+from vibroimpact.plotting.labels import Labels
+from vibroimpact.plotting.sections import symbol
+
+Floats = NDArray[np.float64]
+
+LINES = {Standing.STABLE: "-", Standing.UNSTABLE: (0, (4.0, 2.0)), Standing.INADMISSIBLE: ":"}
+WORDS = {
+    Standing.STABLE: "stable",
+    Standing.UNSTABLE: "unstable",
+    Standing.INADMISSIBLE: "not admissible",
+}
+COLOURS = (
+    style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK,
+)  # fmt: skip
+CLOUD = "#A8A8A8"  # attractors, behind
+OF_ORBITS = {
+    "speed": "smallest impact speed", "clearance": "least gap between impacts",
+    "period": "period $T$",
+}  # fmt: skip
+
+
+def plot_branches(
+    branches: Sequence[Branch], *, variable: str = "v1", ax: Axes | None = None,
+    points: bool = True, stop: tuple[int, int] | None = None, mirror: bool = False,
+    attractors: xr.Dataset | None = None,
+) -> Axes:  # fmt: skip
+    """Draw branches: stable solid, unstable dashed, not admissible dotted.
+
+    Parameters
+    ----------
+    branches
+        Branches in the same parameter; each has its colour.
+    variable
+        "x1", "x2", ... places and "v1", "v2", ... velocities just after an impact, "phase" of the
+        force there; or, of the whole orbit, "speed" (smallest closing speed of an impact),
+        "clearance" (least gap between the impacts), "period".
+    ax
+        Where to draw; a new figure if not given.
+    points
+        Mark and label the special points.
+    stop
+        Draw the value after every impact at this stop, (contact, side); by default after the first
+        impact of each orbit.
+    mirror
+        With ``stop``: draw the mirror images as well, thin. Only the mirror image of an orbit of a
+        symmetric system is an orbit.
+    attractors
+        Drawn behind: dims named as the parameter and "point", with "direction" if wanted, as for
+        :func:`plot_bifurcation_diagram`. NaN points are left out.
+
+    Returns
+    -------
+    Axes
+        What was drawn on.
+    """
+    names = {branch.parameter for branch in branches}
+    if len(names) != 1:
+        raise InvalidParameterError(
+            f"branches in {', '.join(sorted(names)) or 'no parameter'}: need one or more in one."
+        )
+    (name,) = names
+    with style.drawing(ax, width=1.6 * style.WIDTH, height=1.25 * style.HEIGHT) as ax:
+        if attractors is not None:
+            _cloud(ax, attractors, name, variable)
+        seen: set[Standing] = set()
+        for number, branch in enumerate(branches):
+            colour = COLOURS[number % len(COLOURS)]
+            seen |= _branch(ax, branch, variable, stop, {"color": colour, "linewidth": 1.2})
+            if mirror and stop and variable not in ONE_PER_ORBIT:
+                _branch(ax, branch, variable, stop, {"color": colour, "linewidth": 0.7}, image=True)
+        ax.set(xlabel=parameter_label(name), ylabel=_symbol(variable))
+        _legend(ax, branches, seen, points=points, cloud=attractors is not None)
+        if points:
+            _special_points(ax, branches, variable, stop)
+    return ax
+
+
+def _symbol(variable: str) -> str:
+    return OF_ORBITS.get(variable) or symbol(variable)
+
+
+def _cloud(ax: Axes, attractors: xr.Dataset, name: str, variable: str) -> None:
+    if variable not in attractors or name not in attractors[variable].dims:
+        held = ", ".join(map(str, attractors.data_vars))
+        raise InvalidParameterError(
+            f"attractors: hold {held} over {', '.join(map(str, attractors.dims))}; need "
+            f"{variable} over {name}."
+        )
+    across, values = xr.broadcast(attractors[name], attractors[variable])
+    known = np.isfinite(values.values)
+    style.points(ax, across.values[known], values.values[known], color=CLOUD, zorder=1)
+
+
+def _curves(
+    branch: Branch, points: Along, variable: str, stop: tuple[int, int] | None
+) -> list[Floats]:
+    """The values that are drawn, one array for each impact drawn."""
+    every = [0] if stop is None or variable in ONE_PER_ORBIT else impacts_at(branch, stop)
+    return [coordinate(branch, points, variable, impact) for impact in every]
+
+
+def _image(
+    branch: Branch, points: Along, variable: str, stop: tuple[int, int] | None
+) -> list[Floats]:
+    """The values after the impacts of the mirror image at a stop."""
+    opposite = stop and (stop[0], -stop[1])
+    return [mirrored(values, variable) for values in _curves(branch, points, variable, opposite)]
+
+
+def _branch(
+    ax: Axes, branch: Branch, variable: str, stop: tuple[int, int] | None, look: dict[str, Any],
+    *, image: bool = False,
+) -> set[Standing]:  # fmt: skip
+    """Draw the stretches of a branch, or of its mirror image; which kinds there are."""
+    points = along(branch)
+    if not len(points.standing):
+        return set()  # a single point is no curve
+    for values in (_image if image else _curves)(branch, points, variable, stop):
+        breaks = np.flatnonzero(np.diff(points.standing)) + 1
+        if variable == "phase":
+            turns = np.flatnonzero(np.abs(np.diff(values)) > np.pi)
+            breaks = np.union1d(breaks, [*turns, *(turns + 1)]).astype(np.int64)
+        for first, last in zip([0, *breaks], [*breaks, len(values) - 1], strict=True):
+            if variable == "phase" and np.ptp(values[first : last + 1]) > np.pi:
+                continue  # from 2 pi to 0
+            line = LINES[Standing(points.standing[min(first, len(values) - 2)])]
+            ax.plot(points.parameter[first : last + 1], values[first : last + 1], linestyle=line,
+                    dash_capstyle="butt", zorder=2, **look)  # fmt: skip
+    return {Standing(s) for s in points.standing}
+
+
+def _special_points(
+    ax: Axes, branches: Sequence[Branch], variable: str, stop: tuple[int, int] | None
+) -> None:
+    labels = Labels(ax)
+    for number, branch in enumerate(branches):
+        points = along(branch)
+        for values in _curves(branch, points, variable, stop)[:1]:
+            for i in np.flatnonzero(points.special >= 0):
+                point = branch.special_points[points.special[i]]
+                ax.plot(points.parameter[i], values[i], **marker_of(point.kind))
+                colour = COLOURS[number % len(COLOURS)]
+                labels.add(point.label, points.parameter[i], values[i], colour)
+    labels.place()
+
+
+def _legend(
+    ax: Axes, branches: Sequence[Branch], seen: set[Standing], *, points: bool, cloud: bool
+) -> None:
+    """Entries that stand for what is drawn; they hold no data."""
+    if len(branches) > 1:
+        for symbol_, colour in _named(branches):
+            ax.plot([], [], color=colour, linewidth=1.2, label=symbol_)
+    for standing in sorted(seen):
+        ax.plot([], [], linestyle=LINES[standing], color=style.BLACK, label=WORDS[standing])
+    kinds = {point.kind for branch in branches for point in branch.special_points}
+    for kind in [kind for kind in MARKERS if points and kind in kinds]:
+        ax.plot([], [], label=KINDS[kind], **marker_of(kind))
+    if cloud:
+        ax.plot([], [], "o", color=CLOUD, markeredgewidth=0.0, label="attractors")
+    if ax.get_legend_handles_labels()[0]:
+        style.legend_outside(ax, columns=4)
+
+
+def _named(branches: Sequence[Branch]) -> list[tuple[str, str]]:
+    """(symbol, colour) of the branches, those with the same look once."""
+    kinds = [", symmetric" if b.family.signature.symmetric else "" for b in branches]
+    looks = [
+        (b.symbol + kind, COLOURS[i % len(COLOURS)])
+        for i, (b, kind) in enumerate(zip(branches, kinds, strict=True))
+    ]
+    return list(dict.fromkeys(looks))

@@ -1,0 +1,243 @@
+"""Pictures of branches: what is drawn is the branch, in the look that its orbits deserve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.text import Annotation, Text
+from numpy.typing import NDArray
+
+import vibroimpact as vi
+from vibroimpact.branches.along import Standing, along, coordinate, place_of
+from vibroimpact.plotting import plot_branch_multipliers, plot_branches
+from vibroimpact.plotting.branches import COLOURS, LINES
+from vibroimpact.plotting.labels import Labels
+
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.75
+)
+
+
+@pytest.fixture(autouse=True)
+def _no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    plt.switch_backend("Agg")
+    monkeypatch.setattr(plt, "show", lambda *_, **__: pytest.fail("a plot function called show"))
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def symmetric() -> vi.Branch:
+    """Through grazing at 0.507, symmetry breaking at 0.707 and a Neimark-Sacker point at 0.932."""
+    return vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.48, 0.95))
+
+
+@pytest.fixture(scope="module")
+def broken(symmetric: vi.Branch) -> vi.Branch:
+    found = vi.switch_branch(symmetric["BP1"], (0.65, 0.8))
+    assert isinstance(found, vi.Branch)
+    return found
+
+
+def stretches(ax: Axes, colour: str = COLOURS[0]) -> list[tuple[str, NDArray[np.float64]]]:
+    """(look, points) of the lines of a branch that hold data."""
+    names = {"-": "stable", "--": "unstable", ":": "not admissible"}
+    return [
+        (names[str(line.get_linestyle())], np.column_stack([*map(np.asarray, line.get_data())]))
+        for line in ax.get_lines()
+        if len(np.asarray(line.get_xdata())) > 1 and to_rgb(line.get_color()) == to_rgb(colour)
+    ]
+
+
+def test_the_look_changes_exactly_at_the_special_points(symmetric: vi.Branch) -> None:
+    drawn = stretches(plot_branches([symmetric]))
+    assert [look for look, _ in drawn] == ["not admissible", "unstable", "stable", "unstable"]
+    ends = [(points[0, 0], points[-1, 0]) for _, points in drawn]
+    at = [symmetric[label].parameter for label in ("GR1", "BP1", "NS1")]
+    assert ends == list(zip([0.48, *at], [*at, 0.95], strict=True))
+
+
+def test_every_point_of_the_branch_is_drawn_at_its_value(symmetric: vi.Branch) -> None:
+    drawn = np.vstack([points for _, points in stretches(plot_branches([symmetric]))])
+    for i in range(0, len(symmetric), 7):
+        orbit = symmetric.orbit(i)
+        expected = symmetric.values[i], orbit.states[0, 2]
+        assert np.any(np.all(drawn == expected, axis=1))
+
+
+def test_special_points_are_in_order_along_a_branch_that_turns_back(broken: vi.Branch) -> None:
+    points = along(broken)
+    order = [broken.special_points[i].label for i in points.special if i >= 0]
+    assert order == [point.label for point in broken.special_points] == ["PD1", "BP1", "PD2"]
+    assert len(points.parameter) == len(broken) + 3
+    arclengths = [place_of(broken, point)[1] for point in broken.special_points]
+    assert arclengths == sorted(arclengths)
+    # between its neighbours in every unknown that is monotonic there: x1 goes through both images
+    x1 = coordinate(broken, points, "x1")
+    assert np.all(np.diff(x1) > 0.0) or np.all(np.diff(x1) < 0.0)
+
+
+def test_a_stretch_between_two_special_points_is_never_called_stable() -> None:
+    from vibroimpact.branches.along import _between
+
+    stable, unstable, out = Standing.STABLE, Standing.UNSTABLE, Standing.INADMISSIBLE
+    own = np.array([stable, -1, -1, stable, stable, -1, unstable, out])
+    assert list(_between(own)) == [stable, unstable, stable, stable, stable, unstable, out]
+    assert list(_between(np.array([out, -1, -1, out]))) == [out, out, out]
+
+
+@pytest.mark.parametrize("impact", [0, 1])
+def test_coordinates_are_those_of_the_orbits(symmetric: vi.Branch, impact: int) -> None:
+    points = along(symmetric)
+    plain = np.flatnonzero(points.special < 0)
+    orbit = symmetric.orbit(20)
+    flip = -1.0 if impact else 1.0  # the second impact of a symmetric orbit is the mirror image
+    for name, value in {
+        "x1": flip * orbit.states[0, 0],
+        "v2": flip * orbit.states[0, 3],
+        "phase": (orbit.states[0, 4] + impact * np.pi) % (2.0 * np.pi),
+        "speed": orbit.least_impact_speed,
+        "clearance": orbit.clearance_to_grazing,
+        "period": orbit.period,
+    }.items():
+        drawn = coordinate(symmetric, points, name, impact)[plain[20]]
+        assert drawn == pytest.approx(value, rel=1e-12)  # sums of a few rounded numbers
+
+
+def test_the_phase_does_not_jump_across_the_picture() -> None:
+    start = vi.symmetric_orbits(replace(SET_A, omega=1.2))[1]
+    branch = vi.continue_orbit(start, "omega", (1.0, 1.5))
+    theta = coordinate(branch, along(branch), "phase")
+    ax = plot_branches([branch], variable="phase")
+    assert all(np.abs(np.diff(p[:, 1])).max() < np.pi for _, p in stretches(ax))
+    assert theta.min() >= 0.0
+    assert theta.max() < 2.0 * np.pi
+
+
+def test_labels_and_markers_name_every_special_point(symmetric: vi.Branch) -> None:
+    ax = plot_branches([symmetric])
+    written = {text.get_text(): text.xy for text in ax.texts if isinstance(text, Annotation)}
+    assert set(written) == {"GR1", "BP1", "NS1"}
+    assert written["NS1"][0] == symmetric["NS1"].parameter
+    legend = ax.get_legend()
+    assert legend is not None
+    named = [text.get_text() for text in legend.get_texts()]
+    assert named[:3] == ["stable", "unstable", "not admissible"]
+    assert {"grazing", "branch point", "Neimark-Sacker"} < set(named)
+    plain = plot_branches([symmetric], points=False)
+    assert not plain.texts
+
+
+def test_labels_do_not_cover_each_other() -> None:
+    _, ax = plt.subplots(figsize=(4.0, 3.0), dpi=100.0)
+    ax.plot([0.0, 1.0], [0.0, 1.0])
+    labels = Labels(ax)
+    for i in range(6):
+        labels.add(f"NS{i}", 0.5 + 0.005 * i, 0.5, "black")
+    labels.place()
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    figure.canvas.draw()
+    boxes = [Text.get_window_extent(text) for text in ax.texts]  # without the leader
+    boxes = [box.shrunk(0.8, 0.8) for box in boxes]  # letters do not fill their box
+    assert not any(first.overlaps(second) for first, second in combinations(boxes, 2))
+
+
+def test_branches_have_their_own_colours_and_names(symmetric: vi.Branch, broken: vi.Branch) -> None:
+    ax = plot_branches([symmetric, broken])
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [t.get_text() for t in legend.get_texts()][:2] == ["1-1-1, symmetric", "1-1-1"]
+    assert stretches(ax, COLOURS[0])
+    assert stretches(ax, COLOURS[1])
+
+
+def test_at_a_stop_every_impact_there_is_drawn_and_the_mirror_images(broken: vi.Branch) -> None:
+    doubled = vi.switch_branch(broken["PD1"], (0.65, 0.67))
+    assert isinstance(doubled, vi.Branch)
+    expected = [unfolded[k, 0] for unfolded in [doubled.orbit(0).states] for k in (0, 2)]
+    image = [-doubled.orbit(0).states[k, 0] for k in (1, 3)]
+    ax = plot_branches([doubled], variable="x1", stop=(0, 1), mirror=True, points=False)
+    at_start = [p[0, 1] for _, p in stretches(ax) if p[0, 0] == doubled.values[0]]
+    np.testing.assert_array_equal(sorted(at_start), sorted([*expected, *image]))
+
+
+def test_attractors_are_drawn_behind_without_the_missing_points(symmetric: vi.Branch) -> None:
+    values = np.array([[[1.0, 2.0], [3.0, np.nan]]])
+    cloud = xr.Dataset(
+        {"v1": (("direction", "omega", "point"), values)},
+        coords={"direction": ["up"], "omega": [0.6, 0.7]},
+    )
+    ax = plot_branches([symmetric], attractors=cloud)
+    behind = min(ax.get_lines(), key=lambda line: line.get_zorder())
+    x, y = (np.asarray(d) for d in behind.get_data())
+    assert sorted(zip(x, y, strict=True)) == [(0.6, 1.0), (0.6, 2.0), (0.7, 3.0)]
+    with pytest.raises(vi.InvalidParameterError, match="x2 over omega"):
+        plot_branches([symmetric], variable="x2", attractors=cloud)
+
+
+def test_a_branch_of_a_single_point_leaves_the_picture_empty(symmetric: vi.Branch) -> None:
+    one = slice(0, 1)
+    curve = replace(
+        symmetric.curve, parameter=symmetric.values[one], z=symmetric.curve.z[one],
+        tangent=symmetric.curve.tangent[one], arclength=symmetric.curve.arclength[one],
+    )  # fmt: skip
+    single = replace(
+        symmetric, values=symmetric.values[one], multipliers=symmetric.multipliers[one],
+        admissible=symmetric.admissible[one], stable=symmetric.stable[one],
+        special_points=(), curve=curve,
+    )  # fmt: skip
+    assert not stretches(plot_branches([single]))
+    assert plot_branch_multipliers(single)
+
+
+def test_misuse_is_refused_with_what_there_is(symmetric: vi.Branch) -> None:
+    with pytest.raises(vi.InvalidParameterError, match="x1, x2, v1, v2, phase, speed, clearance"):
+        plot_branches([symmetric], variable="x3")
+    with pytest.raises(vi.InvalidParameterError, match="need one or more"):
+        plot_branches([])
+
+
+def test_paths_of_the_multipliers_are_drawn_and_the_critical_ones_marked(
+    symmetric: vi.Branch,
+) -> None:
+    ax = plot_branch_multipliers(symmetric)
+    shown = np.vstack([np.asarray(c.get_offsets()) for c in ax.collections if len(c.get_offsets())])
+    points = np.column_stack(
+        [symmetric.multipliers.real.ravel(), symmetric.multipliers.imag.ravel()]
+    )
+    assert {tuple(p) for p in points} <= {tuple(p) for p in shown}
+    nu = next(m for m in symmetric["NS1"].multipliers if m.imag > 0 and abs(abs(m) - 1.0) < 1e-6)
+    marks = [tuple(line.get_xydata()[0]) for line in ax.get_lines() if len(line.get_xydata()) == 1]
+    assert (nu.real, nu.imag) in marks
+    assert (nu.real, -nu.imag) in marks
+    assert {text.get_text() for text in ax.texts} == {"BP1", "NS1"}
+
+
+def test_a_path_does_not_jump_to_another_multiplier(symmetric: vi.Branch) -> None:
+    from vibroimpact.plotting.branch_multipliers import _sorted
+
+    shuffled = np.array([np.roll(row, i) for i, row in enumerate(symmetric.multipliers[60:100])])
+    paths = _sorted(shuffled)
+    np.testing.assert_array_equal(np.sort_complex(paths), np.sort_complex(shuffled))
+    gaps = np.abs(np.diff(paths, axis=0)).max()
+    assert gaps <= np.abs(np.diff(_sorted(symmetric.multipliers[60:100]), axis=0)).max()
+
+
+def test_plots_draw_where_asked_and_leave_the_settings(symmetric: vi.Branch) -> None:
+    before = mpl.rcParams.copy()
+    _, ax = plt.subplots()
+    assert symmetric.plot("speed", ax=ax) is ax
+    assert plot_branch_multipliers(symmetric, ax=plt.subplots()[1])
+    assert mpl.rcParams == before
+    assert ax.get_xlabel() == r"forcing frequency $\omega$"
+    assert LINES[Standing.STABLE] == "-"

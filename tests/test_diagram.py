@@ -1,0 +1,243 @@
+"""All branches around an orbit: each found once, with where it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact.branches.diagram import (
+    Diagram,
+    branch_diagram,
+    orbits_at,
+    same_branch,
+)
+from vibroimpact.branches.loops import (
+    junction_of,
+    loop_of,
+    mirrored,
+    primitive_loop,
+    same_loop,
+)
+from vibroimpact.periodic.find import rotated, solve, unfolded
+from vibroimpact.periodic.problem import Signature
+
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.75
+)
+RANGE = (0.6, 0.75)
+CLOSE = 1e-8  # Newton's method ends near 1e-14; a square root at a special point halves the digits
+
+
+@pytest.fixture(autouse=True)
+def _no_windows() -> Iterator[None]:
+    plt.switch_backend("Agg")
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def diagram() -> Diagram:
+    """Symmetry breaking at 0.707; on what is born there period doubling and grazing, twice each."""
+    return branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", RANGE, depth=2, attractors=40)
+
+
+# ---- the tree ------------------------------------------------------------------------------------
+
+
+def test_every_branch_around_the_orbit_is_found_once(diagram: Diagram) -> None:
+    found = [(b.symbol, b.family.signature.symmetric) for b in diagram.branches]
+    assert found[:2] == [("1-1-1", True), ("1-1-1", False)]
+    # from either grazing, one the mirror image of the other: 1-2-1 is 1-1-2 in the mirror
+    assert sorted(found[2:]) in (
+        [("1-2-1", False), ("2-2-2", False)], [("1-1-2", False), ("2-2-2", False)],
+    )  # fmt: skip
+    for k, first in enumerate(diagram.branches):
+        for second in diagram.branches[k + 1 :]:
+            assert not same_branch(first, second)
+
+
+def test_the_tree_says_where_each_branch_comes_from(diagram: Diagram) -> None:
+    assert diagram.origin(0) is None
+    first = diagram.origin(1)
+    assert first is not None
+    assert (first.branch, first.label, first.how) == (0, "BP1", "new")
+    for number in (2, 3):
+        origin = diagram.origin(number)
+        assert origin is not None
+        here = diagram.branches[origin.branch][origin.label].parameter
+        there = diagram.branches[number]
+        low, high = there.values.min(), there.values.max()
+        assert low - 1e-6 <= here <= high + 1e-6
+
+
+def test_mirror_images_are_reached_but_not_followed_again(diagram: Diagram) -> None:
+    how = {(r.branch, r.label): (r.to, r.how) for r in diagram.reached}
+    doubled = next(k for k, b in enumerate(diagram.branches) if b.symbol == "2-2-2")
+    assert how[1, "PD1"] == (doubled, "new")
+    assert how[1, "PD2"] == (doubled, "mirror image")
+    assert how[1, "GR2"][1] == "mirror image"
+    assert how[1, "BP1"] == (0, "known")
+    assert how[doubled, "BP1"] == (1, "known")
+
+
+def test_what_is_left_is_named(diagram: Diagram) -> None:
+    doubled = next(k for k, b in enumerate(diagram.branches) if b.symbol == "2-2-2")
+    assert (doubled, "PD1") in diagram.untried
+    assert (doubled, "PD2") not in diagram.untried  # the same junction in the mirror
+    shallow = branch_diagram(
+        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), depth=0, attractors=0
+    )
+    assert shallow.untried == ((0, "BP1"),)
+    assert shallow.attractors is None
+    assert "not tried: BP1 of 0" in repr(shallow)
+    few = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), most=1, attractors=0)
+    assert (len(few.branches), few.untried) == (1, ((0, "BP1"),))
+
+
+def test_a_point_where_nothing_is_found_is_listed_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def nothing(point: vi.BifurcationPoint, *_: object, **__: object) -> vi.NoBranch:
+        return vi.NoBranch(point, "the start did not converge")
+
+    monkeypatch.setattr("vibroimpact.branches.diagram.switch_branch", nothing)
+    tried = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), attractors=0)
+    assert [(r.label, r.how) for r in tried.failed] == [("BP1", "the start did not converge")]
+    assert "no branch at BP1 of 0: the start did not converge" in repr(tried)
+
+
+def test_points_at_which_the_machine_does_not_move_so_are_not_switched_at() -> None:
+    tried = branch_diagram(
+        vi.symmetric_orbits(replace(SET_A, omega=0.52))[0], "omega", (0.5, 0.53), attractors=0,
+        depth=1,
+    )  # fmt: skip
+    (first,) = (r for r in tried.reached if r.branch == 0)
+    assert first.label == "GR1"  # the admissible end counts: the branch is admissible next to it
+    assert tried.branches[1].symbol == "1-2-2"
+    for r in tried.reached[1:]:
+        assert (r.label, r.to) == ("ZERO1", 0)
+
+
+def test_counts_out_of_range_are_refused() -> None:
+    orbit = vi.symmetric_orbits(SET_A)[0]
+    for name, value in {"depth": -1, "most": 0, "attractors": -1}.items():
+        with pytest.raises(vi.InvalidParameterError, match=f"{name} = {value}"):
+            branch_diagram(orbit, "omega", RANGE, **{name: value})
+
+
+# ---- what is the same ----------------------------------------------------------------------------
+
+
+def test_an_orbit_is_itself_wherever_it_begins_and_in_the_mirror(diagram: Diagram) -> None:
+    orbit = diagram.branches[3].orbit(40)
+    loop, mechanism = loop_of(orbit), orbit.mechanism
+    for count in range(1, len(loop.impacts)):
+        assert same_loop(loop, loop_of(rotated(orbit, count)), mechanism, CLOSE) == "same"
+    image = mirrored(loop)
+    assert same_loop(loop, image, mechanism, CLOSE) == "mirror image"
+    assert same_loop(loop, mirrored(image), mechanism, CLOSE) == "same"
+    moved = loop._replace(states=loop.states * (1.0 + 1e-6))
+    assert not same_loop(loop, moved, mechanism, CLOSE)
+
+
+def test_the_mirror_image_of_an_orbit_is_an_orbit(diagram: Diagram) -> None:
+    """What the comparison takes for an orbit solves the equations."""
+    orbit = diagram.branches[1].orbit(10)
+    image = mirrored(loop_of(orbit))
+    guess = unfolded(orbit)._replace(states=image.states)
+    found = solve(orbit.system, Signature(image.impacts, 1), guess)
+    assert found.converged
+    np.testing.assert_allclose(found.states, image.states, rtol=CLOSE)
+
+
+def test_an_asymmetric_system_has_no_mirror_images() -> None:
+    wall = vi.Mechanism(
+        mass=((1.0,),), damping=((0.1,),), stiffness=((1.0,),), forces=(vi.Harmonic(0.8, (1.0,)),),
+        contacts=(vi.Contact((1.0,), lower=-0.5, upper=0.6, restitution=0.7),),
+    )  # fmt: skip
+    loop = loop_of(vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.74, 0.76)).orbit(0))
+    unlike = loop._replace(impacts=loop.impacts[:1], states=loop.states[:1])
+    assert not same_loop(unlike, mirrored(unlike), wall, CLOSE)
+
+
+def test_a_doubled_orbit_at_its_birth_goes_around_the_simple_one(diagram: Diagram) -> None:
+    doubled, simple = diagram.branches[3], diagram.branches[1]
+    assert doubled.symbol == "2-2-2"
+    there, here = doubled["BP1"], simple["PD1"]
+    assert there.parameter == pytest.approx(here.parameter, abs=1e-9)
+    assert len(loop_of(there.orbit).impacts) == 4
+    reduced = junction_of(there, 1e-4)
+    assert len(reduced.impacts) == 2
+    assert same_loop(reduced, junction_of(here, 1e-4), here.orbit.mechanism, 1e-4)
+    away = loop_of(doubled.orbit(0))
+    assert primitive_loop(away, 1e-4) is away
+
+
+def test_orbits_of_a_branch_at_a_value_are_all_found(diagram: Diagram) -> None:
+    turning = diagram.branches[1]  # down to 0.6 on either side of the symmetric orbit
+    found = list(orbits_at(turning, 0.69))
+    assert len(found) == 2
+    first, second = (loop_of(orbit) for orbit in found)
+    assert same_loop(first, second, found[0].mechanism, CLOSE) == "mirror image"
+    assert not list(orbits_at(turning, 0.74))
+
+
+# ---- attractors, pictures, files -----------------------------------------------------------------
+
+
+def test_the_sweep_lies_on_the_stable_branches(diagram: Diagram) -> None:
+    swept = diagram.attractors
+    assert swept is not None
+    assert list(swept.direction.values) == ["up", "down"]
+    near = swept.sel(omega=0.73, method="nearest")
+    damper = replace(SET_A, omega=float(near.omega))
+    state = vi.symmetric_orbits(damper)[0].state
+    # stable, |lambda| = 0.83: 500 periods leave nothing but rounding, amplified a few times
+    np.testing.assert_allclose(near["v1"].values, state.velocity[0], rtol=1e-11)
+    np.testing.assert_allclose(near["phase"].values, state.phase, rtol=1e-11)
+
+
+def test_the_picture_shows_every_branch_over_the_attractors(diagram: Diagram) -> None:
+    ax = diagram.plot("x1")
+    legend = ax.get_legend()
+    assert legend is not None
+    assert "attractors" in [text.get_text() for text in legend.get_texts()]
+    assert {b.symbol for b in diagram.branches} <= {
+        text.get_text().removesuffix(", symmetric") for text in legend.get_texts()
+    }
+    assert not diagram.plot("x1", points=False).texts
+    assert diagram.plot("speed").get_ylabel() == "smallest impact speed"  # no cloud of it
+
+
+def test_the_dataset_holds_the_tree_and_the_cloud(diagram: Diagram) -> None:
+    data = diagram.to_dataset()
+    assert list(data.symbol.values) == [b.symbol for b in diagram.branches]
+    assert list(data.reached_at.values) == [r.label for r in diagram.reached]
+    assert data.sizes["omega"] == 40
+    assert data.attrs["bounds"] == list(RANGE)
+    assert diagram.attractors is not None
+    np.testing.assert_array_equal(data["v1"].values, diagram.attractors["v1"].values)
+
+
+def test_the_repr_is_the_tree(diagram: Diagram) -> None:
+    lines = repr(diagram).splitlines()
+    assert lines[0] == "Diagram: 4 branches, omega 0.6 to 0.75"
+    assert lines[1].startswith("  0: 1-1-1, symmetric, from the orbit, 0.6 to 0.75")
+    assert lines[2].startswith("  1: 1-1-1, from BP1 of 0")
+
+
+def test_progress_is_told_what_is_done() -> None:
+    told: list[str] = []
+    branch_diagram(
+        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), attractors=2, depth=1,
+        progress=told.append,
+    )  # fmt: skip
+    assert told == [
+        "the branch of the orbit", "from BP1 of branch 0",
+        "following a motion through 2 values, up and down",
+    ]  # fmt: skip
