@@ -37,8 +37,14 @@ SMALL = Plan(
     panel_max_settle=1000,
     panel_points=300,
     path_points=21,
+    circle_offsets=2,
+    circle_settle=2.0,
+    circle_points=500,
     figures=("3", "5"),
 )
+
+
+POINTS = 5  # Neimark-Sacker points of the branch, each with a verdict on the lemma of section 4
 
 
 def quiet() -> Progress:
@@ -55,7 +61,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_everything_is_written(out: Path) -> None:
     drawn = {path.stem for path in (out / "figures").iterdir()}
     assert {"mechanism", "history", "portrait", "figure-3", "figure-5"} <= drawn
-    assert {"multipliers-A", "diagram-A", "diagram-B", "diagram-C"} <= drawn
+    assert {"multipliers-A", "diagram-A", "diagram-B", "diagram-C", "circles"} <= drawn
     for name in drawn:
         assert (out / "figures" / f"{name}.svg").stat().st_size > 0
         assert (out / "figures" / f"{name}.png").stat().st_size > 0
@@ -68,6 +74,13 @@ def test_every_claim_has_one_verdict(out: Path) -> None:
     assert all(row["witness"] for row in rows)
 
 
+def test_section_4_is_recorded_at_every_point(out: Path) -> None:
+    rows = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))["section_4"]
+    assert [row["set"] for row in rows] == ["A", "A", "B", "B", "C"]
+    assert [row["supercritical"] for row in rows] == [True, True, False, True, True]
+    assert len(list((out / "data").glob("circles-*.nc"))) == POINTS
+
+
 def test_misprints_are_listed_with_residuals(out: Path) -> None:
     rows = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))["misprints"]
     assert len(rows) > 10
@@ -78,7 +91,7 @@ def test_report_is_one_file_that_loads_nothing(out: Path) -> None:
     html = (out / "report.html").read_text(encoding="utf-8")
     links = re.findall(r'(?:src|href)="([^"]{0,40})', html)
     assert all(link.startswith(("#", "data:")) for link in links)
-    assert html.count('class="verdict ') == len(claims())
+    assert html.count('class="verdict ') == len(claims()) + POINTS
     for path in (out / "figures").glob("*.svg"):
         assert f'id="{path.stem}"' in html
 

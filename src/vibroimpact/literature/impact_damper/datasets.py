@@ -16,10 +16,14 @@ import xarray as xr
 from vibroimpact import _kernel
 from vibroimpact.bifurcations import RESONANCE_ORDER, Bifurcation
 from vibroimpact.literature.impact_damper import ParameterSet
+from vibroimpact.literature.impact_damper.circles import Measured
 from vibroimpact.literature.impact_damper.panel_results import Followed, PanelResult
 from vibroimpact.literature.impact_damper.plan import Plan, damper_of
 from vibroimpact.orbits import symmetric_orbits
 from vibroimpact.simulate import Run
+
+SECTION = ("x1", "v1", "v2", "theta")  # coordinates of the half map
+CIRCLE_POINTS = 600  # of a simulated circle kept for a picture
 
 Attributes = dict[str, str | int | float]
 
@@ -141,6 +145,66 @@ def bifurcation_data(chosen: ParameterSet, plan: Plan, points: Sequence[Bifurcat
         },
         attrs=attributes("none", chosen, plan),
     )
+
+
+def circle_data(chosen: ParameterSet, plan: Plan, measured: Measured) -> xr.Dataset:
+    """Return the predicted and the simulated circles next to one Neimark-Sacker point.
+
+    Points are states just after the impact at stop A minus the critical one, of the first start.
+    """
+    point, form = measured.point, measured.point.form
+    dp = np.array([c.dp for c in measured.main])
+    starts = list(dict.fromkeys(c.start for c in measured.circles))
+    shape = (len(starts), len(dp))
+    radius, turn, impacts = (np.full(shape, np.nan) for _ in range(3))
+    width = np.full((*shape, len(SECTION)), np.nan)
+    for c in measured.circles:
+        at = starts.index(c.start), int(np.flatnonzero(dp == c.dp)[0])
+        radius[at], turn[at], width[at], impacts[at] = c.radius, c.turn, c.half_width, c.impacts
+    by_start, by_point = ("start", "offset"), ("offset", "point", "coordinate")
+    kept = min(CIRCLE_POINTS, *(len(c.points) for c in measured.main))
+    return xr.Dataset(
+        {
+            "omega": ("offset", point.omega + dp),
+            "predicted_radius": ("offset", [form.radius(d) for d in dp]),
+            "predicted_turn": ("offset", [form.turn(d) for d in dp]),
+            "predicted_half_width": (("offset", "coordinate"), [form.amplitude(d) for d in dp]),
+            "predicted_points": (
+                ("offset", "phase_of_z", "coordinate"), [form.circle(d) for d in dp],
+            ),
+            "radius": (by_start, radius),
+            "turn": (by_start, turn),
+            "half_width": ((*by_start, "coordinate"), width),
+            "impacts_waited": (by_start, impacts),
+            "off_manifold": ("offset", [c.off for c in measured.main]),
+            "points": (by_point, [c.points[:kept] for c in measured.main]),
+        },
+        coords={"offset": dp, "start": starts, "coordinate": list(SECTION)},
+        attrs=attributes(f"circles-{point.name.replace(' ', '-')}", chosen, plan)
+        | _form_attributes(measured),
+    )  # fmt: skip
+
+
+def _form_attributes(measured: Measured) -> Attributes:
+    """Return the numbers of the normal form."""
+    point, form = measured.point, measured.point.form
+    return {
+        "omega_critical": point.omega,
+        "nu_real": form.multiplier.real,
+        "nu_imag": form.multiplier.imag,
+        "d_real": form.d.real,
+        "d_imag": form.d.imag,
+        "growth": form.kappa.real,
+        "turning": form.kappa.imag,
+        "twist": form.twist,
+        "side": form.side,
+        "attracting": int(form.attracting),
+        "f1_half_map": point.f1,
+        "f1_full_map": point.f1_full,
+        "f1_full_map_printed": point.f1_printed,
+        "order_of_radius": measured.order,
+        "warnings": " ".join(form.warnings) or "none",
+    }
 
 
 def nearest_resonance(degrees: float) -> tuple[int, int, float]:

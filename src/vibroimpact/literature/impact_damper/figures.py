@@ -16,6 +16,9 @@ from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import (
     plot_bifurcation_diagram,
+    plot_circle_error,
+    plot_circle_half_width,
+    plot_circles,
     plot_history,
     plot_mechanism,
     plot_multipliers,
@@ -28,6 +31,7 @@ from vibroimpact.state import State
 COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 COLUMNS = 3
 PANEL_SIZE = (3.0, 2.5)  # inches
+CIRCLE_SIZE = (3.3, 2.7)
 LEAST_WINDOW = 0.02  # of the half clearance: a fixed point is shown in a window so wide
 MARGIN = 0.08
 PIXELS_PER_INCH = 160
@@ -143,6 +147,20 @@ def _multipliers(*parts: xr.Dataset) -> Figure:
     return figure
 
 
+def _circles(*parts: xr.Dataset) -> Figure:
+    """One row per Neimark-Sacker point: half-widths, error of the radius, circles."""
+    figure, axes = _grid(COLUMNS * len(parts), CIRCLE_SIZE, COLUMNS)
+    for i, data in enumerate(parts):
+        row = axes[COLUMNS * i : COLUMNS * (i + 1)]
+        for draw, ax in zip((plot_circle_half_width, plot_circle_error, plot_circles), row,
+                            strict=True):  # fmt: skip
+            draw(data, ax=ax)
+        born = "attracting" if data.attrs["attracting"] else "repelling"
+        name = f"set {data.attrs['set']}, $\\omega_c={data.attrs['omega_critical']:.6f}$"
+        row[0].set_title(f"{name}, {born}", loc="left")
+    return figure
+
+
 def _panels(data: xr.Dataset) -> Figure:
     """A grid of sections; one colour per attractor that coexists."""
     names = list(dict.fromkeys(data["panel"].values.tolist()))
@@ -211,4 +229,5 @@ _DRAW: Mapping[str, Callable[..., Figure]] = {
     "multipliers": _multipliers,
     "figure": _panels,
     "section": _panels,
+    "circles": _circles,
 }

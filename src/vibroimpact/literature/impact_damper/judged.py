@@ -10,6 +10,7 @@ from vibroimpact.bifurcations import Bifurcation
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.literature.impact_damper import Claim, ParameterSet
+from vibroimpact.literature.impact_damper.circles import Measured
 from vibroimpact.literature.impact_damper.panel_results import PanelResult
 from vibroimpact.literature.impact_damper.plan import BRANCH, damper_of
 from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
@@ -36,12 +37,15 @@ class Evidence:
         Of the symmetric orbits of each set, in the range the paper studies and that of the sweep.
     panels
         What was found at each panel, by name; panels that were not computed are missing.
+    circles
+        The normal form and the simulated circles at each Neimark-Sacker point.
     """
 
     sets: Mapping[str, ParameterSet]
     claims: tuple[Claim, ...]
     bifurcations: Mapping[str, tuple[Bifurcation, ...]]
     panels: Mapping[str, PanelResult]
+    circles: tuple[Measured, ...] = ()
 
     def orbits(self, name: str, omega: float) -> tuple[SymmetricOrbit, ...]:
         """Return the symmetric orbits of a set that are motions of the damper."""

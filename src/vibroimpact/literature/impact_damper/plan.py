@@ -49,6 +49,9 @@ class Plan:
         Radians added to the phase of the theoretical fixed point.
     path_points
         Frequencies along a path of multipliers.
+    circle_offsets, circle_settle, circle_points
+        Distances from each Neimark-Sacker point at which the circle is measured, waiting in times
+        in which a deviation from it falls by e, and impacts measured.
     figures
         Which of the paper's figures to make.
     """
@@ -69,6 +72,9 @@ class Plan:
     panel_points: int = 4000
     perturbation: float = 0.01
     path_points: int = 301
+    circle_offsets: int = 5
+    circle_settle: float = 7.0
+    circle_points: int = 4000
     figures: tuple[str, ...] = ("2", "3", "4", "5")
 
     @property
@@ -90,6 +96,9 @@ class Plan:
             "sweep_settle_impacts": self.sweep_settle,
             "sweep_points": self.sweep_points,
             **{f"panel_{key}": value for key, value in self.classification.items()},
+            "circle_offsets": self.circle_offsets,
+            "circle_settle": self.circle_settle,
+            "circle_points": self.circle_points,
             **{
                 f"sweep_{name}": f"[{s.low}, {s.high}] in steps of {s.step}"
                 for name, s in self.sweeps.items()

@@ -23,8 +23,10 @@ from vibroimpact.literature.impact_damper import (
     panels,
     parameter_sets,
 )
+from vibroimpact.literature.impact_damper.circles import Measured, measure
 from vibroimpact.literature.impact_damper.judged import Evidence
 from vibroimpact.literature.impact_damper.misprints import Misprint, default_case, misprints
+from vibroimpact.literature.impact_damper.normal_forms import critical_points
 from vibroimpact.literature.impact_damper.panel_results import (
     Followed,
     PanelResult,
@@ -34,6 +36,7 @@ from vibroimpact.literature.impact_damper.panel_results import (
 )
 from vibroimpact.literature.impact_damper.plan import Plan, damper_of
 from vibroimpact.literature.impact_damper.story import Pictures, Residual, page
+from vibroimpact.literature.impact_damper.story_circles import point_record
 from vibroimpact.literature.impact_damper.verdicts import Judgement, judge, score, to_json
 from vibroimpact.progress import Progress
 from vibroimpact.report import Word, whole_folder
@@ -43,7 +46,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
-STAGES = 7
+STAGES = 8
 EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
 EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
 PORTRAIT_IMPACTS = 24
@@ -72,6 +75,7 @@ class Findings:
     bifurcations: Mapping[str, tuple[Bifurcation, ...]]
     followed: Mapping[str, Followed]
     panels: Mapping[str, PanelResult]
+    circles: tuple[Measured, ...]
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
@@ -116,6 +120,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
                     package={"vibroimpact": _kernel.version()},
                     plan=found.plan.attributes(),
                     misprints=[r.record() for r in residuals],
+                    section_4=[point_record(m) for m in found.circles],
                 ),
                 encoding="utf-8",
             )
@@ -127,7 +132,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
 
 
 def compute(plan: Plan, progress: Progress) -> Findings:
-    """Compute bifurcations, sweeps and panels."""
+    """Compute bifurcations, sweeps, panels and circles."""
     sets = parameter_sets()
     chosen = [p for p in panels() if p.shows == "section" and p.figure in plan.figures]
 
@@ -150,12 +155,15 @@ def compute(plan: Plan, progress: Progress) -> Findings:
 
     results = _parallel("panels", result, chosen, progress)
     bifurcated = dict(zip(sets, points, strict=True))
-    return Findings(plan, sets, bifurcated, followed, {r.panel.name: r for r in results})
+    critical = [c for name, found in bifurcated.items() for c in critical_points(name, found)]
+    circles = _parallel("circles", lambda c: measure(c, plan), critical, progress)
+    by_panel = {r.panel.name: r for r in results}
+    return Findings(plan, sets, bifurcated, followed, by_panel, tuple(circles))
 
 
 def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
     """Return what the verdicts rest on."""
-    return Evidence(found.sets, chosen, found.bifurcations, found.panels)
+    return Evidence(found.sets, chosen, found.bifurcations, found.panels, found.circles)
 
 
 def _parallel(
@@ -236,6 +244,9 @@ def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
         shown = (found.panels[EXAMPLE_PANEL],)
         makers["section"] = lambda: (datasets.panel_data("section", example, plan, shown),)
     makers["multipliers-A"] = lambda: (datasets.multiplier_data(example, plan),)
+    makers["circles"] = lambda: tuple(
+        datasets.circle_data(sets[m.point.set], plan, m) for m in found.circles
+    )
     for figure in plan.figures:
         makers[f"figure-{figure}"] = lambda figure=figure: _paper_figure(found, figure)  # type: ignore[misc]
     for name in sets:

@@ -13,6 +13,7 @@ from vibroimpact.literature.impact_damper.datasets import nearest_resonance
 from vibroimpact.literature.impact_damper.judge_motions import numbers_of
 from vibroimpact.literature.impact_damper.misprints import Misprint
 from vibroimpact.literature.impact_damper.panel_results import PanelResult
+from vibroimpact.literature.impact_damper.story_circles import circle_blocks
 from vibroimpact.literature.impact_damper.verdicts import Judgement, plain, score
 from vibroimpact.report import Figure, Page, Section, Table, Text, Verdict, Word
 from vibroimpact.report.page import Block, Cell
@@ -24,6 +25,7 @@ TITLE = "The impact damper: a paper redone"
 NAMES = {"SN": "fold", "BP": "symmetry breaking", "NS": "Neimark-Sacker"}
 SECTIONS = (
     ("3", "", "Section 3: the symmetric orbit"),
+    ("4", "", "Section 4: the normal form and the circle"),
     ("5.1", "A", "Section 5.1: set A, text"),
     ("caption", "A", "Set A: captions of Fig. 2"),
     ("5.2", "B", "Section 5.2: set B, text"),
@@ -88,6 +90,7 @@ def page(
             Section("motion", "How it moves", _motion(pictures)),
             Section("multipliers", "Multipliers of the symmetric orbit", _paths(pictures)),
             Section("bifurcations", "Every bifurcation of the symmetric orbit", _tables(found)),
+            Section("circles", "The circles that are born", circle_blocks(found, pictures)),
             Section("figure-two", "Fig. 2: set A", _panels(found, pictures, "2", "A")),
             Section("figure-four", "Fig. 4: set B", _panels(found, pictures, "4", "B")),
             Section("figure-five", "Fig. 5: set C", _panels(found, pictures, "5", "C")),
@@ -311,7 +314,7 @@ def _readable(quote: str) -> str:
     """Turn the few TeX commands in the quotes into plain signs."""
     signs = {"\\omega": "ω", "\\lambda": "λ", "\\neq": "≠", "\\pm": "±", "\\in": "∈", "$": "",
              "_{1,2}": "₁,₂", "_{3,4}": "₃,₄", "_1": "₁", "_2": "₂", "^m": "ᵐ", "^2": "²",
-             "^4": "⁴"}  # fmt: skip
+             "^3": "³", "^4": "⁴", "\\mu": "μ", "\\theta": "θ", "\\varphi": "φ"}  # fmt: skip
     for command, sign in signs.items():
         quote = quote.replace(command, sign)
     return quote

@@ -10,6 +10,7 @@ import numpy as np
 
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.literature.impact_damper import Claim
+from vibroimpact.literature.impact_damper import judge_circles as circles
 from vibroimpact.literature.impact_damper import judge_motions as motions
 from vibroimpact.literature.impact_damper import judge_numbers as rules
 from vibroimpact.literature.impact_damper.judged import Evidence, Outcome
@@ -38,6 +39,12 @@ RULES: Mapping[str, Rule] = {
     "multiplier_point": rules.multiplier_point,
     "multiplier_character": rules.multiplier_character,
     "stability_interval": rules.stability_interval,
+    "invariant_circle": circles.invariant_circle,
+    "first_coefficient": circles.first_coefficient,
+    "stability_by_sign": circles.stability_by_sign,
+    "angle_term": circles.angle_term,
+    "transversality": circles.transversality,
+    "centre_manifold": circles.centre_manifold,
     "attractor_type": motions.attractor_type,
     "no_attractor": motions.no_attractor,
     "trend": _trend,
