@@ -39,7 +39,7 @@ reproduce: $(VENV)/.package
 
 test: $(VENV)/.package $(VENV)/.test
 	@echo '== test: $(JOBS) processes'
-	@$(BIN)/python -m pytest -n $(JOBS) --dist loadgroup $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS)
 
 bench: $(VENV)/.package $(VENV)/.bench
 	@echo '== bench'

@@ -19,8 +19,6 @@ from vibroimpact.simulate import begin
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-pytestmark = pytest.mark.xdist_group("engine")  # one worker compiles
-
 ROOT = Path(__file__).resolve().parents[1]
 INCLUDE = ROOT / "include"
 FLAGS = ["-std=c++20", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", f"-I{INCLUDE}"]

@@ -1,0 +1,96 @@
+"""The tutorial is what happens: its blocks print what it shows and draw its pictures."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d*(?:e[+-]?\d+)?")
+
+# Samples of a branch lie where its steps fall: the sample nearest to a fold, which is printed as an
+# end of the branch, changes by the square of a step, 1e-2. All else is right to 1e-9 and better.
+SAMPLED = 1e-4
+
+
+def loaded() -> ModuleType:
+    path = ROOT / "tools" / "tutorial_pictures.py"
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+TOOL = loaded()
+TEXT = TOOL.TUTORIAL.read_text(encoding="utf-8")
+BLOCKS = TOOL.blocks(TEXT)
+
+
+class Ran(NamedTuple):
+    printed: list[str]
+    pictures: set[str]
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    folder = tmp_path_factory.mktemp("tutorial")
+    printed = TOOL.run(TEXT, folder)
+    return Ran(printed, {path.name for path in folder.iterdir() if path.stat().st_size})
+
+
+def words(printed: str) -> str:
+    """What is printed, without numbers and without what depends on rounding."""
+    printed = re.sub(r"\d+ points, \d+%", "points,", printed)  # steps adapt to rounding
+    lines = printed.splitlines()
+    paired = [re.sub(r"[+-](?=[\d.]+j)", "", x) if "multipliers" in x else x for x in lines]
+    return NUMBER.sub("#", "\n".join(paired))  # of a pair either comes first
+
+
+def numbers(printed: str) -> list[str]:
+    return NUMBER.findall(printed)
+
+
+def resolution(number: str) -> float:
+    """One unit of the last printed digit."""
+    digits, _, exponent = number.partition("e")
+    return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
+
+
+@pytest.mark.parametrize("index", range(len(BLOCKS)))
+def test_the_block_prints_what_stands_below_it(index: int, ran: Ran) -> None:
+    shown, printed = BLOCKS[index].printed, ran.printed[index]
+    assert words(printed) == words(shown)
+    for a, b in zip(numbers(printed), numbers(shown), strict=True):
+        allowed = resolution(b) + SAMPLED * abs(float(b))
+        assert abs(abs(float(a)) - abs(float(b))) <= allowed, f"{a} is shown as {b}"
+
+
+def test_the_pictures_shown_are_those_that_the_blocks_draw(ran: Ran) -> None:
+    shown = re.findall(r"\]\(pictures/([^)]*)\)", TEXT)
+    assert set(shown) == ran.pictures
+    assert {p.name for p in (TOOL.DOCS / "pictures").glob("tutorial_*")} == ran.pictures
+
+
+def test_every_number_in_the_text_is_one_that_a_block_uses_or_prints() -> None:
+    prose = re.sub(r"^```.*?^```$", "", TEXT, flags=re.MULTILINE | re.DOTALL)
+    known = [float(x) for block in BLOCKS for x in numbers(block.code + block.printed)]
+    for number in re.findall(r"\d+\.\d+", prose):
+        near = resolution(number) / 2.0 + 1e-12  # rounded to the digits that the text gives
+        assert any(abs(abs(x) - abs(float(number))) <= near for x in known), number
+
+
+def test_blocks_are_short() -> None:
+    assert max(len(block.code.splitlines()) for block in BLOCKS) <= 15
+
+
+def test_output_is_put_below_its_block() -> None:
+    text = "```py\nprint(1)\n```\n\n```text\nold\n```\n\n```py\nx = 2\n```\n"
+    again = "```py\nprint(1)\n```\n\n```text\nnew\n```\n\n```py\nx = 2\n```\n"
+    assert TOOL.refreshed(text, ["new\n", ""]) == again
