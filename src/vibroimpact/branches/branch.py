@@ -28,12 +28,13 @@ MEANINGS = {
     "SN": "fold: two orbits meet",
     "PD": "period doubling",
     "NS": "Neimark-Sacker: a circle is born",
-    "BP": "branch point; of a symmetric orbit, symmetry breaking",
+    "BP": "branch point: two branches cross",
     "GR": "grazing: a stop is touched between the impacts",
     "ZERO": "zero impact speed: an impact becomes a touch",
     "STICK": "onset of sticking: a plastic impact no longer opens at once",
 }
 TOUCHES = ("GR", "ZERO")  # a gap is zero at an extremum: its sign there is rounding
+BREAKING = "symmetry breaking: two mirror images are born"
 WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
 
 
@@ -77,6 +78,11 @@ class BifurcationPoint:
     segment: int = -1
 
     @property
+    def meaning(self) -> str:
+        """What happens there, in words."""
+        return BREAKING if self.kind == "BP" and self.orbit.symmetric else MEANINGS[self.kind]
+
+    @property
     def multipliers(self) -> Complexes:
         """Floquet multipliers of the full map."""
         return self.orbit.multipliers
@@ -90,13 +96,13 @@ class BifurcationPoint:
     def normal_form(self) -> NormalForm | Refusal:
         """The normal form, of the half map for a symmetric orbit; or why there is none."""
         if self.kind not in WITH_NORMAL_FORM:
-            reason = f"{self.kind} ({MEANINGS[self.kind]}): the map is not smooth there."
+            reason = f"{self.kind} ({self.meaning}): the map is not smooth there."
             return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
         return normal_form(self.kind, solved_map(self.orbit, self.name))
 
     def __repr__(self) -> str:
         real = "" if self.admissible else ", not admissible"
-        return f"{self.label} at {self.name} = {self.parameter:.12g}: {MEANINGS[self.kind]}{real}"
+        return f"{self.label} at {self.name} = {self.parameter:.12g}: {self.meaning}{real}"
 
 
 @dataclass(frozen=True)

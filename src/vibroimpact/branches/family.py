@@ -22,6 +22,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from vibroimpact.chebyshev import fitted
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import with_parameter
 from vibroimpact.periodic.find import scale_of
 from vibroimpact.periodic.multipliers import pencil_of
@@ -56,6 +57,7 @@ class OrbitFamily(OrbitProblem):
         super().__init__(system, signature, parameter)
         self._sizes = np.append(scale_of(self, start), span)
         self._seen: tuple[bytes, float, Linearised] | None = None
+        self.refused = ""  # why the system could not be built, where it could not
         self._reference = 0.0
 
     def scale(self) -> Floats:
@@ -68,6 +70,21 @@ class OrbitFamily(OrbitProblem):
         if self._seen is None or self._seen[:2] != (key, p):
             self._seen = key, p, super().linearised(z, p)
         return self._seen[2]
+
+    def residual(self, z: Floats, p: float) -> Floats:
+        """As :class:`OrbitProblem` says; NaN where the parameter is out of its own range."""
+        try:
+            return super().residual(z, p)
+        except InvalidParameterError as error:
+            self.refused = str(error)
+            return np.full(len(z), np.nan)
+
+    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+        """As :class:`OrbitProblem` says; NaN where the parameter is out of its own range."""
+        try:
+            return super().jacobian(z, p)
+        except InvalidParameterError:
+            return np.full((len(z), len(z)), np.nan), np.full(len(z), np.nan)
 
     def orbit(self, z: Floats, p: float) -> Orbit:
         """The orbit at a point of the curve."""

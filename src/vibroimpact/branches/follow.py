@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.family import OrbitFamily, kind_of
 from vibroimpact.branches.grazing import Grazing, grazings
-from vibroimpact.continuation import Curve, SpecialPoint, Steps, continue_curve
+from vibroimpact.continuation import Curve, End, SpecialPoint, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import Tell
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.orbits import SymmetricOrbit
@@ -105,6 +106,7 @@ def continue_orbit(
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:
     """What a continued curve says of its orbits."""
+    curve = replace(curve, ends=tuple(_explained(end, family.refused) for end in curve.ends))
     orbits = [family.orbit(z, p) for z, p in zip(curve.z, curve.parameter, strict=True)]
     gaps = np.array([o.clearance_to_grazing for o in orbits])
     values = np.array([o.multipliers for o in orbits])
@@ -123,6 +125,12 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         curve=curve,
         family=family,
     )
+
+
+def _explained(end: End, refused: str) -> End:
+    """An end, with the reason why the system could not be built there."""
+    failed = end.reason is Stopped.STEP and refused
+    return End(end.reason, f"{end.detail}; {refused}") if failed else end
 
 
 def _labelled(found: Iterator[dict[str, Any]]) -> Iterator[BifurcationPoint]:

@@ -173,13 +173,19 @@ def zero_between(f: Expansion, a: float, b: float) -> float:
 
 
 def brent(f: Function, a: float, b: float) -> float:
-    """The zero of f in a bracket, to rounding of b; an end if that is a zero or f has one sign."""
+    """The zero of f in a bracket, to rounding of b; an end if that is a zero or f has one sign.
+
+    NaN where f is not finite on the way.
+    """
     if f(a) * f(b) >= 0.0:
         return b if f(b) == 0.0 else a
     accuracy = float(np.finfo(float).eps)
-    root, _ = brentq(
-        f, a, b, xtol=accuracy * abs(b), rtol=4.0 * accuracy, full_output=True, disp=False
-    )
+    try:
+        root, _ = brentq(
+            f, a, b, xtol=accuracy * abs(b), rtol=4.0 * accuracy, full_output=True, disp=False
+        )
+    except ValueError:  # brentq met NaN
+        return float("nan")
     return float(root)
 
 

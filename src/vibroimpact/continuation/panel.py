@@ -30,6 +30,7 @@ from vibroimpact.continuation.problem import Floats, Scaled
 
 FOLD, BRANCH_POINT = "SN", "BP"
 BUILT_IN = (FOLD, BRANCH_POINT)
+NOT_FINITE = "not finite"
 HISTORY = 3  # nodes that the extrapolation (1) uses, each with its tangent
 SAFETY = 0.3  # (4) aims at this part of what is allowed
 SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
@@ -63,7 +64,7 @@ class Panel:
     nodes: tuple[Node, ...]
     curve: Expansion
     tests: Mapping[str, Expansion]
-    unresolved: Mapping[str, str]
+    unresolved: dict[str, str]  # grows where a zero cannot be refined
     log_determinant: float
     demand: float
 
@@ -241,7 +242,7 @@ def _demand(f: Expansion, tolerance: float) -> float:
 def _complaint(f: Expansion, demand: float) -> str:
     """Why a test function cannot be trusted on a panel; empty if it can."""
     if not np.all(np.isfinite(f.values)):
-        return "not finite"
+        return NOT_FINITE
     if not np.any(f.values):
         return "zero everywhere"
     return "not resolved: a kink, a pole or noise" if demand > 1.0 else ""

@@ -30,7 +30,7 @@ from vibroimpact.continuation.expansion import (
     zero_between,
 )
 from vibroimpact.continuation.newton import Node, correct
-from vibroimpact.continuation.panel import BRANCH_POINT, FOLD, Panel, test_values
+from vibroimpact.continuation.panel import BRANCH_POINT, FOLD, NOT_FINITE, Panel, test_values
 from vibroimpact.continuation.problem import Floats, Scaled
 
 EPS = float(np.finfo(float).eps)
@@ -184,6 +184,8 @@ def _polished(sampler: Sampler, name: str, a: float, b: float) -> Found | None:
 
     low, high = _narrowed(true, f, a, b)
     s = low if true(low) == 0.0 else brent(true, low, high)
+    if not np.isfinite(s):
+        sampler.panel.unresolved.setdefault(name, NOT_FINITE)
     size = max(abs(true(a)), abs(true(b)))
     if not (np.isfinite(s) and abs(true(s)) <= PART_OF_CHANGE * size):
         return None

@@ -97,7 +97,7 @@ def find_orbit(
     if isinstance(guess, State):
         guess = _run_from(system, guess, sequence)
     if isinstance(guess, Orbit):
-        wanted = sequence or guess.signature.impacts
+        wanted = guess.signature.impacts if sequence is None else sequence
         signature = Signature(
             wanted,
             guess.signature.cycles if cycles is None else cycles,
