@@ -185,7 +185,7 @@ def test_omega_of_a_mechanism_is_differentiated_in_every_line() -> None:
         (FAMILY, "omega", "must be one of k, A, phi"),
         (PLAIN, "stiffness[0][7]", "no finite number"),
         (PLAIN, "contacts[0].lower", "no finite number"),
-        (PLAIN, "contacts[1].restitution", "no finite number"),
+        (PLAIN, "contacts[1].restitution", "0.5 at the lower and 0.6 at the upper stop"),
         (PLAIN, "contacts[0]", "no finite number"),
         (PLAIN, "contacts[0].upper.real", "no finite number"),
         (PLAIN, "degrees", "no finite number"),

@@ -24,7 +24,7 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.periodic.maps import SegmentMap, solved_map
-from vibroimpact.periodic.multipliers import section_basis
+from vibroimpact.periodic.multipliers import section_basis, solved_coordinate
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import COASTING, compile_prescribed
 
@@ -290,8 +290,9 @@ def test_the_jacobian_is_that_of_the_engine() -> None:
         if not orbit.admissible:
             continue
         compared += 1
-        first = orbit.signature.impacts[0]
-        tangents, kept = section_basis(orbit.mechanism, first, orbit.problem.size)
+        m, first = orbit.mechanism, orbit.signature.impacts[0]
+        solved = solved_coordinate(m, first)
+        tangents, kept = section_basis(m, first, solved, orbit.problem.size)
         engine = vi.map_derivative(
             orbit.system, orbit.state, impacts=len(orbit.signature.impacts), directions=tangents
         )

@@ -16,6 +16,7 @@ and every entry of M, C, K, of the stops and of the forces comes out with its de
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 import re
 from collections.abc import Callable
@@ -42,7 +43,12 @@ class Family:
         + - * / ** and numpy functions (np.sqrt, np.sin, np.cos, np.exp, np.log), so that it can be
         differentiated: numbers may be jets.
     **parameters
-        Their values.
+        Their values. Integers count something: only floats can be varied.
+
+    Raises
+    ------
+    InvalidParameterError
+        A keyword that ``build`` does not take, or one that it misses.
 
     Examples
     --------
@@ -59,6 +65,11 @@ class Family:
     parameters: tuple[tuple[str, float], ...]
 
     def __init__(self, build: Callable[..., Mechanism], **parameters: float) -> None:
+        try:
+            inspect.signature(build).bind(**parameters)
+        except TypeError as error:
+            name = getattr(build, "__name__", repr(build))
+            raise InvalidParameterError(f"build = {name}: {error}.") from None
         object.__setattr__(self, "build", build)
         object.__setattr__(self, "parameters", tuple(parameters.items()))
 
@@ -122,9 +133,9 @@ def expanded(system: System, name: str) -> Mechanism:
 
 
 def names_of(system: System) -> dict[str, float]:
-    """Parameters by name, with their values; of a mechanism only ``omega``."""
+    """Real parameters by name, with their values; of a mechanism only ``omega``."""
     if isinstance(system, Family):
-        return dict(system.parameters)
+        return _numbers(dict(system.parameters))
     if isinstance(system, Mechanism):
         return {"omega": system.omega} if system.forces else {}
     if not dataclasses.is_dataclass(cast(Any, system)):
@@ -132,7 +143,13 @@ def names_of(system: System) -> dict[str, float]:
             f"system = {system!r}: has no parameters by name. Make it a dataclass, or a vi.Family."
         )
     fields = {f.name: getattr(system, f.name) for f in dataclasses.fields(cast(Any, system))}
-    return {k: v for k, v in fields.items() if isinstance(v, float | int)}
+    return _numbers(fields)
+
+
+def _numbers(values: dict[str, Any]) -> dict[str, float]:
+    return {
+        k: v for k, v in values.items() if isinstance(v, float | int) and not isinstance(v, bool)
+    }
 
 
 def _steps(path: str) -> list[Step]:
@@ -147,15 +164,22 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
     try:
         for step in _steps(path):
             here = here[step] if isinstance(step, int) else _field(here, step)
-        if path.endswith("restitution") and isinstance(here, tuple) and here[0] == here[1]:
-            here = here[0]
-        if isinstance(here, float) and math.isfinite(here):
-            return here
     except (AttributeError, IndexError, TypeError):
-        pass
+        here = None
+    if path.endswith("restitution") and isinstance(here, tuple):
+        if here[0] != here[1]:
+            raise InvalidParameterError(
+                f"parameter = {path!r}: is {here[0]} at the lower and {here[1]} at the upper stop. "
+                f"Take {path}[0] or {path}[1]."
+            )
+        here = here[0]
+    if isinstance(here, float) and math.isfinite(here):
+        return here
+    forced = ("omega", ", forces[0].sine[0]") if mechanism.forces else ("", "")
     raise InvalidParameterError(
-        f"parameter = {path!r}: is no finite number of this mechanism. Take omega, or a path such "
-        "as stiffness[0][0], contacts[0].upper, contacts[0].restitution, forces[0].sine[0]."
+        f"parameter = {path!r}: is no finite number of this mechanism. Take "
+        f"{forced[0] and 'omega, or '}a path such as stiffness[0][0], contacts[0].upper, "
+        f"contacts[0].restitution{forced[1]}."
     )
 
 

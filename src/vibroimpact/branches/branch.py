@@ -38,7 +38,7 @@ BREAKING = "symmetry breaking: two mirror images are born"
 WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BifurcationPoint:
     """A special point of a branch.
 
@@ -105,7 +105,7 @@ class BifurcationPoint:
         return f"{self.label} at {self.name} = {self.parameter:.12g}: {self.meaning}{real}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Branch:
     """Orbits with one signature along a parameter.
 

@@ -9,6 +9,7 @@ Method      The problem is problem.py's, in z (states and flight times) and p. W
                 speed k  rho_k          stick k (R = 0)  acceleration of the gap after impact k (4)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
             (1) removes their poles at grazing; folds and branch points are the engine's own.
+            Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: not looked at.
 Accuracy    rounding; (2) and (3) relative to their largest terms
 Reference   theory.md, "Branches"; Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2
 """
@@ -21,11 +22,13 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from vibroimpact import linear
 from vibroimpact.chebyshev import fitted
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameter
-from vibroimpact.periodic.find import scale_of
 from vibroimpact.periodic.multipliers import pencil_of
+from vibroimpact.periodic.newton import rows_of, scale_of
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import WINDOW, Linearised
 from vibroimpact.periodic.problem import OrbitProblem, Signature
@@ -90,7 +93,7 @@ class OrbitFamily(OrbitProblem):
         """The orbit at a point of the curve."""
         system = with_parameter(self.system, self.parameter, p)
         states, durations = self.unpacked(z)
-        error = float(np.abs(self.residual(z, p) / self._sizes[:-1]).max())
+        error = float(np.abs(self.residual(z, p) / rows_of(self, self._sizes[:-1])).max())
         return Orbit(system, self.signature, states, durations, error, parameter=self.parameter)
 
     def watch(self, z: Floats, p: float) -> dict[str, float]:
@@ -99,12 +102,14 @@ class OrbitFamily(OrbitProblem):
         rates = parts.rate
         self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
         saturated = np.sqrt(rates**2 + self._reference**2)
-        pencil = pencil_of(self, parts)
+        m = self.compiled(p).mechanism
+        pencil = pencil_of(self, m, parts, self._sizes)
         values = pencil.eigenvalues()
         weight = float(np.prod(rates / saturated))
+        pairs = math.nan if lossless(m) else _pairs(values)
         watched = {
             FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
-            TORUS: weight ** (pencil.finite - 1) * _pairs(values),
+            TORUS: weight ** (pencil.finite - 1) * pairs,
         }
         watched |= {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
         return watched | self._sticking(z, p)
@@ -112,7 +117,8 @@ class OrbitFamily(OrbitProblem):
     def _sticking(self, z: Floats, p: float) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
         begun = self.signature.impacts[: len(self.impacts)]
-        laws = [self.mechanism.contacts[c].restitutions[side > 0] for c, side in begun]
+        contacts = self.compiled(p).mechanism.contacts
+        laws = [contacts[c].restitutions[side > 0] for c, side in begun]
         plastic = [k for k, restitution in enumerate(laws) if restitution == 0.0]
         if not plastic:
             return {}
@@ -123,10 +129,16 @@ class OrbitFamily(OrbitProblem):
         found = {}
         for k in plastic:
             contact, side = begun[k]
-            rate = flights[k][1][0, :, n:] @ np.array(self.mechanism.contacts[contact].row)
+            rate = flights[k][1][0, :, n:] @ np.array(contacts[contact].row)
             slope = chebyshev.chebval(-1.0, chebyshev.chebder(fitted(rate))) * 2.0 / window
             found[f"{STICK} {k}"] = -side * float(slope)
         return found
+
+
+def lossless(m: Mechanism) -> bool:
+    """Whether every product of multipliers mu, 1 / mu is one: (3) vanishes and says nothing."""
+    elastic = all(r == 1.0 for contact in m.contacts for r in contact.restitutions)
+    return elastic and linear.largest(m.damping) == 0.0
 
 
 def _pairs(values: Complexes) -> float:

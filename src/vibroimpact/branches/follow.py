@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,15 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.checks import check_parameter, converged, range_of
 from vibroimpact.branches.family import OrbitFamily, kind_of
-from vibroimpact.branches.grazing import Grazing, grazings
+from vibroimpact.branches.grazing import grazings
 from vibroimpact.continuation import Curve, End, SpecialPoint, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import Tell
-from vibroimpact.errors import InvalidParameterError
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.find import of_symmetric
-from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.periodic.orbit import NEUTRAL, Orbit
 
 Floats = NDArray[np.float64]
 
@@ -68,8 +66,9 @@ def continue_orbit(
     Raises
     ------
     InvalidParameterError
-        No such parameter, an orbit that is not converged, an empty range or one that does not
-        contain the orbit.
+        No such parameter, an orbit that is not converged, a range that is empty, without the orbit
+        or no wider than rounding; a parameter that breaks the symmetry of a symmetric orbit or
+        changes the ratios of the forcing frequencies.
 
     Notes
     -----
@@ -86,15 +85,10 @@ def continue_orbit(
     >>> [point.label for point in branch.special_points]
     ['NS1']
     """
-    start = of_symmetric(orbit) if isinstance(orbit, SymmetricOrbit) else orbit
-    if not start.converged:
-        raise InvalidParameterError(f"orbit = {orbit!r}: must be a converged orbit.")
+    start = converged(orbit)
     value = parameter_value(start.system, parameter)
-    low, high = (float(b) for b in bounds)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high and low <= value <= high):
-        raise InvalidParameterError(
-            f"bounds = {bounds}: need low < high with {parameter} = {value} of the orbit between."
-        )
+    low, high = range_of(bounds, parameter, value)
+    check_parameter(start, parameter, (low, high))
     z = start.problem.packed(start.states, start.durations)
     family = OrbitFamily(start.system, start.signature, parameter, z, high - low)
     curve = continue_curve(
@@ -106,19 +100,20 @@ def continue_orbit(
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:
     """What a continued curve says of its orbits."""
-    curve = replace(curve, ends=tuple(_explained(end, family.refused) for end in curve.ends))
+    before, after = (_explained(end, family.refused) for end in curve.ends)
+    curve = replace(curve, ends=(before, after))
     orbits = [family.orbit(z, p) for z, p in zip(curve.z, curve.parameter, strict=True)]
     gaps = np.array([o.clearance_to_grazing for o in orbits])
     values = np.array([o.multipliers for o in orbits])
     admissible = np.array([o.admissible for o in orbits])
-    found = [*_bifurcations(family, curve), *_touches(family, curve, gaps, bounds)]
+    found = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
     found.sort(key=lambda item: item[0])
     return Branch(
         parameter=family.parameter,
         values=curve.parameter,
         multipliers=values,
         admissible=admissible,
-        stable=admissible & (np.abs(values) < 1.0).all(axis=1),
+        stable=admissible & (np.abs(values) < 1.0 - NEUTRAL).all(axis=1),
         clearance=gaps,
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
         special_points=tuple(_labelled(point for _, point in found)),
@@ -165,10 +160,9 @@ def _on_circle(orbit: Orbit) -> bool:
 
 
 def _touches(
-    family: OrbitFamily, curve: Curve, gaps: Floats, bounds: tuple[float, float]
+    family: OrbitFamily, curve: Curve, orbits: list[Orbit], bounds: tuple[float, float]
 ) -> Iterator[tuple[float, dict[str, Any]]]:
-    for found in grazings(family, curve, gaps, bounds):
-        grazing: Grazing = found
+    for grazing in grazings(family, curve, [orbit.gaps for orbit in orbits], bounds):
         yield grazing.arclength, {
             "kind": "GR", "name": family.parameter, "parameter": grazing.parameter,
             "error": grazing.error, "orbit": family.orbit(grazing.z, grazing.parameter),

@@ -1,10 +1,11 @@
 """Where a branch of orbits grazes: a gap's extremum within a flight reaches zero.
 
-Method      The least gap at all interior extrema (admissibility.py) is a continuous function L of
-            the curve's arclength, smooth but where another extremum becomes the least. Between
-            neighbouring points L changes sign: its zero by Brent's method, every value at an orbit
-            corrected on the curve. Where L has a minimum above zero among the points, it is
-            minimised between its neighbours: two zeros closer than the points are seen.      (1)
+Method      For each stop and each flight the least gap at interior extrema (admissibility.py) is a
+            continuous function L of the curve's arclength, smooth but where another extremum
+            becomes the least. Where L changes sign between neighbouring points, its zero is found
+            by Brent's method, every value at an orbit corrected on the curve. Where L has a minimum
+            above zero among the points, it is minimised between its neighbours: two zeros closer
+            than the points are seen.                                                         (1)
 Assumes     L has no more than one minimum between two points, which resolve the curve to 1e-8
 Accuracy    1e-12 of the distance of two points
 Reference   theory.md, "Branches"
@@ -13,7 +14,7 @@ Reference   theory.md, "Branches"
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.continuation import Curve
 from vibroimpact.continuation.newton import correct
 from vibroimpact.continuation.problem import scaled
-from vibroimpact.periodic.admissibility import Nearest
+from vibroimpact.periodic.admissibility import Nearest, Place
 from vibroimpact.periodic.orbit import Orbit
 
 Floats = NDArray[np.float64]
@@ -48,8 +49,10 @@ class Grazing(NamedTuple):
 class _Between:
     """Orbits between two neighbouring points of a curve, by their share of the distance."""
 
-    def __init__(self, family: OrbitFamily, curve: Curve, i: int, bounds: tuple[float, float]):
-        self.family, self.curve, self.i = family, curve, i
+    def __init__(
+        self, family: OrbitFamily, curve: Curve, i: int, bounds: tuple[float, float], place: Place
+    ) -> None:
+        self.family, self.curve, self.i, self.place = family, curve, i, place
         self.problem = scaled(family, bounds)
         ends = [self.problem.scaled(curve.z[k], curve.parameter[k]) for k in (i, i + 1)]
         self.start, self.step = ends[0], ends[1] - ends[0]
@@ -67,14 +70,14 @@ class _Between:
     def gap(self, share: float) -> float:
         """L there."""
         z, p, _ = self.orbit(share)
-        nearest = self.family.orbit(z, p).nearest
+        nearest = self.family.orbit(z, p).gaps.get(self.place)
         return nearest.gap if nearest else math.inf
 
     def grazing(self, share: float, crossing: int) -> Grazing | None:
         """The orbit there, if it grazes."""
         z, p, tangent = self.orbit(share)
         orbit = self.family.orbit(z, p)
-        nearest = orbit.nearest
+        nearest = orbit.gaps.get(self.place)
         if nearest is None or _belongs_to_impact(orbit, nearest):
             return None
         length = self.curve.arclength
@@ -92,20 +95,28 @@ def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
 
 
 def grazings(
-    family: OrbitFamily, curve: Curve, gaps: Floats, bounds: tuple[float, float]
+    family: OrbitFamily,
+    curve: Curve,
+    gaps: Sequence[Mapping[Place, Nearest]],
+    bounds: tuple[float, float],
 ) -> Iterator[Grazing]:
-    """Every grazing of a curve, given the least gap at its points (inf where there is none)."""
-    for i in range(len(curve) - 1):
-        if not np.all(np.isfinite(gaps[i : i + 2])):
-            continue
-        here = _Between(family, curve, i, bounds)
-        if gaps[i] * gaps[i + 1] < 0.0:
-            yield from _zero(here, 0.0, 1.0)
-        elif gaps[i] > 0.0 and _dips(gaps, i):
-            low = minimize_scalar(here.gap, bounds=(0.0, 1.0), method="bounded")  # (1)
-            if low.fun < 0.0:
-                yield from _zero(here, 0.0, float(low.x))
-                yield from _zero(here, float(low.x), 1.0)
+    """Every grazing of a curve, given the least gaps at its points."""
+    for place in sorted({place for here in gaps for place in here}):
+        values = np.array([here[place].gap if place in here else math.inf for here in gaps])
+        for i in range(len(curve) - 1):
+            if np.all(np.isfinite(values[i : i + 2])):
+                yield from _within(_Between(family, curve, i, bounds, place), values, i)
+
+
+def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing]:
+    """The grazings between points i and i + 1 (1)."""
+    if gaps[i] * gaps[i + 1] < 0.0:
+        yield from _zero(here, 0.0, 1.0)
+    elif gaps[i] > 0.0 and _dips(gaps, i):
+        low = minimize_scalar(here.gap, bounds=(0.0, 1.0), method="bounded")
+        if low.fun < 0.0:
+            yield from _zero(here, 0.0, float(low.x))
+            yield from _zero(here, float(low.x), 1.0)
 
 
 def _dips(gaps: Floats, i: int) -> bool:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.checks import range_of
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.follow import STEPS, branch_of
 from vibroimpact.continuation import Steps, continue_curve, switch
@@ -84,13 +85,13 @@ def switch_branch(
     Raises
     ------
     InvalidParameterError
-        An empty range, or one without the point.
+        Not a special point; a range that is empty, without the point or no wider than rounding.
     """
-    low, high = (float(b) for b in bounds)
-    if not low < high or not low <= point.parameter <= high:
+    if not isinstance(point, BifurcationPoint):
         raise InvalidParameterError(
-            f"bounds = {bounds}: need low < high with {point.name} = {point.parameter} between."
+            f"point = {point!r}: must be a special point of a branch, such as branch['PD1']."
         )
+    low, high = range_of(bounds, point.name, point.parameter)
     builders = {"PD": _doubled, "BP": _branching, "GR": _grown, "ZERO": _shrunk}
     if point.kind not in builders:
         return NoBranch(point, f"at a point of kind {point.kind} no other branch of orbits begins")

@@ -144,7 +144,8 @@ def _special_point(problem: Scaled, zero: Found, sense: int, arclength: float) -
     tangent = sense * zero.direction / np.linalg.norm(zero.direction) * problem.sizes
     # Against the walk's direction dp/ds and the determinant change sign as s does.
     crossing = zero.crossing if zero.name in BUILT_IN else sense * zero.crossing
-    error = zero.error * float(np.abs(zero.direction[-1]) * problem.sizes[-1])
+    moved = zero.error * float(np.abs(zero.direction[-1])) + zero.floor
+    error = moved * float(problem.sizes[-1])
     rounding = float(np.finfo(float).eps) * max(abs(p), float(problem.sizes[-1]))
     return SpecialPoint(zero.name, p, z, tangent, arclength, error + rounding, crossing)
 

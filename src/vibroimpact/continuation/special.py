@@ -60,6 +60,8 @@ class Found:
         +1 where the function rises along the curve, -1 where it falls.
     error
         Estimated error of s.
+    floor
+        Error of the scaled parameter that stays where the curve turns and dp/ds = 0.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Found:
     direction: Floats
     crossing: int
     error: float
+    floor: float = 0.0
 
 
 class Sampler:
@@ -239,4 +242,8 @@ def _branch_point(sampler: Sampler, a: float, b: float) -> Found:
     noise = float(determinant.tail) + EPS * float(np.abs(determinant.values).max())
     rate = float(determinant.slope(s))
     error = noise / abs(rate) if rate else np.inf
-    return Found(BRANCH_POINT, s, curve.at(s), curve.slope(s), 1 if rate > 0.0 else -1, error)
+    aside = [curve.at(min(max(s + e, low), high))[-1] for e in (-error, error)]
+    floor = float(np.max(curve.tail) + np.abs(np.array(aside) - curve.at(s)[-1]).max())
+    return Found(
+        BRANCH_POINT, s, curve.at(s), curve.slope(s), 1 if rate > 0.0 else -1, error, floor
+    )

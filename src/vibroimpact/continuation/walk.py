@@ -23,6 +23,9 @@ from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.panel import Failure, Panel, Standard, build, growth
 from vibroimpact.continuation.problem import Floats, Scaled
 from vibroimpact.continuation.special import Found, at_end, at_start, locate
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import positive
+from vibroimpact.sections import check_count
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
@@ -55,6 +58,12 @@ class Steps:
         Largest turn of the tangent within a panel, radians.
     points
         Number of points after which each direction stops.
+
+    Raises
+    ------
+    InvalidParameterError
+        A length, tolerance or turn that is not positive, ``largest`` below ``least``, ``points``
+        that is no integer >= 1.
     """
 
     first: float = 0.1
@@ -63,6 +72,15 @@ class Steps:
     tolerance: float = 1e-8
     turn: float = 0.7
     points: int = 2000
+
+    def __post_init__(self) -> None:
+        for name in ("first", "least", "largest", "tolerance", "turn"):
+            positive(name, getattr(self, name))
+        if self.largest < self.least:
+            raise InvalidParameterError(
+                f"largest = {self.largest}: must be >= least = {self.least}."
+            )
+        check_count("points", self.points, 1)
 
 
 @dataclass(frozen=True)

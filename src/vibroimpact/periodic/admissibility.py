@@ -29,6 +29,9 @@ Floats = NDArray[np.float64]
 PLAY = 1e-11  # of the amplitude: rounding of a flight and of Newton's method
 
 
+Place = tuple[int, int, int]  # contact, side, segment
+
+
 class Nearest(NamedTuple):
     """A gap at one of its extrema, or where another contact has its impact."""
 
@@ -89,15 +92,19 @@ def _extrema(starts: Floats, rates: Floats, window: float, duration: float) -> l
     return [t for t in found if margin < t < duration - margin]
 
 
-def least_gap(
+def least_gaps(
     compiled: Prescribed,
     states: Floats,
     durations: Floats,
     ends: Sequence[Impact],
     begun: Sequence[Impact],
-) -> Nearest | None:
-    """The nearest approach to a stop apart from the impacts; None where no gap has an extremum."""
-    return min(gaps_along(compiled, states, durations, ends, begun), default=None)
+) -> dict[Place, Nearest]:
+    """The nearest approach to each stop in each flight, where its gap has an extremum there."""
+    least: dict[Place, Nearest] = {}
+    for here in gaps_along(compiled, states, durations, ends, begun):
+        place = here.contact, here.side, here.segment
+        least[place] = min(here, least.get(place, here))
+    return least
 
 
 def why_inadmissible(

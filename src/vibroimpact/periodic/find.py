@@ -2,9 +2,9 @@
 
 Method      Newton steps on (1)-(3) of problem.py, scaled by the size of each unknown; a step is
             halved until the residual falls and every flight time stays positive. The signature is
-            given, or read off a simulated motion: over the last impacts, the shortest loop that
-            closes nearly, in whole forcing cycles.
-Fails       a status with a sentence: no convergence, a flight time that shrinks to nothing.
+            given, or read off a simulated motion (end_loop.py).
+Fails       a status with a sentence: no convergence, a flight time that shrinks to nothing, a
+            motion without a loop or one that chatters or sticks in it.
 Reference   theory.md, "Periodic orbits"
 """
 
@@ -13,28 +13,28 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from fractions import Fraction
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.orbits import SymmetricOrbit
-from vibroimpact.periodic.orbit import CONVERGED, Orbit
+from vibroimpact.periodic.end_loop import cycles_of, loop_at_end
+from vibroimpact.periodic.newton import HALVINGS, ITERATIONS, newton, scale_of
+from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import Impact
 from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, forcing_repeats
-from vibroimpact.simulate import Run, Status, System, mechanism_of, simulate
+from vibroimpact.sections import check_count
+from vibroimpact.simulate import Run, System, mechanism_of, simulate
 from vibroimpact.state import State
 
 Floats = NDArray[np.float64]
 
-ITERATIONS = 40
-HALVINGS = 12
-NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop of a run that Newton may close
-CLOSED = 1e-5  # the same for a settled periodic motion
 SAME = 1e-6  # of their size: states of one orbit, found twice, even next to a fold
 SETTLING = 2000  # impacts simulated from a state
-LONGEST = 60  # impacts of a loop that is looked for
+MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
 
 
 class Guess(NamedTuple):
@@ -60,24 +60,27 @@ def find_orbit(
         The system.
     guess
         An orbit (of this system or one like it), a simulated run or a state to simulate from, or a
-        :class:`Guess`. Of a run the end is used; of a state without ``impacts`` what it settles to.
+        :class:`Guess`. Of a run the end is used, with ``impacts`` the last time that it shows them;
+        of a state without ``impacts`` what it settles to. The phase counts up to whole periods.
     impacts
         The sequence of stops: (contact, side) with side +1 (upper, A) or -1 (lower, B), or "A",
         "B" for contact 0. The orbit's first state is just after the first. By default read off.
     cycles
-        Forcing cycles until the orbit closes. By default read off.
+        Forcing cycles until the orbit closes, an integer. By default read off.
     symmetric
         Solve for an orbit that is its own mirror image. By default where the guess is one.
 
     Returns
     -------
     Orbit
-        With ``converged`` False and a sentence in ``status`` where none was reached.
+        With ``converged`` False and a sentence in ``status`` where none was reached, or where the
+        motion chatters or sticks in every period.
 
     Raises
     ------
     InvalidParameterError
-        A signature that no orbit can have, or one that contradicts the guess.
+        A signature that no orbit can have, or one that contradicts the guess; a guess of another
+        kind, or one with states or times that are not finite, times that are not positive.
 
     Notes
     -----
@@ -91,36 +94,90 @@ def find_orbit(
     >>> vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0))).symbol
     '1-1-1'
     """
-    sequence = None if impacts is None else tuple(_impact(i) for i in impacts)
+    sequence = None if impacts is None else _sequence(impacts)
+    if cycles is not None:
+        check_count("cycles", cycles, 0)
     if isinstance(guess, SymmetricOrbit):
         guess = of_symmetric(guess)
     if isinstance(guess, State):
         guess = _run_from(system, guess, sequence)
     if isinstance(guess, Orbit):
-        wanted = guess.signature.impacts if sequence is None else sequence
-        signature = Signature(
-            wanted,
-            guess.signature.cycles if cycles is None else cycles,
-            guess.symmetric if symmetric is None else symmetric,
-        )
-        return solve(system, signature, unfolded(guess))
+        return _from_orbit(system, guess, sequence, cycles, symmetric)
     if isinstance(guess, Run):
         return _from_run(system, guess, sequence, cycles, symmetric)
+    guess = _checked(guess)
     if sequence is None:
         raise InvalidParameterError(
             "impacts = None: states alone do not say which stops; give them."
         )
-    whole = cycles if cycles is not None else _cycles_of(system, float(np.sum(guess.durations)))
-    return solve(system, Signature(sequence, whole, bool(symmetric)), guess)
+    whole = cycles if cycles is not None else cycles_of(system, float(np.sum(guess.durations)))
+    return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
 
 
-def _impact(given: Impact | str) -> Impact:
-    if isinstance(given, str):
-        if given not in ("A", "B"):
-            raise InvalidParameterError(f'impacts: {given!r} must be "A", "B" or (contact, side).')
+def _sequence(impacts: Any) -> tuple[Impact, ...]:
+    if not isinstance(impacts, Sequence | np.ndarray):
+        raise InvalidParameterError(f"impacts = {impacts!r}: must be a sequence of stops.")
+    return tuple(_impact(given) for given in impacts)
+
+
+def _impact(given: Any) -> Impact:
+    if isinstance(given, str) and given in ("A", "B"):
         return 0, 1 if given == "A" else -1
-    contact, side = given
-    return int(contact), int(side)
+    pair = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
+    if len(pair) != 2 or not all(isinstance(part, int | np.integer) for part in pair):
+        raise InvalidParameterError(
+            f'impacts: {given!r} must be "A", "B" or (contact, side), two integers.'
+        )
+    return int(pair[0]), int(pair[1])
+
+
+def _checked(guess: Any) -> Guess:
+    """A guess as arrays of finite numbers, with positive times."""
+    try:
+        whole = guess_of(guess.states, guess.durations)
+    except (AttributeError, TypeError, ValueError):
+        raise InvalidParameterError(
+            f"guess = {guess!r}: must be an Orbit, SymmetricOrbit, Run, State or Guess of numbers."
+        ) from None
+    if whole.states.ndim != 2 or not whole.states.size:
+        raise InvalidParameterError(
+            f"guess.states has shape {whole.states.shape}; expected (m, 2n + 1), m >= 1."
+        )
+    if not np.isfinite(whole.states).all():
+        raise InvalidParameterError(f"guess.states = {whole.states}: must be finite.")
+    if not (np.isfinite(whole.durations).all() and (whole.durations > 0.0).all()):
+        raise InvalidParameterError(f"guess.durations = {whole.durations}: must be finite and > 0.")
+    return whole
+
+
+def _unwound(guess: Guess, cycles: int) -> Guess:
+    """A guess less whole periods of its phase, which then has as many digits as there can be."""
+    around = 2.0 * math.pi * max(cycles, 1)
+    states = guess.states.copy()
+    states[:, -1] -= around * math.floor(states[0, -1] / around)
+    return Guess(states, guess.durations)
+
+
+def _from_orbit(
+    system: System,
+    guess: Orbit,
+    sequence: tuple[Impact, ...] | None,
+    cycles: int | None,
+    symmetric: bool | None,
+) -> Orbit:
+    known = guess.signature
+    impacts = known.impacts if sequence is None else sequence
+    if len(impacts) > len(known.impacts):
+        raise InvalidParameterError(
+            f"impacts: the sequence has {len(impacts)} impacts and the guess {len(known.impacts)}. "
+            "Give a guess with as many."
+        )
+    signature = Signature(
+        impacts,
+        known.cycles if cycles is None else cycles,
+        guess.symmetric if symmetric is None else symmetric,
+    )
+    return solve(system, signature, unfolded(guess))
 
 
 def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
@@ -168,62 +225,11 @@ def solve(
     if states.shape != (m, 2 * problem.mechanism.degrees + 1) or durations.shape != (m,):
         raise InvalidParameterError(
             f"guess has states {states.shape} and durations {durations.shape}; expected "
-            f"{(m, 2 * problem.mechanism.degrees + 1)} and {(m,)}."
+            f"{(m, 2 * problem.mechanism.degrees + 1)} and {(m,)} for the {m} impacts to solve for."
         )
     z, residual, status = newton(problem, problem.packed(states, durations), iterations, halvings)
     states, durations = problem.unpacked(z)
     return Orbit(system, signature, states, durations, residual, status)
-
-
-def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
-    """The size of each unknown: of positions, velocities, phase and time."""
-    n, q = problem.mechanism.degrees, problem.size
-    rows = np.abs(np.reshape(z, (-1, q + 1)))
-    stops = [
-        abs(x) for c in problem.mechanism.contacts for x in (c.lower, c.upper) if math.isfinite(x)
-    ]
-    sizes = np.ones(q + 1)
-    sizes[q] = rows[:, q].max()
-    sizes[n : 2 * n] = rows[:, n : 2 * n].max()
-    sizes[:n] = max(rows[:, :n].max(), *stops, sizes[n] * sizes[q]) or 1.0
-    sizes[n : 2 * n] = sizes[n] or sizes[0] / sizes[q]
-    return np.tile(sizes, len(rows))
-
-
-def newton(
-    problem: OrbitProblem, z: Floats, iterations: int = ITERATIONS, halvings: int = HALVINGS
-) -> tuple[Floats, float, str]:
-    """(unknowns, relative residual, status)."""
-    sizes = scale_of(problem, z)
-    error = math.inf
-    for _ in range(iterations):
-        residual, matrix, _p = problem.expanded(z, 0.0)
-        error = float(np.abs(residual / sizes).max())
-        try:
-            step = np.linalg.solve(matrix / sizes[:, None] * sizes, -residual / sizes)
-        except np.linalg.LinAlgError:
-            return z, error, "the Jacobian is singular: a fold or a branch point is at the guess"
-        if np.abs(step).max() <= CONVERGED and error <= CONVERGED:
-            return z + step * sizes, error, "converged"
-        z, shorter = _damped(problem, z, step * sizes, sizes, error, halvings)
-        if not shorter:
-            return z, error, f"no convergence: relative residual {error:.1e} would not fall further"
-    return z, error, f"no convergence in {iterations} steps: relative residual {error:.1e}"
-
-
-def _damped(
-    problem: OrbitProblem, z: Floats, step: Floats, sizes: Floats, error: float, halvings: int
-) -> tuple[Floats, bool]:
-    """A step, halved until it helps; whether one did."""
-    times = slice(problem.size, None, problem.size + 1)
-    for _ in range(halvings):
-        there = z + step
-        if np.all(there[times] > 0.0):
-            residual = float(np.abs(problem.residual(there, 0.0) / sizes).max())
-            if residual < error or residual <= CONVERGED:
-                return there, True
-        step = step / 2.0
-    return z, False
 
 
 # ---- one orbit, described in several ways -------------------------------------------------------
@@ -271,23 +277,8 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
 
 def _run_from(system: System, state: State, sequence: tuple[Impact, ...] | None) -> Run:
     if sequence is not None:
-        return simulate(system, state, impacts=len(sequence) + 1)
+        return simulate(system, state, impacts=2 * len(sequence) + 1)
     return simulate(system, state, impacts=SETTLING)
-
-
-def _cycles_of(system: System, span: float) -> int:
-    omega = mechanism_of(system).omega
-    return max(1, round(span * omega / (2.0 * math.pi))) if omega else 0
-
-
-def segments_of(run: Run) -> tuple[Floats, Floats, list[Impact]]:
-    """States after the impacts (m, 2n + 1) with growing phase, times, stops of a run's impacts."""
-    at = np.flatnonzero(run.status == Status.IMPACT)
-    omega = mechanism_of(run.system).omega
-    phase = run.start.phase + omega * run.time[at]
-    states = np.column_stack([run.position[at], run.velocity_after[at], phase])
-    sides = np.where(run.stop[at] == 0, 1, -1)
-    return states, run.time[at], list(zip(run.contact[at].tolist(), sides.tolist(), strict=True))
 
 
 def _from_run(
@@ -297,57 +288,32 @@ def _from_run(
     cycles: int | None,
     symmetric: bool | None,
 ) -> Orbit:
-    states, times, stops = segments_of(run)
-    loop = _loop(system, states, times, stops, sequence, cycles)
-    if loop is None:
-        wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
-        signature = Signature(sequence or ((0, 1),), cycles or 1)
-        size = (1, 2 * mechanism_of(system).degrees + 1)
-        return Orbit(system, signature, np.zeros(size), np.ones(1), math.inf,
-                     f"the run has no loop {wanted}: {run.end.sentence}")  # fmt: skip
-    first, count = loop
-    durations = np.diff(times[first : first + count + 1])
-    impacts = tuple(stops[first : first + count])
-    whole = _cycles_of(system, float(durations.sum())) if cycles is None else cycles
-    start, around = states[first : first + count].copy(), 2.0 * math.pi * max(whole, 1)
-    start[:, -1] -= around * math.floor(start[0, -1] / around)  # as many digits as there can be
-    guess = Guess(start, durations)
-    found = solve(system, Signature(impacts, whole, bool(symmetric)), guess)
+    loop = loop_at_end(run, sequence, cycles)
+    if isinstance(loop, str):
+        return _nothing(system, sequence, cycles, loop)
+    signature = Signature(loop.impacts, loop.cycles, bool(symmetric))
+    found = solve(system, signature, _unwound(Guess(loop.states, loop.durations), loop.cycles))
     free = sequence is None and cycles is None and symmetric is None
     return primitive(found) if free else found
 
 
-def _loop(
-    system: System,
-    states: Floats,
-    times: Floats,
-    stops: list[Impact],
-    sequence: tuple[Impact, ...] | None,
-    cycles: int | None,
-) -> tuple[int, int] | None:
-    """(first impact, number of impacts) of the shortest good loop at the end of a run."""
-    if len(stops) < 2:
-        return None
-    spread = np.ptp(states[:, :-1], axis=0) + np.abs(states[:, :-1]).max(initial=0.0) * 1e-9
-    best: tuple[float, int, int] | None = None
-    counts = range(1, min(len(stops), LONGEST + 1)) if sequence is None else [len(sequence)]
-    for count in counts:
-        first = len(stops) - 1 - count
-        if first < 0 or stops[first] != stops[-1]:
-            continue
-        if sequence is not None and tuple(stops[first : first + count]) != sequence:
-            continue
-        distance = float(np.abs((states[-1] - states[first])[:-1] / spread).max())
-        turns = (times[-1] - times[first]) * mechanism_of(system).omega / (2.0 * math.pi)
-        whole = cycles if cycles is not None else round(turns)
-        distance = max(distance, abs(turns - whole)) if mechanism_of(system).omega else distance
-        if sequence is not None:
-            return first, count
-        if distance < NEARLY_CLOSED and (best is None or distance < best[0]):
-            best = (distance, first, count)
-        if best and best[0] < CLOSED:
-            break  # longer loops repeat this one
-    return best[1:] if best else None
+def _nothing(
+    system: System, sequence: tuple[Impact, ...] | None, cycles: int | None, status: str
+) -> Orbit:
+    """An orbit that was not found: what was asked for, or else some stop and a whole period."""
+    m = mechanism_of(system)
+    side = 1 if math.isfinite(m.contacts[0].upper) else -1
+    ratios = [Fraction(f.omega / m.omega).limit_denominator(MOST_CYCLES) for f in m.forces]
+    least = math.lcm(*(ratio.denominator for ratio in ratios)) if ratios else 0
+    impacts = ((0, side),) if sequence is None else sequence
+    if not forcing_repeats(m, least):
+        raise InvalidParameterError(
+            f"forces: {[f.omega for f in m.forces]} have no common period: no motion is periodic."
+        )
+    signature = Signature(impacts, least if cycles is None else cycles)
+    count = len(OrbitProblem(system, signature, "").impacts)
+    states = np.zeros((count, 2 * m.degrees + 1))
+    return Orbit(system, signature, states, np.ones(count), math.inf, status)
 
 
 def mirror_distance(system: System, signature: Signature, guess: Guess) -> float:

@@ -12,7 +12,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.periodic.find import Guess, segments_of
+from vibroimpact.periodic.end_loop import segments_of
+from vibroimpact.periodic.find import Guess
 from vibroimpact.periodic.prescribed import Impact
 from vibroimpact.periodic.problem import Signature, forcing_repeats
 from vibroimpact.simulate import Run, Status, mechanism_of

@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 HIGHEST = 3  # order of the forms
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SegmentMap:
     """A map over segments of an orbit and its derivatives there.
 
@@ -166,11 +166,18 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     parameter
         Name of the parameter, if its derivatives are wanted. The phase stays fixed; the period
         follows the forcing frequency.
+
+    Raises
+    ------
+    InvalidParameterError
+        A system without forcing, ``after`` outside (0, 1).
     """
-    if not orbit.mechanism.forces or not 0.0 < after < 1.0:
+    if not orbit.mechanism.forces:
         raise InvalidParameterError(
-            f"after = {after!r}: must be in (0, 1), for an orbit of a forced system."
+            "orbit: its system has no forcing, hence no phase to look at. Take full_map."
         )
+    if not 0.0 < after < 1.0:
+        raise InvalidParameterError(f"after = {after!r}: must be in (0, 1).")
     compiled = compile_prescribed(orbit.system, parameter)
     states, durations = unfolded(orbit)
     passed = after * durations[0]

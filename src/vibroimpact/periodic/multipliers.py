@@ -35,12 +35,12 @@ def solved_coordinate(m: Mechanism, impact: Impact) -> int:
     return int(len(row) - 1 - np.argmax(row[::-1]))
 
 
-def section_basis(m: Mechanism, impact: Impact, size: int) -> tuple[Floats, list[int]]:
+def section_basis(m: Mechanism, impact: Impact, j: int, size: int) -> tuple[Floats, list[int]]:
     """(E, kept): tangents of the section of an impact, and the entries of zeta that coordinate it.
 
-    ``size`` is 2n + 1, or 2n without forcing.
+    ``j`` is the position left out; ``size`` is 2n + 1, or 2n without forcing.
     """
-    j, row = solved_coordinate(m, impact), np.array(m.contacts[impact[0]].row)
+    row = np.array(m.contacts[impact[0]].row)
     kept = [i for i in range(size) if i != j]
     basis = np.eye(size)[:, kept]
     basis[j, : m.degrees - 1] = -np.delete(row, j) / row[j]
@@ -74,16 +74,29 @@ def sorted_multipliers(values: Complexes) -> Complexes:
     return values[order]
 
 
-def pencil_of(problem: OrbitProblem, parts: Linearised) -> Pencil:
-    """The pencil of an orbit's map: the half map where the signature is symmetric."""
-    m, q = len(problem.impacts), problem.size
+def pencil_of(problem: OrbitProblem, m: Mechanism, parts: Linearised, sizes: Floats) -> Pencil:
+    """The pencil of an orbit's map: the half map where the signature is symmetric.
+
+    Parameters
+    ----------
+    problem, m
+        The equations, and the mechanism at the value of the parameter.
+    parts
+        The solved segments there.
+    sizes
+        Of the unknowns of one segment: rows and columns are scaled by them, so that units do not
+        matter to QZ. Fixed along a branch, where the determinant is followed.
+    """
+    count, q = len(problem.impacts), problem.size
     time = 2 * problem.mechanism.degrees + 1
-    basis, kept = section_basis(problem.mechanism, problem.signature.impacts[0], q)
-    width = q - 1 + m
+    first = problem.signature.impacts[0]
+    j = solved_coordinate(problem.mechanism, first)
+    basis, kept = section_basis(m, first, j, q)
+    width = q - 1 + count
     tangent = np.zeros((q, width))
     tangent[:, : q - 1] = basis
-    gaps = np.zeros((m, width))
-    for k in range(m):
+    gaps = np.zeros((count, width))
+    for k in range(count):
         gaps[k] = parts.gap_by[k, :q] @ tangent
         gaps[k, q - 1 + k] += parts.gap_by[k, time]
         tangent = parts.after_by[k, :q, :q] @ tangent
@@ -91,4 +104,6 @@ def pencil_of(problem: OrbitProblem, parts: Linearised) -> Pencil:
     ends = (problem.mirror[:, None] * tangent)[kept]
     marks = np.zeros((width, width))
     marks[: q - 1, : q - 1] = np.eye(q - 1)
-    return Pencil(np.vstack([ends, gaps]), marks, q - 1)
+    rows = np.concatenate([sizes[kept], np.full(count, sizes[0])])
+    columns = np.concatenate([sizes[kept], np.full(count, sizes[q])])
+    return Pencil(np.vstack([ends, gaps]) / rows[:, None] * columns, marks, q - 1)

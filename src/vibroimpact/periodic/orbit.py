@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from vibroimpact import linear
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.admissibility import Nearest, least_gap, why_inadmissible
+from vibroimpact.periodic.admissibility import Nearest, Place, least_gaps, why_inadmissible
 from vibroimpact.periodic.multipliers import pencil_of
+from vibroimpact.periodic.newton import scale_of
 from vibroimpact.periodic.prescribed import Linearised
 from vibroimpact.periodic.problem import OrbitProblem, Signature
 from vibroimpact.simulate import System
@@ -23,12 +24,14 @@ from vibroimpact.state import State
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-CONVERGED = 1e-10  # relative residual of an orbit; Newton's method ends near 1e-14
+NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither in nor out
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Orbit:
     """A periodic orbit with prescribed impacts, of any stability, admissible or not.
+
+    One that is not ``converged`` is neither admissible nor stable, and its multipliers are NaN.
 
     Attributes
     ----------
@@ -90,11 +93,16 @@ class Orbit:
 
     @property
     def symbol(self) -> str:
-        """n-p-q: cycles, impacts at stops A and B; a pair p-q for every contact that impacts."""
+        """n-p-q: cycles, impacts at stops A and B; a pair p-q for every contact that impacts.
+
+        Contacts are named unless they are the first ones: "1-2-1 (contact 1)".
+        """
         counts = Counter(self.signature.impacts)
         contacts = sorted({contact for contact, _ in counts})
         pairs = ",".join(f"{counts[(c, 1)]}-{counts[(c, -1)]}" for c in contacts)
-        return f"{self.signature.cycles}-{pairs}"
+        symbol = f"{self.signature.cycles}-{pairs}"
+        first = contacts == list(range(len(contacts)))
+        return symbol if first else f"{symbol} (contact {', '.join(map(str, contacts))})"
 
     @property
     def state(self) -> State:
@@ -121,7 +129,10 @@ class Orbit:
 
     @cached_property
     def _of_solved_map(self) -> Complexes:
-        return pencil_of(self.problem, self.linearised).eigenvalues()
+        if not self.converged:
+            return np.full(self.problem.size - 1, complex(math.nan, math.nan))
+        sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
+        return pencil_of(self.problem, self.mechanism, self.linearised, sizes).eigenvalues()
 
     @cached_property
     def determinant_error(self) -> float:
@@ -139,8 +150,8 @@ class Orbit:
 
     @property
     def stable(self) -> bool:
-        """Converged, admissible, and all multipliers inside the unit circle."""
-        inside = bool(np.all(np.abs(self.multipliers) < 1.0))
+        """Converged, admissible, and all multipliers inside the unit circle by more than 1e-9."""
+        inside = bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL))
         return self.converged and inside and self.admissible
 
     @property
@@ -151,26 +162,36 @@ class Orbit:
     @cached_property
     def inadmissible_reason(self) -> str:
         """Which gap is violated, where and by how much; "" for an admissible orbit."""
+        if not self.converged:
+            return self.status
         return why_inadmissible(
             self.linearised, list(self.problem.impacts), self.nearest, self.size
         )
 
     @cached_property
+    def gaps(self) -> dict[Place, Nearest]:
+        """The nearest approach to each stop in each flight, by (contact, side, flight)."""
+        compiled, ends = self.problem.compiled(self.parameter_value), list(self.problem.impacts)
+        begun = self.signature.impacts[: len(ends)]
+        return least_gaps(compiled, self.states, self.durations, ends, begun)
+
+    @property
     def nearest(self) -> Nearest | None:
         """The nearest approach to a stop between the impacts; None where no gap has an extremum."""
-        compiled = self.problem.compiled(self.parameter_value)
-        ends = list(self.problem.impacts)
-        begun = (*self.signature.impacts[: len(ends)],)
-        return least_gap(compiled, self.states, self.durations, ends, begun)
+        return min(self.gaps.values(), default=None)
 
     @property
     def clearance_to_grazing(self) -> float:
         """Least gap between the impacts, infinite where no gap has an extremum."""
+        if not self.converged:
+            return math.nan
         return self.nearest.gap if self.nearest else math.inf
 
     @property
     def least_impact_speed(self) -> float:
         """The smallest closing speed of an impact."""
+        if not self.converged:
+            return math.nan
         return float(np.abs(self.linearised.rate).min())
 
     @property

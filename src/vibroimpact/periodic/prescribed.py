@@ -21,6 +21,7 @@ from vibroimpact import _kernel, linear
 from vibroimpact._kernel import Jet
 from vibroimpact.chebyshev import nodes
 from vibroimpact.coordinates import STEP_ANGLE, dense, dense_rate, reduce
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.linear import Vector, apply, transpose
 from vibroimpact.mechanism import Mechanism, infinite
 from vibroimpact.parameters import expanded
@@ -30,6 +31,7 @@ Floats = NDArray[np.float64]
 Impact = tuple[int, int]  # (contact, side): side +1 is the upper stop A, -1 the lower stop B
 COASTING = -1  # ends a segment without an impact
 PARAMETER_ORDERS = (0, 1, 3, 7)  # f, f', f'', f''' among the coefficients of a jet
+PROPORTIONAL = 1e-12  # rounding of derivatives of frequencies that have a constant ratio
 WINDOW = 6.0  # radians of the fastest rate
 NODES = 25  # Chebyshev: the series of a flight over a window has fallen below 2^-53 then
 
@@ -46,13 +48,15 @@ class Linearised(NamedTuple):
     gap_by: Floats  # (m, 2n + 3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prescribed:
     """A compiled system: what segments end in, and with what derivatives.
 
+    Copies and pickles are compiled again.
+
     Attributes
     ----------
-    mechanism, parameter
+    system, mechanism, parameter
         The system; the parameter by which it is differentiated, "" for none.
     degrees, omega
         n; frequency of the first line, 0 where the system is autonomous.
@@ -62,6 +66,7 @@ class Prescribed:
         Bounds every rate of the flight to a factor of two.
     """
 
+    system: System
     mechanism: Mechanism
     parameter: str
     degrees: int
@@ -70,6 +75,9 @@ class Prescribed:
     rate: float
     stops: tuple[Impact, ...]
     kernel: _kernel.Prescribed
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile_prescribed, (self.system, self.parameter)
 
     @property
     def size(self) -> int:
@@ -151,7 +159,8 @@ def compile_prescribed(system: System, parameter: str = "") -> Prescribed:
     Raises
     ------
     InvalidParameterError
-        No such parameter, or a system that cannot be differentiated with respect to it.
+        No such parameter, a system that cannot be differentiated with respect to it, or a
+        parameter that changes the ratios of the forcing frequencies.
     """
     try:
         return _cached(cast(Hashable, system), parameter)
@@ -159,9 +168,22 @@ def compile_prescribed(system: System, parameter: str = "") -> Prescribed:
         return _compile(system, parameter)
 
 
+def _check_ratios(varied: Mechanism, parameter: str) -> None:
+    """Refuse a parameter along which the lines do not stay in proportion to the first."""
+    for line in varied.forces[1:]:
+        first, other = np.array(_orders(varied.omega)), np.array(_orders(line.omega))
+        scaled = first * (other[0] / first[0])
+        if np.any(np.abs(other - scaled) > PROPORTIONAL * (np.abs(other) + np.abs(scaled))):
+            raise InvalidParameterError(
+                f"parameter = {parameter!r}: changes the ratios of the forcing frequencies, so "
+                "that no period stays. Take one that keeps them, as omega of a Mechanism does."
+            )
+
+
 def _compile(system: Any, parameter: str) -> Prescribed:
     m = mechanism_of(system)
     varied = expanded(system, parameter) if parameter else m
+    _check_ratios(varied, parameter)
     n, lines = m.degrees, len(m.forces)
     rate = dense_rate(m)
     whole = reduce(varied, ())
@@ -175,7 +197,7 @@ def _compile(system: Any, parameter: str) -> Prescribed:
         field=_array(cast(Any, c.flow["b"])), constant=_array(cast(Any, c.flow["constant"])),
         omega=omega, stops=stops,
     )  # fmt: skip
-    return Prescribed(m, parameter, n, m.omega, omega, rate, names, kernel)
+    return Prescribed(system, m, parameter, n, m.omega, omega, rate, names, kernel)
 
 
 _cached = lru_cache(maxsize=4096)(_compile)  # a few kilobytes each

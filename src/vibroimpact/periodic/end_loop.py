@@ -1,0 +1,114 @@
+"""The loop at the end of a motion: which impacts repeat, and over how many forcing cycles.
+
+Method      Over the last impacts, the shortest stretch that ends where it began: within CLOSED of
+            the motion's spread, else the nearest within NEARLY_CLOSED. Where the sequence is given,
+            the last time that the motion shows it, closed or not.
+Fails       a sentence: no such stretch, or a contact rests in its last period
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.periodic.prescribed import Impact
+from vibroimpact.simulate import Run, RunEnd, Status, System, mechanism_of
+
+Floats = NDArray[np.float64]
+
+NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
+CLOSED = 1e-5  # the same for a settled periodic motion
+LONGEST = 60  # impacts of a loop that is looked for
+REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
+RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
+
+
+class EndLoop(NamedTuple):
+    """Impacts that repeat, forcing cycles; states after them (m, 2n + 1), flight times (m,)."""
+
+    impacts: tuple[Impact, ...]
+    cycles: int
+    states: Floats
+    durations: Floats
+
+
+def segments_of(run: Run) -> tuple[Floats, Floats, list[Impact]]:
+    """States after the impacts (m, 2n + 1) with growing phase, times, stops of a run's impacts."""
+    at = np.flatnonzero(run.status == Status.IMPACT)
+    omega = mechanism_of(run.system).omega
+    phase = run.start.phase + omega * run.time[at]
+    states = np.column_stack([run.position[at], run.velocity_after[at], phase])
+    sides = np.where(run.stop[at] == 0, 1, -1)
+    return states, run.time[at], list(zip(run.contact[at].tolist(), sides.tolist(), strict=True))
+
+
+def cycles_of(system: System, span: float) -> int:
+    """Whole forcing cycles nearest to a time, at least 1; 0 where there is no forcing."""
+    omega = mechanism_of(system).omega
+    return max(1, round(span * omega / (2.0 * math.pi))) if omega else 0
+
+
+def loop_at_end(run: Run, sequence: tuple[Impact, ...] | None, cycles: int | None) -> EndLoop | str:
+    """The loop at the end of a run; a sentence where there is none.
+
+    Parameters
+    ----------
+    run
+        A simulated motion.
+    sequence
+        Impacts that it must show; None for any.
+    cycles
+        Forcing cycles that it must take; None for any.
+    """
+    states, times, stops = segments_of(run)
+    found = _nearest_loop(run, cycles) if sequence is None else _last_time(stops, sequence)
+    if found is None:
+        wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
+        since = times[-LONGEST - 1] if len(times) > LONGEST else 0.0
+        rests = run.end is not RunEnd.SILENT and _rests(run, since, math.inf)
+        return RESTING if rests else f"the run has no loop {wanted}: {run.end.sentence}"
+    first, last = found
+    whole = cycles_of(run.system, times[last] - times[first]) if cycles is None else cycles
+    omega = mechanism_of(run.system).omega
+    period = 2.0 * math.pi * whole / omega if omega else 0.0
+    if _rests(run, min(times[first], times[last] - period), times[last]):
+        return RESTING
+    durations = np.diff(times[first : last + 1])
+    return EndLoop(tuple(stops[first:last]), whole, states[first:last], durations)
+
+
+def _rests(run: Run, since: float, until: float) -> bool:
+    """Whether a contact rests at some time of a run."""
+    return bool(np.any(np.isin(run.status, REST) & (run.time >= since) & (run.time <= until)))
+
+
+def _nearest_loop(run: Run, cycles: int | None) -> tuple[int, int] | None:
+    """(first, last) impact of the shortest good loop at the end of a run."""
+    states, times, stops = segments_of(run)
+    omega, last = mechanism_of(run.system).omega, len(stops) - 1
+    if last < 1:
+        return None
+    spread = np.ptp(states[:, :-1], axis=0) + np.abs(states[:, :-1]).max() * 1e-9
+    best: tuple[float, int] | None = None
+    for first in range(last - 1, max(-1, last - LONGEST - 1), -1):
+        if stops[first] != stops[last]:
+            continue
+        distance = float(np.abs((states[last] - states[first])[:-1] / spread).max())
+        span = float(times[last] - times[first])
+        whole = cycles_of(run.system, span) if cycles is None else cycles
+        distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
+        if distance < NEARLY_CLOSED and (best is None or distance < best[0]):
+            best = distance, first
+        if best and best[0] < CLOSED:
+            break  # longer loops repeat this one
+    return (best[1], last) if best else None
+
+
+def _last_time(stops: list[Impact], sequence: tuple[Impact, ...]) -> tuple[int, int] | None:
+    """(first, last) impact where a sequence, and its first stop once more, ends last."""
+    count, wanted = len(sequence), [*sequence, *sequence[:1]]
+    begins = [k for k in range(len(stops) - count) if stops[k : k + count + 1] == wanted]
+    return (begins[-1], begins[-1] + count) if begins else None
