@@ -127,7 +127,7 @@ def test_the_file_tells_a_stranger_what_it_holds(broken: vi.Branch) -> None:
     assert data.attrs["system"] == repr(broken.family.system)
     assert data.attrs["version"] == vi.__version__
     assert data.attrs["symbol"] == "1-1-1"
-    assert data.attrs["lowest"] == RANGE[0]
+    assert (data.attrs["low"], data.attrs["high"]) == broken.bounds == RANGE
     assert list(data.special_label.values) == [p.label for p in broken.special_points]
     assert "RANGE" in data.attrs["ends"]
     assert dict(data.sizes)["point"] == len(broken)

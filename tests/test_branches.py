@@ -174,6 +174,7 @@ def test_symmetry_breaking_leads_to_two_mirror_images() -> None:
 
 def test_period_doubling_leads_to_orbits_of_twice_the_period() -> None:
     doubled = vi.switch_branch(asymmetric()["PD1"], (0.66, 0.67))
+    assert asymmetric()["PD1"].bounds == asymmetric().bounds == (0.6, 0.8)  # the default
     assert isinstance(doubled, vi.Branch)
     last = doubled.orbit(len(doubled) - 1)
     assert last.symbol == "2-2-2"

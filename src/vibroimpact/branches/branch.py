@@ -60,6 +60,8 @@ class BifurcationPoint:
         +1 or -1: how the test function changes sign along the branch.
     tangent
         Of the branch, in the unknowns of ``orbit.problem`` and last the parameter.
+    bounds
+        Range of the parameter in which the branch was followed.
     nearest
         For GR: which stop is touched, where.
     segment
@@ -74,6 +76,7 @@ class BifurcationPoint:
     orbit: Orbit
     crossing: int
     tangent: Floats = field(repr=False)
+    bounds: tuple[float, float]
     nearest: Nearest | None = None
     segment: int = -1
 
@@ -113,6 +116,8 @@ class Branch:
     ----------
     parameter
         Name of the parameter.
+    bounds
+        Range in which it was followed.
     values
         Its values along the branch, shape (n,).
     multipliers
@@ -130,6 +135,7 @@ class Branch:
     """
 
     parameter: str
+    bounds: tuple[float, float]
     values: Floats
     multipliers: Complexes = field(repr=False)
     admissible: Flags = field(repr=False)

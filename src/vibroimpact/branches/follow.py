@@ -110,13 +110,14 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     found.sort(key=lambda item: item[0])
     return Branch(
         parameter=family.parameter,
+        bounds=bounds,
         values=curve.parameter,
         multipliers=values,
         admissible=admissible,
         stable=admissible & (np.abs(values) < 1.0 - NEUTRAL).all(axis=1),
         clearance=gaps,
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
-        special_points=tuple(_labelled(point for _, point in found)),
+        special_points=tuple(_labelled((point for _, point in found), bounds)),
         curve=curve,
         family=family,
     )
@@ -128,11 +129,14 @@ def _explained(end: End, refused: str) -> End:
     return End(end.reason, f"{end.detail}; {refused}") if failed else end
 
 
-def _labelled(found: Iterator[dict[str, Any]]) -> Iterator[BifurcationPoint]:
+def _labelled(
+    found: Iterator[dict[str, Any]], bounds: tuple[float, float]
+) -> Iterator[BifurcationPoint]:
     counts: Counter[str] = Counter()
     for point in found:
         counts[point["kind"]] += 1
-        yield BifurcationPoint(label=f"{point['kind']}{counts[point['kind']]}", **point)
+        label = f"{point['kind']}{counts[point['kind']]}"
+        yield BifurcationPoint(label=label, bounds=bounds, **point)
 
 
 def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[tuple[float, dict[str, Any]]]:

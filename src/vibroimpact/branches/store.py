@@ -116,8 +116,8 @@ def _attributes(branch: Branch) -> dict[str, str | int | float]:
     return {
         "format": FORMAT,
         "parameter": branch.parameter,
-        "lowest": float(branch.values.min()),
-        "highest": float(branch.values.max()),
+        "low": branch.bounds[0],
+        "high": branch.bounds[1],
         "symbol": branch.symbol,
         "impacts": json.dumps(signature.impacts),
         "cycles": signature.cycles,
@@ -193,16 +193,18 @@ def _built(data: xr.Dataset, system: System | None) -> Branch:
         sizes[:-1],  # the sizes of a vector of sizes are these
         float(sizes[-1]),
     )
+    bounds = float(a["low"]), float(a["high"])
     real, imaginary = data["multiplier_real"].values, data["multiplier_imaginary"].values
     return Branch(
         parameter=name,
+        bounds=bounds,
         values=curve.parameter,
         multipliers=real + 1j * imaginary,
         admissible=data["admissible"].values.astype(bool),
         stable=data["stable"].values.astype(bool),
         clearance=data["clearance"].values,
         impact_speed=data["impact_speed"].values,
-        special_points=tuple(_special(row, family) for row in _table(data, "special")),
+        special_points=tuple(_special(row, family, bounds) for row in _table(data, "special")),
         curve=curve,
         family=family,
     )
@@ -247,7 +249,9 @@ def _zero(row: Mapping[str, Any]) -> SpecialPoint:
     )
 
 
-def _special(row: Mapping[str, Any], family: OrbitFamily) -> BifurcationPoint:
+def _special(
+    row: Mapping[str, Any], family: OrbitFamily, bounds: tuple[float, float]
+) -> BifurcationPoint:
     value = float(row["special_value"])
     nearest = Nearest(
         float(row["special_gap"]),
@@ -265,6 +269,7 @@ def _special(row: Mapping[str, Any], family: OrbitFamily) -> BifurcationPoint:
         orbit=family.orbit(row["special_z"], value),
         crossing=int(row["special_crossing"]),
         tangent=row["special_tangent"],
+        bounds=bounds,
         nearest=nearest if nearest.contact >= 0 else None,
         segment=int(row["special_segment"]),
     )

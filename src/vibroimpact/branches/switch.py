@@ -60,7 +60,7 @@ class _Start(NamedTuple):
 
 def switch_branch(
     point: BifurcationPoint,
-    bounds: tuple[float, float],
+    bounds: tuple[float, float] | None = None,
     *,
     steps: Steps | None = None,
     progress: Tell | None = None,
@@ -72,7 +72,7 @@ def switch_branch(
     point
         A special point of a branch: "PD", "BP", "GR" or "ZERO".
     bounds
-        (low, high) of the parameter.
+        (low, high) of the parameter; by default those of the branch that the point is on.
     steps, progress
         As for :func:`~vibroimpact.continue_orbit`.
 
@@ -91,7 +91,8 @@ def switch_branch(
         raise InvalidParameterError(
             f"point = {point!r}: must be a special point of a branch, such as branch['PD1']."
         )
-    low, high = range_of(bounds, point.name, point.parameter)
+    wanted = point.bounds if bounds is None else bounds
+    low, high = range_of(wanted, point.name, point.parameter)
     builders = {"PD": _doubled, "BP": _branching, "GR": _grown, "ZERO": _shrunk}
     if point.kind not in builders:
         return NoBranch(point, f"at a point of kind {point.kind} no other branch of orbits begins")
