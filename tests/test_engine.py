@@ -192,10 +192,14 @@ def test_an_impact_costs_some_hundred_operations(workplace: Path) -> None:
 KERNEL = """
 #include "vibroimpact/run.hpp"
 #include "vibroimpact/flow/dense.hpp"
+#include "vibroimpact/orbit/prescribed.hpp"
 #include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/scalar/mixed_jet.hpp"
 using small = vi::modal_flow<double, vi::fixed<6, 1>>;
 using dense = vi::dense_flow<double, vi::bounded<8, 2>>;
 using jet = vi::jet<double, 2>;
+using map = vi::prescribed<double, vi::bounded<8, 2>>;
+using form = vi::mixed_jet<3>;
 %s
 """
 CUDA = (
@@ -207,6 +211,11 @@ __global__ void one_event(const vi::hybrid<Flow>* system,
     const int i = blockIdx.x * blockDim.x + threadIdx.x;
     time[i] = vi::plain(vi::step(*system, at[i], 1e6).duration);
 }
+template <class Map>
+__global__ void one_segment(const Map* map, const typename Map::stop_type* stop,
+                            vi::orbit_state<form>* z, double t) {
+    map->template impact<3>(*stop, z[threadIdx.x], t);
+}
 """
 )
 WASM = (
@@ -217,6 +226,10 @@ using jets = vi::trajectory<jet, vi::bounded<8, 2>>;
 extern "C" double one_event(const vi::hybrid<small>* s, point* at,
                             const vi::hybrid<dense>* t, jets* to) {
     return vi::step(*s, *at, 1e6).duration + vi::step(*t, *to, 1e6).duration.v;
+}
+extern "C" double one_segment(const map* m, const map::stop_type* stop,
+                              vi::orbit_state<form>* z, double t) {
+    return m->impact<3>(*stop, *z, t).c[7];
 }
 """
 )
@@ -232,8 +245,8 @@ def test_the_engine_compiles_for_cuda_without_a_gpu(arch: str) -> None:
         include_path=[str(INCLUDE)],
         device_as_default_execution_space=True,
     )
-    name = "one_event<double, small>"
-    code = core.Program(CUDA, "c++", options).compile("cubin", name_expressions=[name])
+    names = ["one_event<double, small>", "one_segment<map>"]
+    code = core.Program(CUDA, "c++", options).compile("cubin", name_expressions=names)
     assert len(code.code) > 1000
 
 
