@@ -133,3 +133,28 @@ def test_the_error_of_a_birth_on_the_branch_that_is_born_holds() -> None:
     off = abs(born["BP1"].parameter - parent["BP1"].parameter)
     assert off <= max(10.0 * born["BP1"].error, 4.0 * math.ulp(1.0))
     assert off < 1e-10
+
+
+def meeting(omega: float, k2: float) -> vi.Mechanism:
+    """Two masses; two contacts whose impacts can come to coincide."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.5]],
+        damping=[[0.1, -0.03], [-0.03, 0.05]],
+        stiffness=[[1.0 + k2, -k2], [-k2, k2]],
+        forces=(vi.Harmonic(omega, (1.0, 0.0)),),
+        contacts=(
+            vi.Contact((1.0, 0.0), upper=0.5, restitution=0.7),
+            vi.Contact((-1.0, 1.0), lower=-0.4, upper=0.4, restitution=0.6),
+        ),
+    )
+
+
+def test_where_two_impacts_coincide_the_branch_says_so_and_ends_soon() -> None:
+    system = vi.Family(meeting, omega=1.3, k2=1.0)
+    for orbit in vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits:
+        branch = vi.continue_orbit(orbit, "omega", (0.9, 1.7))
+        for point in branch.special_points:
+            if point.kind == "SIM":
+                assert abs(point.orbit.durations[point.segment]) < 1e-9
+        backwards = [i for i in range(len(branch)) if branch.orbit(i).durations.min() < -1e-9]
+        assert not branch.admissible[backwards].any()

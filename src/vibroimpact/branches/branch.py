@@ -31,9 +31,11 @@ MEANINGS = {
     "BP": "branch point: two branches cross",
     "GR": "grazing: a stop is touched between the impacts",
     "ZERO": "zero impact speed: an impact becomes a touch",
+    "SIM": "two impacts at once: beyond it they change order",
     "STICK": "onset of sticking: a plastic impact no longer opens at once",
 }
-TOUCHES = ("GR", "ZERO")  # a gap is zero at an extremum: its sign there is rounding
+TOUCHES = ("GR", "ZERO", "SIM")  # a gap, a speed or a time is zero: its sign there is rounding
+TOUCHED = 1e-7  # relative; square roots halve the digits there
 BREAKING = "symmetry breaking: two mirror images are born"
 WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
 
@@ -45,7 +47,7 @@ class BifurcationPoint:
     Attributes
     ----------
     kind
-        "SN", "PD", "NS", "BP", "GR", "ZERO" or "STICK".
+        "SN", "PD", "NS", "BP", "GR", "ZERO", "SIM" or "STICK".
     label
         Kind and number along the branch, "NS1".
     name
@@ -65,7 +67,7 @@ class BifurcationPoint:
     nearest
         For GR: which stop is touched, where.
     segment
-        For ZERO and STICK: which solved impact; else -1.
+        For ZERO and STICK which solved impact, for SIM which flight; else -1.
     """
 
     kind: str
@@ -92,8 +94,10 @@ class BifurcationPoint:
 
     @property
     def admissible(self) -> bool:
-        """Whether the machine moves so; at GR and ZERO, apart from the touch."""
-        return self.kind in TOUCHES or self.orbit.admissible
+        """Whether the machine moves so; at GR, ZERO and SIM, apart from rounding at the touch."""
+        if self.kind in TOUCHES:
+            return self.orbit.converged and not self.orbit.why_inadmissible(TOUCHED)
+        return self.orbit.admissible
 
     @cached_property
     def normal_form(self) -> NormalForm | Refusal:

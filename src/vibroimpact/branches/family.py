@@ -6,7 +6,8 @@ Method      The problem is problem.py's, in z (states and flight times) and p. W
             the test functions are
                 flip     s / (product of rho_k) det of the pencil at -1  =  +-s det(DF + I)      (2)
                 torus    s^(d - 1) product over i < j of (1 - mu_i mu_j)                        (3)
-                speed k  rho_k          stick k (R = 0)  acceleration of the gap after impact k (4)
+                speed k  rho_k          flight k  t_k, zero where two impacts coincide
+                stick k (R = 0)  acceleration of the gap after impact k                         (4)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
             (1) removes their poles at grazing; folds and branch points are the engine's own.
             Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: not looked at.
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import linear
 from vibroimpact.chebyshev import fitted
+from vibroimpact.coordinates import STEP_ANGLE, dense_rate
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameter
@@ -38,7 +40,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 SATURATION = 0.05  # rho_ref, relative to the fastest impact at the start
-FLIP, TORUS, SPEED, STICK = "flip", "torus", "speed", "stick"
+FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 
 
 class OrbitFamily(OrbitProblem):
@@ -62,6 +64,7 @@ class OrbitFamily(OrbitProblem):
         self._seen: tuple[bytes, float, Linearised] | None = None
         self.refused = ""  # why the system could not be built, where it could not
         self._reference = 0.0
+        self._rate = 2.0 * dense_rate(self.mechanism)
 
     def scale(self) -> Floats:
         """Size of each unknown and of the parameter."""
@@ -75,7 +78,11 @@ class OrbitFamily(OrbitProblem):
         return self._seen[2]
 
     def residual(self, z: Floats, p: float) -> Floats:
-        """As :class:`OrbitProblem` says; NaN where the parameter is out of its own range."""
+        """As :class:`OrbitProblem` says; NaN beyond the range of the parameter or of time."""
+        backwards = float(self.unpacked(z)[1].min()) * self._rate
+        if backwards < -STEP_ANGLE:
+            self.refused = "a flight takes negative time: two impacts have changed order"
+            return np.full(len(z), np.nan)
         try:
             return super().residual(z, p)
         except InvalidParameterError as error:
@@ -112,6 +119,8 @@ class OrbitFamily(OrbitProblem):
             TORUS: weight ** (pencil.finite - 1) * pairs,
         }
         watched |= {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
+        durations = self.unpacked(z)[1]
+        watched |= {f"{FLIGHT} {k}": float(t) for k, t in enumerate(durations)}
         return watched | self._sticking(z, p)
 
     def _sticking(self, z: Floats, p: float) -> dict[str, float]:
@@ -152,4 +161,4 @@ def kind_of(family: OrbitFamily, name: str) -> str:
     """The bifurcation that a zero of a test function is."""
     kinds = {FLIP: "BP" if family.signature.symmetric else "PD", TORUS: "NS"}
     word = name.split()[0]
-    return {SPEED: "ZERO", STICK: "STICK"}.get(word, kinds.get(word, word))
+    return {SPEED: "ZERO", FLIGHT: "SIM", STICK: "STICK"}.get(word, kinds.get(word, word))

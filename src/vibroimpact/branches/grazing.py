@@ -31,6 +31,7 @@ from vibroimpact.periodic.orbit import Orbit
 Floats = NDArray[np.float64]
 
 FINEST = 1e-13  # of the distance of two points
+AT_ONCE = 1e-9  # of the period
 EDGE = 1e-2  # of a flight: an extremum this near to an impact on the same stop belongs to it
 
 
@@ -87,8 +88,10 @@ class _Between:
 
 
 def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
-    """Whether an extremum is that of an impact whose own speed vanishes: "ZERO", not "GR"."""
+    """Whether a gap vanishes for another reason: an impact's own speed, two impacts at once."""
     k, stop = nearest.segment, (nearest.contact, nearest.side)
+    if np.abs(orbit.durations).min() < AT_ONCE * float(np.abs(orbit.durations).sum()):
+        return True  # two impacts at once: "SIM"
     share = nearest.time / float(orbit.durations[k])
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
     return (share < EDGE and stop == begun) or (share > 1.0 - EDGE and stop == ended)

@@ -99,11 +99,18 @@ def switch_branch(
     start = builders[point.kind](point, (low, high))
     if isinstance(start, NoBranch):
         return start
+    try:
+        return _followed(start, (low, high), steps, progress)
+    except InvalidParameterError as error:  # the start does not converge
+        return NoBranch(point, str(error))
+
+
+def _followed(start: _Start, bounds: Bounds, steps: Steps | None, progress: Tell | None) -> Branch:
     curve = continue_curve(
-        start.family, start.z, start.parameter, (low, high), tangent=start.tangent,
+        start.family, start.z, start.parameter, bounds, tangent=start.tangent,
         both=start.both, steps=steps or STEPS, progress=progress,
     )  # fmt: skip
-    return branch_of(start.family, curve, (low, high))
+    return branch_of(start.family, curve, bounds)
 
 
 def _packed(point: BifurcationPoint, signature: Signature, segments: Guess) -> Floats:

@@ -108,13 +108,22 @@ def least_gaps(
 
 
 def why_inadmissible(
-    parts: Linearised, impacts: list[Impact], nearest: Nearest | None, size: float
+    parts: Linearised,
+    impacts: list[Impact],
+    durations: Floats,
+    nearest: Nearest | None,
+    size: float,
+    play: float = PLAY,
 ) -> str:
     """Why no machine moves so; "" where one does. ``size`` is the amplitude."""
+    span, fastest = play * float(durations.sum()), play * float(np.abs(parts.rate).max())
+    for k, duration in enumerate(durations):
+        if duration < -span:
+            return f"flight {k} takes the time {duration:.6g}: two impacts have changed order"
     for k, (contact, side) in enumerate(impacts):
         stop = f"the {'upper' if side > 0 else 'lower'} stop of contact {contact}"
-        if side * parts.rate[k] <= 0.0:
+        if side * parts.rate[k] <= (0.0 if play == PLAY else -fastest):
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
-    if nearest is not None and nearest.gap < -PLAY * size:
+    if nearest is not None and nearest.gap < -play * size:
         return str(nearest)
     return ""

@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from vibroimpact import linear
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.admissibility import Nearest, Place, least_gaps, why_inadmissible
+from vibroimpact.periodic.admissibility import (
+    PLAY,
+    Nearest,
+    Place,
+    least_gaps,
+    why_inadmissible,
+)
 from vibroimpact.periodic.multipliers import pencil_of
 from vibroimpact.periodic.newton import scale_of
 from vibroimpact.periodic.prescribed import Linearised
@@ -164,9 +170,14 @@ class Orbit:
         """Which gap is violated, where and by how much; "" for an admissible orbit."""
         if not self.converged:
             return self.status
+        return self.why_inadmissible()
+
+    def why_inadmissible(self, play: float = PLAY) -> str:
+        """The same for a given tolerance, relative to amplitude, speed and period."""
         return why_inadmissible(
-            self.linearised, list(self.problem.impacts), self.nearest, self.size
-        )
+            self.linearised, list(self.problem.impacts), self.durations, self.nearest, self.size,
+            play,
+        )  # fmt: skip
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:

@@ -6,10 +6,20 @@ from typing import Any
 
 from vibroimpact.plotting import style
 
-MARKERS = {"SN": ">", "PD": "D", "NS": "o", "BP": "s", "GR": "v", "ZERO": "X", "STICK": "P"}
+MARKERS = {
+    "SN": ">",
+    "PD": "D",
+    "NS": "o",
+    "BP": "s",
+    "GR": "v",
+    "ZERO": "X",
+    "SIM": "*",
+    "STICK": "P",
+}
 KINDS = {
     "SN": "fold", "PD": "period doubling", "NS": "Neimark-Sacker", "BP": "branch point",
-    "GR": "grazing", "ZERO": "zero impact speed", "STICK": "onset of sticking",
+    "GR": "grazing", "ZERO": "zero impact speed", "SIM": "two impacts at once",
+    "STICK": "onset of sticking",
 }  # fmt: skip
 PARAMETERS = {
     "omega": r"forcing frequency $\omega$", "omega_n": r"natural frequency $\omega_n$",
