@@ -19,7 +19,7 @@ import numpy as np
 import vibroimpact as vi
 from benchmarks import machine
 from benchmarks.case import SET_A
-from vibroimpact.periodic.find import unfolded
+from vibroimpact.periodic.find import repeated, unfolded
 
 POINTS = 200
 RANGE = (0.5, 1.5)
@@ -70,13 +70,9 @@ def assert_special_points() -> None:
 def longer(orbit: vi.Orbit, impacts: int) -> vi.Orbit:
     """The same orbit, gone round several times: as many unknowns as an orbit of its length."""
     times = impacts // len(orbit.signature.impacts)
-    once = unfolded(orbit)
-    turn = np.zeros(once.states.shape[1])
-    turn[-1] = 2.0 * np.pi * orbit.signature.cycles
-    states = np.vstack([once.states + k * turn for k in range(times)])
     return vi.find_orbit(
         orbit.system,
-        vi.Guess(states, np.tile(once.durations, times)),
+        repeated(unfolded(orbit), orbit.signature.cycles, times),
         impacts=orbit.signature.impacts * times,
         cycles=orbit.signature.cycles * times,
     )

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from vibroimpact.iterates import FEWEST_POINTS, Kind, Shape, classify_points
 from vibroimpact.lyapunov import LyapunovEstimate, exponent_from
+from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Motion, Stop
 from vibroimpact.orbit_type import OrbitType, is_symmetric, multipliers, orbit_type
 from vibroimpact.rotation import Rotation, weighted_average
 from vibroimpact.sections import (
     IMPACTS_PER_POINT,
     Section,
-    check_count,
     check_stop,
     coordinates,
     section_of,

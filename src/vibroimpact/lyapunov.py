@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.mechanism import check_count
 from vibroimpact.motion import EVENTS_PER_IMPACT, Motion
-from vibroimpact.sections import check_count
 from vibroimpact.simulate import RunEnd, System, flight_limit_of
 from vibroimpact.state import State
 

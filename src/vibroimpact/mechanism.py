@@ -73,6 +73,12 @@ def fraction(name: str, value: Any) -> float:
     return number
 
 
+def check_count(name: str, value: object, least: int) -> None:
+    """Refuse a count that is no integer or too small."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InvalidParameterError(f"{name} = {value!r}: must be an integer >= {least}.")
+
+
 def vector(name: str, value: ArrayLike, size: int | None = None) -> tuple[float, ...]:
     """Return value as a tuple of finite floats, or raise naming shape or entry."""
     array = _numbers(f"{name} = {value!r}", value, "numbers")
@@ -238,6 +244,11 @@ class Mechanism:
     def omega(self) -> float:
         """Angular frequency of the first forcing line, 0 where there is none."""
         return self.forces[0].omega if self.forces else 0.0
+
+
+def stop_sizes(m: Mechanism) -> list[float]:
+    """|limit| of every stop: lengths of the mechanism."""
+    return [abs(x) for c in m.contacts for x in (c.lower, c.upper) if not infinite(x)]
 
 
 def _check_count(name: str, items: Sequence[Any], kind: type, low: int, high: int) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Impacts, Motion, Stop
 from vibroimpact.simulate import RunEnd, System, mechanism_of
 from vibroimpact.state import State
@@ -238,12 +239,6 @@ def section_of(
         end=end,
         last=last,
     )
-
-
-def check_count(name: str, value: object, least: int) -> None:
-    """Refuse a count that is no integer or too small."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InvalidParameterError(f"{name} = {value!r}: must be an integer >= {least}.")
 
 
 def check_stop(system: System, contact: int, stop: Stop) -> None:

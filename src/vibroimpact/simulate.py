@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact import _kernel
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import Compiled, compile_mechanism
-from vibroimpact.mechanism import Mechanism
+from vibroimpact.mechanism import Mechanism, check_count
 from vibroimpact.state import State
 
 Floats = NDArray[np.float64]
@@ -263,9 +263,7 @@ def flight_limit_of(compiled: Compiled) -> float:
 
 def check_counts(impacts: Any, t_max: float) -> None:
     """Refuse an impossible length of run."""
-    whole = isinstance(impacts, int | np.integer) and not isinstance(impacts, bool)
-    if not whole or impacts < 1:
-        raise InvalidParameterError(f"impacts = {impacts!r}: must be an integer >= 1.")
+    check_count("impacts", impacts, 1)
     if not t_max > 0.0:
         raise InvalidParameterError(f"t_max = {t_max!r}: must be > 0.")
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.periodic.find import mirrored as mirror_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -150,10 +151,8 @@ def _state(branch: Branch, unknowns: Floats, impact: int) -> Floats:
     signature = branch.family.signature
     solved = len(branch.family.impacts)
     states = np.array([branch.family.unpacked(z)[0][impact % solved] for z in unknowns])
-    if signature.symmetric and impact >= solved:
-        states[:, :-1] *= -1.0
-        states[:, -1] += math.pi * signature.cycles
-    return states
+    second = signature.symmetric and impact >= solved
+    return mirror_of(states, math.pi * signature.cycles) if second else states
 
 
 def _of_orbits(branch: Branch, points: Along, name: str) -> Floats:

@@ -35,12 +35,12 @@ from vibroimpact.branches.loops import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.sweep import swept
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.continuation import Steps
+from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import with_parameter
 from vibroimpact.periodic.find import SAME, Guess, solve
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.problem import asymmetry
-from vibroimpact.sections import check_count
 from vibroimpact.simulate import mechanism_of
 
 Floats = NDArray[np.float64]

@@ -126,12 +126,12 @@ class OrbitFamily(OrbitProblem):
     def _sticking(self, z: Floats, p: float) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
         begun = self.signature.impacts[: len(self.impacts)]
-        contacts = self.compiled(p).mechanism.contacts
+        compiled = self.compiled(p)
+        contacts = compiled.mechanism.contacts
         laws = [contacts[c].restitutions[side > 0] for c, side in begun]
         plastic = [k for k, restitution in enumerate(laws) if restitution == 0.0]
         if not plastic:
             return {}
-        compiled = self.compiled(p)
         states, durations = self.unpacked(z)
         n, window = self.mechanism.degrees, WINDOW / compiled.rate
         flights = compiled.flights(states, durations)
@@ -157,8 +157,14 @@ def _pairs(values: Complexes) -> float:
     return product.real if math.isfinite(product.real) else math.nan
 
 
-def kind_of(family: OrbitFamily, name: str) -> str:
-    """The bifurcation that a zero of a test function is."""
-    kinds = {FLIP: "BP" if family.signature.symmetric else "PD", TORUS: "NS"}
-    word = name.split()[0]
-    return {SPEED: "ZERO", FLIGHT: "SIM", STICK: "STICK"}.get(word, kinds.get(word, word))
+def meaning_of(family: OrbitFamily, name: str) -> tuple[str, int]:
+    """The bifurcation that a zero of a test function is, and which segment's; -1 for all."""
+    kinds = {
+        FLIP: "BP" if family.signature.symmetric else "PD",
+        TORUS: "NS",
+        SPEED: "ZERO",
+        FLIGHT: "SIM",
+        STICK: "STICK",
+    }
+    word, _, number = name.partition(" ")
+    return kinds.get(word, word), int(number) if number else -1

@@ -12,19 +12,17 @@ from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter, converged, range_of
-from vibroimpact.branches.family import OrbitFamily, kind_of
+from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
-from vibroimpact.continuation import Curve, End, SpecialPoint, Steps, Stopped, continue_curve
+from vibroimpact.continuation import Curve, End, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import Tell
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.orbit import NEUTRAL, Orbit
+from vibroimpact.periodic.orbit import Orbit
 
 Floats = NDArray[np.float64]
 
-ON_CIRCLE = (
-    1e-5  # |mu| of a pair this close to 1 at a zero of the torus function: no neutral saddle
-)
+ON_CIRCLE = 1e-5  # |mu| of a pair so close to 1 at a zero of the torus function: no neutral saddle
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
@@ -103,19 +101,16 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     before, after = (_explained(end, family.refused) for end in curve.ends)
     curve = replace(curve, ends=(before, after))
     orbits = [family.orbit(z, p) for z, p in zip(curve.z, curve.parameter, strict=True)]
-    gaps = np.array([o.clearance_to_grazing for o in orbits])
-    values = np.array([o.multipliers for o in orbits])
-    admissible = np.array([o.admissible for o in orbits])
     found = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
     found.sort(key=lambda item: item[0])
     return Branch(
         parameter=family.parameter,
         bounds=bounds,
         values=curve.parameter,
-        multipliers=values,
-        admissible=admissible,
-        stable=admissible & (np.abs(values) < 1.0 - NEUTRAL).all(axis=1),
-        clearance=gaps,
+        multipliers=np.array([o.multipliers for o in orbits]),
+        admissible=np.array([o.admissible for o in orbits]),
+        stable=np.array([o.stable for o in orbits]),
+        clearance=np.array([o.clearance_to_grazing for o in orbits]),
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
         special_points=tuple(_labelled((point for _, point in found), bounds)),
         curve=curve,
@@ -141,19 +136,15 @@ def _labelled(
 
 def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[tuple[float, dict[str, Any]]]:
     for point in curve.special:
-        kind, orbit = kind_of(family, point.name), family.orbit(point.z, point.parameter)
+        kind, segment = meaning_of(family, point.name)
+        orbit = family.orbit(point.z, point.parameter)
         if kind == "NS" and not _on_circle(orbit):
             continue
         yield point.arclength, {
             "kind": kind, "name": family.parameter, "parameter": point.parameter,
             "error": point.error, "orbit": orbit, "crossing": point.crossing,
-            "tangent": point.tangent, "segment": _segment(point),
+            "tangent": point.tangent, "segment": segment,
         }  # fmt: skip
-
-
-def _segment(point: SpecialPoint) -> int:
-    number = point.name.rpartition(" ")[2]
-    return int(number) if number.isdigit() else -1
 
 
 def _on_circle(orbit: Orbit) -> bool:

@@ -27,7 +27,7 @@ from vibroimpact.branches.follow import STEPS, branch_of
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.walk import Tell
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.periodic.find import Guess, rotated, unfolded
+from vibroimpact.periodic.find import Guess, mirrored, repeated, rotated, unfolded
 from vibroimpact.periodic.problem import OrbitProblem, Signature
 
 Floats = NDArray[np.float64]
@@ -147,20 +147,14 @@ def _tangent_of(point: BifurcationPoint) -> Guess:
     states, durations = problem.unpacked(point.tangent[:-1])
     if not point.orbit.symmetric:
         return Guess(states, durations)
-    mirrored = states * np.append(np.full(states.shape[1] - 1, -1.0), 1.0)
-    return Guess(np.vstack([states, mirrored]), np.tile(durations, 2))
+    return Guess(np.vstack([states, mirrored(states, 0.0)]), np.tile(durations, 2))
 
 
 def _doubled(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
-    once, signature = unfolded(point.orbit), point.orbit.signature
-    turn = np.zeros(once.states.shape[1])
-    turn[-1] = 2.0 * np.pi * signature.cycles
-    twice = Guess(np.vstack([once.states, once.states + turn]), np.tile(once.durations, 2))
-    change = _tangent_of(point)
-    along = Guess(np.tile(change.states, (2, 1)), np.tile(change.durations, 2))
-    return _through(
-        point, Signature(signature.impacts * 2, 2 * signature.cycles), twice, along, bounds
-    )
+    once = point.orbit.signature
+    twice = Signature(once.impacts * 2, 2 * once.cycles)
+    guess = repeated(unfolded(point.orbit), once.cycles, 2)
+    return _through(point, twice, guess, repeated(_tangent_of(point), 0, 2), bounds)
 
 
 def _branching(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
@@ -172,19 +166,14 @@ def _grown(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
     orbit, touch = point.orbit, point.nearest
     assert touch is not None
     half, k = orbit.states, touch.segment
-    compiled = orbit.problem.compiled(orbit.parameter_value)
-    inside = compiled.kernel.fly(half[k : k + 1], [1], np.array([touch.time]), 1.0)[0, 0]
-    theta = half[k, -1] + compiled.omega * touch.time
-    guess = Guess(
-        np.insert(half, k + 1, np.append(inside, theta), axis=0),
-        np.insert(orbit.durations, k, touch.time),
-    )
+    inside = orbit.problem.compiled(orbit.parameter_value).after(half[k], touch.time)
+    guess = Guess(np.insert(half, k + 1, inside, axis=0), np.insert(orbit.durations, k, touch.time))
     guess.durations[k + 1] -= touch.time
-    count = len(half)
-    impacts = list(orbit.signature.impacts[:count])
+    impacts = list(orbit.signature.impacts[: len(half)])
     impacts.insert(k + 1, (touch.contact, touch.side))
     signature = _with_mirror(orbit.signature, impacts)
-    return _onwards(point, signature, guess, bounds, k)
+    start = _ordinary(point, signature, guess, bounds)
+    return start if isinstance(start, NoBranch) else _closing(start, k)
 
 
 def _with_mirror(like: Signature, impacts: list[tuple[int, int]]) -> Signature:
@@ -193,17 +182,24 @@ def _with_mirror(like: Signature, impacts: list[tuple[int, int]]) -> Signature:
     return Signature((*impacts, *mirrored), like.cycles, like.symmetric)
 
 
-def _onwards(
-    point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds, k: int
+def _ordinary(
+    point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
 ) -> _Start | NoBranch:
-    """Start of (1): towards a positive closing speed of impact k."""
+    """A start at an ordinary point of a signature's equations, in both directions."""
     family, z = _family(point, signature, guess, bounds)
     tangent = _null_vector(family, z, point.parameter)
     if tangent is None:
-        return NoBranch(point, "the equations with one impact more have no single tangent there")
-    there = z + NUDGE * tangent[:-1]
-    closing = family.impacts[k][1] * family.linearised(there, point.parameter).rate[k]
-    return _Start(family, z, point.parameter, np.copysign(1.0, closing) * tangent, both=False)
+        count = len(signature.impacts)
+        return NoBranch(point, f"the equations with {count} impacts have no single tangent there")
+    return _Start(family, z, point.parameter, tangent, both=True)
+
+
+def _closing(start: _Start, k: int) -> _Start:
+    """The direction of (1) alone: towards a positive closing speed of impact k."""
+    there = start.z + NUDGE * start.tangent[:-1]
+    rate = start.family.linearised(there, start.parameter).rate[k]
+    forward = np.copysign(1.0, start.family.impacts[k][1] * rate)
+    return start._replace(tangent=forward * start.tangent, both=False)
 
 
 def _null_vector(family: OrbitFamily, z: Floats, p: float) -> Floats | None:
@@ -227,8 +223,4 @@ def _shrunk(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
     impacts = list(orbit.signature.impacts[: len(durations)])
     del impacts[lost]
     signature = _with_mirror(orbit.signature, impacts)
-    family, z = _family(point, signature, guess, bounds)
-    tangent = _null_vector(family, z, point.parameter)
-    if tangent is None:
-        return NoBranch(point, "the equations with one impact less have no single tangent there")
-    return _Start(family, z, point.parameter, tangent, both=True)
+    return _ordinary(point, signature, guess, bounds)

@@ -24,8 +24,7 @@ from vibroimpact.continuation.panel import Failure, Panel, Standard, build, grow
 from vibroimpact.continuation.problem import Floats, Scaled
 from vibroimpact.continuation.special import Found, at_end, at_start, locate
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import positive
-from vibroimpact.sections import check_count
+from vibroimpact.mechanism import check_count, positive
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.

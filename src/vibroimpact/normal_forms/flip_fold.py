@@ -28,7 +28,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
 from vibroimpact.normal_forms.critical import (
     Critical,
     Refusal,
@@ -44,11 +43,7 @@ from vibroimpact.normal_forms.forms import (
     jacobian,
     with_parameter,
 )
-from vibroimpact.normal_forms.unfolding import Unfolding, unfold
-
-NO_PARAMETER = (
-    "this normal form was computed without the parameter. Compute it with parameter=True."
-)
+from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
 UNDECIDED = "the cubic term does not decide"
 TOUCHES = "in this parameter the multiplier touches -1 without crossing it"
@@ -124,9 +119,7 @@ class Flip:
         return np.asarray(np.outer(w, self.q) + bend)
 
     def _unfolded(self) -> Unfolding:
-        if self.unfolding is None:
-            raise InvalidParameterError(f"unfolding = None: {NO_PARAMETER}")
-        return self.unfolding
+        return given("unfolding", self.unfolding)
 
 
 @dataclass(frozen=True)
@@ -175,9 +168,7 @@ class Fold:
         return np.asarray(np.outer(w, self.q))
 
     def _driven(self) -> float:
-        if self.drive is None:
-            raise InvalidParameterError(f"drive = None: {NO_PARAMETER}")
-        return self.drive
+        return given("drive", self.drive)
 
 
 def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Refusal:

@@ -53,7 +53,7 @@ from vibroimpact.normal_forms.resonance import (
     strong_resonances,
     warning,
 )
-from vibroimpact.normal_forms.unfolding import Unfolding, unfold
+from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
 UNDECIDED = "the cubic term does not decide (a Chenciner point, or an area-preserving map)"
 TOUCHES = "in this parameter the pair touches the unit circle without crossing it"
@@ -195,12 +195,7 @@ class NeimarkSacker:
         return np.asarray(first + quadratic + self._unfolded().drift * dp)
 
     def _unfolded(self) -> Unfolding:
-        if self.unfolding is None:
-            raise InvalidParameterError(
-                "unfolding = None: this normal form was computed without the parameter. "
-                "Compute it with parameter=True."
-            )
-        return self.unfolding
+        return given("unfolding", self.unfolding)
 
     def __repr__(self) -> str:
         near = self.resonance

@@ -11,11 +11,25 @@ Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 4.7: exac
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.normal_forms.critical import Critical
 from vibroimpact.normal_forms.forms import Floats, Multilinear, with_parameter
+
+Part = TypeVar("Part")
+
+
+def given(name: str, part: Part | None) -> Part:
+    """A part of a normal form that needs the parameter, or refuse where it was left out."""
+    if part is None:
+        raise InvalidParameterError(
+            f"{name} = None: this normal form was computed without the parameter. "
+            "Compute it with parameter=True."
+        )
+    return part
 
 
 @dataclass(frozen=True)

@@ -113,16 +113,20 @@ def why_inadmissible(
     durations: Floats,
     nearest: Nearest | None,
     size: float,
-    play: float = PLAY,
+    slack: float = 0.0,
 ) -> str:
-    """Why no machine moves so; "" where one does. ``size`` is the amplitude."""
-    span, fastest = play * float(durations.sum()), play * float(np.abs(parts.rate).max())
+    """Why no machine moves so; "" where one does.
+
+    ``size`` is the amplitude; ``slack`` is allowed beyond rounding, relative to period, speed and
+    amplitude: at a touch the sign of one of them is rounding.
+    """
+    play, fastest = max(PLAY, slack), float(np.abs(parts.rate).max())
     for k, duration in enumerate(durations):
-        if duration < -span:
+        if duration < -play * float(durations.sum()):
             return f"flight {k} takes the time {duration:.6g}: two impacts have changed order"
     for k, (contact, side) in enumerate(impacts):
         stop = f"the {'upper' if side > 0 else 'lower'} stop of contact {contact}"
-        if side * parts.rate[k] <= (0.0 if play == PLAY else -fastest):
+        if side * parts.rate[k] <= -slack * fastest:
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
     if nearest is not None and nearest.gap < -play * size:
         return str(nearest)

@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.periodic.end_loop import cycles_of, loop_at_end
 from vibroimpact.periodic.newton import HALVINGS, ITERATIONS, newton, scale_of
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import Impact
 from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, forcing_repeats
-from vibroimpact.sections import check_count
 from vibroimpact.simulate import Run, System, mechanism_of, simulate
 from vibroimpact.state import State
 
@@ -192,18 +192,41 @@ def unfolded(orbit: Orbit) -> Guess:
     """All segments of an orbit, of a symmetric one its second half too."""
     if not orbit.symmetric:
         return Guess(orbit.states, orbit.durations)
-    mirrored = orbit.states * np.append(np.full(orbit.states.shape[1] - 1, -1.0), 1.0)
-    mirrored[:, -1] += math.pi * orbit.signature.cycles
-    return Guess(np.vstack([orbit.states, mirrored]), np.tile(orbit.durations, 2))
+    second = mirrored(orbit.states, math.pi * orbit.signature.cycles)
+    return Guess(np.vstack([orbit.states, second]), np.tile(orbit.durations, 2))
+
+
+def mirrored(states: Floats, turn: float) -> Floats:
+    """(x, v, theta) -> (-x, -v, theta + turn) of states in rows."""
+    images = -states
+    images[:, -1] = states[:, -1] + turn
+    return images
+
+
+def later(states: Floats, turn: float) -> Floats:
+    """(x, v, theta) -> (x, v, theta + turn) of states in rows."""
+    moved = states.copy()
+    moved[:, -1] += turn
+    return moved
+
+
+def repeated(once: Guess, cycles: int, times: int) -> Guess:
+    """A loop of so many forcing cycles, gone round several times."""
+    turns = 2.0 * math.pi * cycles * np.arange(times)
+    states = np.vstack([later(once.states, turn) for turn in turns])
+    return Guess(states, np.tile(once.durations, times))
+
+
+def rolled(once: Guess, cycles: int, first: int) -> Guess:
+    """A loop of so many forcing cycles, begun at a later segment."""
+    passed = later(once.states[:first], 2.0 * math.pi * cycles)
+    return Guess(np.vstack([once.states[first:], passed]), np.roll(once.durations, -first))
 
 
 def rotated(orbit: Orbit, count: int) -> Orbit:
     """The same orbit with a later impact as its first."""
-    whole, m = unfolded(orbit), len(orbit.durations)
-    signature, turn = orbit.signature, np.zeros(orbit.states.shape[1])
-    turn[-1] = 2.0 * math.pi * signature.cycles
-    states = np.vstack([whole.states[count:], whole.states[:count] + turn])
-    durations = np.roll(whole.durations, -count)
+    signature, m = orbit.signature, len(orbit.durations)
+    states, durations = rolled(unfolded(orbit), signature.cycles, count)
     impacts = (*signature.impacts[count:], *signature.impacts[:count])
     moved = replace(signature, impacts=impacts)
     return replace(orbit, signature=moved, states=states[:m], durations=durations[:m])

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from vibroimpact._kernel import Jet
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.find import unfolded
+from vibroimpact.periodic.find import later, unfolded
 from vibroimpact.periodic.multipliers import solved_coordinate
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import COASTING, Impact, Prescribed, compile_prescribed
@@ -181,18 +181,15 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     compiled = compile_prescribed(orbit.system, parameter)
     states, durations = unfolded(orbit)
     passed = after * durations[0]
-    inside = compiled.kernel.fly(states[:1], [1], np.array([passed]), 1.0)[0, 0]
-    start = np.append(inside, states[0, -1] + compiled.omega * passed)
+    start = compiled.after(states[0], passed)
     stops = orbit.signature.impacts
     ends = [*compiled.stop_numbers([*stops[1:], stops[0]]), COASTING]
     kept = tuple(range(2 * compiled.degrees))
     turns = 2.0 * math.pi * orbit.signature.cycles
-    shifted = states.copy()
-    shifted[0, -1] += turns  # the first state again, one period later
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
     c = (turns / omega).coefficients
     return SegmentMap(
-        compiled, np.vstack([start, states[1:], shifted[:1]]),
+        compiled, np.vstack([start, states[1:], later(states[:1], turns)]),
         np.concatenate([[durations[0] - passed], durations[1:], [passed]]), tuple(ends),
         (COASTING, 0), kept, kept, np.ones(len(kept)), np.array([c[0], c[1], c[3], c[7]]),
     )  # fmt: skip

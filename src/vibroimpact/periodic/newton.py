@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.mechanism import stop_sizes
 from vibroimpact.periodic.problem import OrbitProblem
 
 Floats = NDArray[np.float64]
@@ -28,13 +29,10 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
     """The size of each unknown: of positions, velocities, phase and time."""
     n, q = problem.mechanism.degrees, problem.size
     rows = np.abs(np.reshape(z, (-1, q + 1)))
-    stops = [
-        abs(x) for c in problem.mechanism.contacts for x in (c.lower, c.upper) if math.isfinite(x)
-    ]
     sizes = np.ones(q + 1)
     sizes[q] = rows[:, q].max()
     sizes[n : 2 * n] = rows[:, n : 2 * n].max()
-    sizes[:n] = max(rows[:, :n].max(), *stops, sizes[n] * sizes[q]) or 1.0
+    sizes[:n] = max(rows[:, :n].max(), *stop_sizes(problem.mechanism), sizes[n] * sizes[q]) or 1.0
     sizes[n : 2 * n] = max(sizes[n], sizes[0] / sizes[q])  # a plastic impact leaves rounding
     return np.tile(sizes, len(rows))
 

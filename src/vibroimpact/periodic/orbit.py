@@ -11,15 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import linear
-from vibroimpact.mechanism import Mechanism
+from vibroimpact.mechanism import Mechanism, stop_sizes
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.admissibility import (
-    PLAY,
-    Nearest,
-    Place,
-    least_gaps,
-    why_inadmissible,
-)
+from vibroimpact.periodic.admissibility import Nearest, Place, least_gaps, why_inadmissible
 from vibroimpact.periodic.multipliers import pencil_of
 from vibroimpact.periodic.newton import scale_of
 from vibroimpact.periodic.prescribed import Linearised
@@ -172,11 +166,11 @@ class Orbit:
             return self.status
         return self.why_inadmissible()
 
-    def why_inadmissible(self, play: float = PLAY) -> str:
-        """The same for a given tolerance, relative to amplitude, speed and period."""
+    def why_inadmissible(self, slack: float = 0.0) -> str:
+        """The same with some slack beyond rounding, relative to amplitude, speed and period."""
         return why_inadmissible(
             self.linearised, list(self.problem.impacts), self.durations, self.nearest, self.size,
-            play,
+            slack,
         )  # fmt: skip
 
     @cached_property
@@ -209,10 +203,7 @@ class Orbit:
     def size(self) -> float:
         """The largest coordinate at an impact: what gaps are compared with."""
         n = self.mechanism.degrees
-        limits = [
-            x for c in self.mechanism.contacts for x in (c.lower, c.upper) if math.isfinite(x)
-        ]
-        return float(max(np.abs(self.states[:, :n]).max(), np.abs(limits).max()))
+        return float(max(np.abs(self.states[:, :n]).max(), *stop_sizes(self.mechanism)))
 
     def __repr__(self) -> str:
         if not self.converged:

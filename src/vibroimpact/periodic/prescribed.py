@@ -97,6 +97,11 @@ class Prescribed:
         )
         return Linearised(**out)
 
+    def after(self, state: Floats, time: float) -> Floats:
+        """(x, v, theta) after a time of free flight, shape (2n + 1,)."""
+        inside = self.kernel.fly(_contiguous(state)[None, :], [1], np.array([time]), 1.0)[0, 0]
+        return np.append(inside, state[-1] + self.omega * time)
+
     def flights(self, states: ArrayLike, durations: ArrayLike) -> list[tuple[Floats, Floats]]:
         """Free flight at Chebyshev nodes of windows that cover each segment.
 

@@ -30,13 +30,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.damper import ImpactDamper
+from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import symmetric_orbits
 from vibroimpact.periodic.find import (
     SAME,
     Guess,
     mirror_distance,
+    mirrored,
     of_symmetric,
     primitive,
+    rolled,
     solve,
     unfolded,
 )
@@ -46,7 +49,6 @@ from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.problem import Signature, asymmetry
 from vibroimpact.periodic.starts import Starts, starts_of
 from vibroimpact.progress import Progress
-from vibroimpact.sections import check_count
 from vibroimpact.simulate import Run, RunEnd, System, mechanism_of, simulate
 
 Floats = NDArray[np.float64]
@@ -228,9 +230,8 @@ def _mirror_turn(system: System, cycles: int) -> float | None:
 
 def mirror_image(orbit: Orbit, turn: float) -> Orbit:
     """(x, v, theta) -> (-x, -v, theta + turn) of an orbit, solved once more."""
-    states = -orbit.states
-    states[:, -1] = orbit.states[:, -1] + turn
-    return solve(orbit.system, orbit.signature.mirrored, Guess(states, orbit.durations))
+    image = Guess(mirrored(orbit.states, turn), orbit.durations)
+    return solve(orbit.system, orbit.signature.mirrored, image)
 
 
 def _from_its_beginning(orbit: Orbit) -> Orbit:
@@ -238,13 +239,11 @@ def _from_its_beginning(orbit: Orbit) -> Orbit:
     guess, signature = unfolded(orbit), orbit.signature
     phases = guess.states[:, -1] % (2.0 * math.pi)
     first = min(beginnings(signature.impacts), key=lambda k: phases[k])
-    states = np.roll(guess.states, -first, axis=0)
-    states[len(states) - first :, -1] += 2.0 * math.pi * signature.cycles
+    states, durations = rolled(guess, signature.cycles, first)
     around = 2.0 * math.pi * max(signature.cycles, 1)
     states[:, -1] -= around * math.floor(states[0, -1] / around)
     impacts = signature.impacts[first:] + signature.impacts[:first]
-    again = Guess(states, np.roll(guess.durations, -first))
-    return solve(orbit.system, replace(signature, impacts=impacts), again)
+    return solve(orbit.system, replace(signature, impacts=impacts), Guess(states, durations))
 
 
 def _sorted(

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism, infinite
+from vibroimpact.mechanism import Mechanism, infinite, stop_sizes
 from vibroimpact.periodic.prescribed import Impact, compile_prescribed
 from vibroimpact.simulate import System, mechanism_of, simulate
 from vibroimpact.state import State
@@ -106,13 +106,12 @@ def _stops(m: Mechanism) -> list[Impact]:
 
 def _size(m: Mechanism) -> float:
     """A length of the mechanism: its largest limit or its largest forced displacement."""
-    limits = [abs(x) for c in m.contacts for x in (c.lower, c.upper) if math.isfinite(x)]
     forced = [
         np.abs(np.linalg.solve(m.mass, part)).max() / line.omega**2
         for line in m.forces
         for part in (line.sine, line.cosine)
     ]
-    return float(max([*limits, *forced])) or 1.0
+    return float(max([*stop_sizes(m), *forced])) or 1.0
 
 
 def _gaps(m: Mechanism) -> tuple[Floats, Floats]:
