@@ -67,7 +67,8 @@ format: $(VENV)/.lint
 	@$(BIN)/ruff format --quiet
 	@$(BIN)/clang-format -i $(CXXCODE)
 
-STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m vibroimpact._kernel
+STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m \
+  $$($(BIN)/python -c 'from vibroimpact import _kernel; print(_kernel._module.__name__)')
 stubs: $(VENV)/.package $(VENV)/.lint
 	@$(STUBGEN) -o src/vibroimpact/_kernel.pyi
 

@@ -11,3 +11,14 @@
 // VI_HOT marks a function of the quick flight's inner loop: it is inlined whatever its size, so that
 // states stay in registers instead of being copied between calls.
 #define VI_HOT VI_HD inline __attribute__((always_inline))
+
+// VI_CALL marks a large function that is to be called on a device, where compilers would copy it to
+// each of its callers: they, and the spilling of registers, take several times as long then.
+#if defined(__CUDACC__) || defined(__CUDACC_RTC__)
+#define VI_CALL VI_HD inline __attribute__((noinline))
+#else
+#define VI_CALL VI_HD inline
+#endif
+
+// VI_COLD marks what is rarely needed beside an inner loop: kept out of it, and out of its registers.
+#define VI_COLD VI_HD inline __attribute__((noinline, cold))

@@ -163,7 +163,7 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
 
 // The certified engine: any flow, any mode, every status.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type>
+VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                double horizon) {
     const auto e = detail::next_event(system, at, horizon);
@@ -182,17 +182,17 @@ VI_HOT T quick_impact(const Mode& m, const Law* laws, int lines, const Rates& ra
     auto y = before;
     T after = T(0.0);
     for (int i = 0; i < m.flow.contacts(); ++i) {
-        const mask_t<T> mine = end.proved & (end.contact == static_cast<double>(i));
+        const mask_t<T> mine = end.landed & (end.contact == static_cast<double>(i));
         const auto r = select(end.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
         const T rate = select(mine, end.rate, T(0.0));
         push_away(y, n, laws[i], end.side, -((1.0 + r) * rate) * laws[i].effective_mass);
         const T leaving = -r * rate;
         after = select(mine, leaving, after);
-        at.touching[i] = select(end.proved, select(mine, end.side, real_t<T>(0.0)), at.touching[i]);
-        at.rate[i] = select(end.proved, leaving, at.rate[i]);
-        at.flat[i] = select(end.proved, real_t<T>(0.0), at.flat[i]);
+        at.touching[i] = select(end.landed, select(mine, end.side, real_t<T>(0.0)), at.touching[i]);
+        at.rate[i] = select(end.landed, leaving, at.rate[i]);
+        at.flat[i] = select(end.landed, real_t<T>(0.0), at.flat[i]);
     }
-    detail::select_state(end.proved, at.y, y, n);
+    detail::select_state(end.landed, at.y, y, n);
     return after;
 }
 
@@ -213,6 +213,20 @@ VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Sha
     return e;
 }
 
+// The rest of a flight that the quick flight has brought to y, certified.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+      const vec<T, Flow::max_dimension>& y, const T& flown, double horizon) {
+    if (!(plain(flown) > 0.0)) return certified_step(system, at, horizon);
+    at.y = y;
+    for (int i = 0; i < system.contacts(); ++i)
+        at.touching[i] = 0.0;
+    auto e = certified_step(system, at, horizon - plain(flown));
+    e.duration = flown + e.duration;
+    return e;
+}
+
 } // namespace detail
 
 template <class T, class Flow>
@@ -221,7 +235,8 @@ step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, d
     if constexpr (is_modal<Flow>) {
         if (at.mode == 0 && at.held == 0) {
             const auto end = quick_flight(system.modes[0], at, horizon);
-            if (end.proved) return detail::quick_event(system, at, end);
+            if (end.landed) return detail::quick_event(system, at, end);
+            return detail::go_on(system, at, end.y, end.duration, horizon);
         }
     }
     return certified_step(system, at, horizon);

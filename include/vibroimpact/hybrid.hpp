@@ -35,7 +35,7 @@ struct coordinate_map {
     VI_HD constexpr vec<T, Dimension> operator()(const vec<T, Dimension>& y, int n) const {
         vec<T, Dimension> out = y;
         for (int i = 0; i < n; ++i)
-            out[i] = dot(matrix[i], y, n) + shift[i];
+            out[i] = dot(matrix[i], y, n, shift[i]);
         return out;
     }
 };
@@ -82,8 +82,8 @@ VI_HOT constexpr void renormalise_forcing(vec<T, Dimension>& y, int dimension, i
     for (int l = 0; l < lines; ++l) {
         T& s = y[dimension - 2 * lines + 2 * l];
         T& c = y[dimension - 2 * lines + 2 * l + 1];
-        const T norm = s * s + c * c * inverse_omega_squared[l];
-        const T factor = 1.5 - 0.5 * norm;
+        const T norm = fma(s, s, c * c * inverse_omega_squared[l]);
+        const T factor = fnma(0.5, norm, 1.5);
         s = s * factor;
         c = c * factor;
     }

@@ -1,9 +1,10 @@
-// Several trajectories side by side, one per SIMD lane, each with parameters of its own.
+// Several trajectories side by side, one per SIMD lane, each with a system of its own.
 //
-// Method      The quick flight (event/quick_flight.hpp) runs on packs, masked; a lane that it cannot prove,
-//             or that is at rest on a stop, takes the scalar certified step. Both are what the scalar
-//             engine does with that trajectory, operation for operation: equal bits.
-// Assumes     the free modes of all lanes have the same shape
+// Method      All lanes fly a round at a time (event/quick_flight.hpp), those that have landed with
+//             the impact that ends their flight. A lane that a round cannot bring on, or that is at
+//             rest on a stop, takes the scalar certified step. Both are what the scalar engine does
+//             with that trajectory, operation for operation: equal bits.
+// Assumes     the free modes of all lanes have the same sizes
 #pragma once
 
 #include "vibroimpact/engine.hpp"
@@ -13,35 +14,47 @@ namespace vi {
 
 inline constexpr int lane_orders = 2; // derivatives of u that the quick flight reads as rows
 
+// Block j of the table entry of every lane.
+template <int N, class Entry>
+VI_HOT block_step<pack<N>> pick_block(const table_rows<N, Entry>& rows, int j) {
+    block_step<pack<N>> b;
+    const auto zip = [&](int at, pack<N>& first, pack<N>& second) {
+        const double* from[N];
+        for (int i = 0; i < N; ++i)
+            from[i] = &rows.of[i]->block[j].qq + at;
+        zip_pairs(from, first, second);
+    };
+    zip(0, b.qq, b.qv);
+    zip(2, b.qs, b.vq);
+    zip(4, b.vv, b.vs);
+    return b;
+}
+
 template <int N, class Shape>
-struct lanes {
+struct lane_systems {
     using real = pack<N>;
-    using scalar_flow = modal_flow<double, Shape>;
     using flow = modal_flow<real, Shape>;
     static constexpr int D = Shape::max_dimension;
     static constexpr int K = Shape::max_contacts;
 
-    const hybrid<scalar_flow>* systems[N];
+    const hybrid<modal_flow<double, Shape>>* of[N];
     mode<real, flow, lane_orders> free;
     contact_law<real, D, K> laws[K];
     real inverse_omega_squared[max_lines];
     int lines;
 };
 
+// Where the lanes are: in a flight that began `flown` ago, or just after an event.
 template <int N, class Shape>
-struct lane_trajectories {
+struct lane_states {
     trajectory<pack<N>, Shape> at;
+    pack<N> flown;
+    pack_mask<N> quick; // lanes in free flight, which a round may bring on
     int mode[N] = {}, held[N] = {};
-};
-
-template <int N, class Shape>
-struct lane_events {
-    event<double, Shape> of[N];
 };
 
 namespace detail {
 
-// Fill lane i of a pack structure from a scalar one.
 template <int N, class Shape>
 inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, Shape>& from,
                       int i) {
@@ -52,20 +65,17 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
         set_lane(to.k[j], i, from.k[j]);
         set_lane(to.c[j], i, from.c[j]);
         set_lane(to.a[j], i, from.a[j]);
-        for (int g = 0; g < grids; ++g)
-            for (int t = 0; t <= grid_times; ++t)
-                set_lane(to.grid[g][t].block[j], i, from.grid[g][t].block[j]);
-        for (int t = 0; t <= parts_of_step; ++t)
-            set_lane(to.part[t].block[j], i, from.part[t].block[j]);
     }
-    for (int m = 0; m < taylor_order / 2; ++m)
+    to.ahead.entry[i] = from.ahead.entry;
+    for (int m = 0; m < nearby_order / 2; ++m)
         for (int j = 0; j < 2 * from.dimension(); ++j)
             set_lane(to.series[m][j], i, from.series[m][j]);
 }
 
-template <int N, int D>
-inline void fill_preview(preview<pack<N>, D>& to, const preview<double, D>& from, int n, int i) {
-    for (int k = 0; k < grid_times; ++k) {
+template <int N, int D, int Count>
+inline void fill_rows(affine_rows<pack<N>, D, Count>& to, const affine_rows<double, D, Count>& from,
+                      int n, int i) {
+    for (int k = 0; k < Count; ++k) {
         for (int j = 0; j < n; ++j)
             set_lane(to.rows[j][k], i, from.rows[j][k]);
         set_lane(to.gains[k], i, from.gains[k]);
@@ -81,8 +91,8 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
         set_lane(to.gains[m], i, from.gains[m]);
     }
     for (int g = 0; g < grids; ++g)
-        fill_preview(to.ahead[g], from.ahead[g], n, i);
-    fill_preview(to.expansion, from.expansion, n, i);
+        fill_rows(to.ahead[g], from.ahead[g], n, i);
+    fill_rows(to.expansion, from.expansion, n, i);
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
     set_lane(to.reach, i, from.reach);
@@ -91,11 +101,9 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
 
 template <int N, int D, int K>
 inline void fill_law(contact_law<pack<N>, D, K>& to, const contact_law<double, D, K>& from, int n,
-                     int contacts, int i) {
+                     int i) {
     for (int j = 0; j < n; ++j)
         set_lane(to.impulse[j], i, from.impulse[j]);
-    for (int k = 0; k < contacts; ++k)
-        set_lane(to.mobility[k], i, from.mobility[k]);
     set_lane(to.effective_mass, i, from.effective_mass);
     set_lane(to.restitution_lower, i, from.restitution_lower);
     set_lane(to.restitution_upper, i, from.restitution_upper);
@@ -104,25 +112,27 @@ inline void fill_law(contact_law<pack<N>, D, K>& to, const contact_law<double, D
 } // namespace detail
 
 template <int N, class Shape>
-inline void put_system(lanes<N, Shape>& to, int i,
+inline void put_system(lane_systems<N, Shape>& to, int i,
                        const hybrid<modal_flow<double, Shape>>& system) {
-    to.systems[i] = &system;
+    to.of[i] = &system;
     to.lines = system.lines;
-    const int n = system.dimension(), contacts = system.contacts();
+    const int n = system.dimension();
     detail::fill_flow(to.free.flow, system.modes[0].flow, i);
-    for (int k = 0; k < contacts; ++k) {
+    for (int k = 0; k < system.contacts(); ++k) {
         detail::fill_guard(to.free.guards[k], system.modes[0].guards[k], n, i);
-        detail::fill_law(to.laws[k], system.laws[k], n, contacts, i);
+        detail::fill_law(to.laws[k], system.laws[k], n, i);
     }
     for (int l = 0; l < system.lines; ++l)
         set_lane(to.inverse_omega_squared[l], i, system.inverse_omega_squared[l]);
 }
 
 template <int N, class Shape>
-inline void put_trajectory(lane_trajectories<N, Shape>& to, int i,
-                           const trajectory<double, Shape>& t, int n, int contacts) {
+inline void put_trajectory(lane_states<N, Shape>& to, int i, const trajectory<double, Shape>& t,
+                           int n, int contacts) {
     to.mode[i] = t.mode;
     to.held[i] = t.held;
+    set_lane(to.quick, i, t.mode == 0 && t.held == 0);
+    set_lane(to.flown, i, 0.0);
     for (int j = 0; j < n; ++j)
         set_lane(to.at.y[j], i, t.y[j]);
     for (int k = 0; k < contacts; ++k) {
@@ -133,8 +143,8 @@ inline void put_trajectory(lane_trajectories<N, Shape>& to, int i,
 }
 
 template <int N, class Shape>
-inline trajectory<double, Shape> take_trajectory(const lane_trajectories<N, Shape>& from, int i,
-                                                 int n, int contacts) {
+inline trajectory<double, Shape> take_trajectory(const lane_states<N, Shape>& from, int i, int n,
+                                                 int contacts) {
     trajectory<double, Shape> t{};
     t.mode = from.mode[i];
     t.held = from.held[i];
@@ -148,38 +158,43 @@ inline trajectory<double, Shape> take_trajectory(const lane_trajectories<N, Shap
     return t;
 }
 
-// One event in every lane.
+// What a round has brought: lanes that landed have suffered the impact that ends their flight; lanes
+// that are stuck wait for the certified step.
 template <int N, class Shape>
-inline lane_events<N, Shape> step(const lanes<N, Shape>& systems, lane_trajectories<N, Shape>& all,
-                                  const pack<N>& horizon) {
-    const int n = systems.free.flow.dimension(), contacts = systems.free.flow.contacts();
-    auto end = quick_flight(systems.free, all.at, horizon);
-    for (int i = 0; i < N; ++i)
-        if (all.mode[i] != 0 || all.held[i] != 0) set_lane(end.proved, i, false);
-    vec<pack<N>, Shape::max_dimension> before{};
-    const auto after = quick_impact(systems.free, systems.laws, systems.lines,
-                                    systems.inverse_omega_squared, end, all.at, before);
-    lane_events<N, Shape> events{};
-    for (int i = 0; i < N; ++i) {
-        if (!lane(end.proved, i)) {
-            auto t = take_trajectory(all, i, n, contacts);
-            events.of[i] = certified_step(*systems.systems[i], t, lane(horizon, i));
-            put_trajectory(all, i, t, n, contacts);
-            continue;
-        }
-        auto& e = events.of[i];
-        e = {status::impact,
-             static_cast<int>(lane(end.contact, i)),
-             static_cast<int>(lane(end.side, i)),
-             0,
-             lane(end.duration, i),
-             lane(end.rate, i),
-             lane(after, i),
-             {}};
-        for (int j = 0; j < n; ++j)
-            e.before[j] = lane(before[j], i);
-    }
-    return events;
+struct lane_round {
+    pack_mask<N> stuck;
+    quick_landing<pack<N>, Shape> end;
+    pack<N> rate_after;
+    vec<pack<N>, Shape::max_dimension> before;
+};
+
+// One round for all lanes that are `going`; `horizon` is what is left of the time of each.
+template <int N, class Shape>
+VI_HOT void fly(const lane_systems<N, Shape>& systems, lane_states<N, Shape>& all,
+                const pack<N>& horizon, const pack_mask<N>& going, lane_round<N, Shape>& r) {
+    const auto& flow = systems.free.flow;
+    r.end.y = all.at.y;
+    r.end.duration = all.flown;
+    const auto able = going & all.quick & may_go_on(flow, all.flown, horizon);
+    fly_round(systems.free, all.at.touching, all.at.rate, able, r.end);
+    r.stuck = going & !r.end.landed & !r.end.moved;
+    all.at.y = r.end.y;
+    all.flown = select(r.end.landed, pack<N>(0.0), r.end.duration);
+    for (int k = 0; k < flow.contacts(); ++k)
+        all.at.touching[k] = select(r.end.moved, pack<N>(0.0), all.at.touching[k]);
+    r.rate_after = quick_impact(systems.free, systems.laws, systems.lines,
+                                systems.inverse_omega_squared, r.end, all.at, r.before);
+}
+
+// The certified step of one lane that is stuck.
+template <int N, class Shape>
+inline event<double, Shape> step_alone(const lane_systems<N, Shape>& systems,
+                                       lane_states<N, Shape>& all, int i, double horizon) {
+    const auto& system = *systems.of[i];
+    auto t = take_trajectory(all, i, system.dimension(), system.contacts());
+    const auto e = detail::go_on(system, t, t.y, lane(all.flown, i), horizon);
+    put_trajectory(all, i, t, system.dimension(), system.contacts());
+    return e;
 }
 
 } // namespace vi

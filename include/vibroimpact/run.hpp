@@ -34,6 +34,7 @@ inline constexpr long between_questions = 4096; // events
 inline constexpr int most_events_at_once = 64;
 
 enum class run_end : int {
+    none = -1,       // not ended
     impacts = 0,     // the number of impacts asked for was reached
     horizon = 1,     // t_max was reached
     silent = 2,      // no event within flight_limit
@@ -50,32 +51,65 @@ struct run_result {
     int code; // closed set wanted, for missing
 };
 
+// How far a run has come; with the trajectory all that is needed to go on.
+struct run_progress {
+    clock now{};
+    long events = 0, impacts = 0;
+    int at_once = 0; // events at the present instant
+};
+
+VI_HD inline bool counts_as_impact(status what) {
+    return what == status::impact || what == status::simultaneous || what == status::chatter;
+}
+
+template <class T, class Shape>
+VI_HD inline void count(run_progress& p, const event<T, Shape>& e) {
+    p.now.add(plain(e.duration));
+    p.at_once = plain(e.duration) > 0.0 ? 0 : p.at_once + 1;
+    p.impacts += counts_as_impact(e.what);
+    ++p.events;
+}
+
+// Does a run end with an event that was counted? `left` was the time left before it.
+template <class T, class Shape>
+VI_HD inline run_end end_of_run(const run_progress& p, const event<T, Shape>& e,
+                                const limits& limit, double left) {
+    if (e.what == status::undecided) return run_end::undecided;
+    if (e.what == status::horizon)
+        return left <= limit.flight_limit ? run_end::horizon : run_end::silent;
+    if (p.at_once > most_events_at_once) return run_end::stalled;
+    return p.impacts >= limit.impacts ? run_end::impacts : run_end::none;
+}
+
+// Go on until a limit is reached. The counts of events and impacts are those of the whole run.
+template <class T, class Flow, class Observer>
+VI_HD inline run_result run(const hybrid<Flow>& system,
+                            trajectory<T, typename Flow::shape_type>& at, run_progress& so_far,
+                            const limits& limit, Observer& observer) {
+    while (so_far.events < limit.events) {
+        const double left = limit.t_max - so_far.now.time();
+        const auto e = step(system, at, min(left, limit.flight_limit));
+        if (e.what == status::missing_mode) return {run_end::missing, e.code};
+        count(so_far, e);
+        const bool go_on = observer.see(e, at, so_far.now);
+        const run_end why = end_of_run(so_far, e, limit, left);
+        if (why != run_end::none) return {why, 0};
+        if (!go_on) return {run_end::observer, 0};
+        if (so_far.events % between_questions == 0 && limit.interrupted && limit.interrupted())
+            return {run_end::interrupted, 0};
+    }
+    return {run_end::events, 0};
+}
+
+// A run that begins at the time of a clock, and moves it.
 template <class T, class Flow, class Observer>
 VI_HD inline run_result run(const hybrid<Flow>& system,
                             trajectory<T, typename Flow::shape_type>& at, clock& now,
                             const limits& limit, Observer& observer) {
-    long impacts = 0;
-    int at_once = 0;
-    for (long n = 0; n < limit.events; ++n) {
-        const double left = limit.t_max - now.time();
-        const double horizon = min(left, limit.flight_limit);
-        const auto e = step(system, at, horizon);
-        if (e.what == status::missing_mode) return {run_end::missing, e.code};
-        now.add(plain(e.duration));
-        at_once = plain(e.duration) > 0.0 ? 0 : at_once + 1;
-        const bool go_on = observer.see(e, at, now);
-        if (e.what == status::undecided) return {run_end::undecided, 0};
-        if (e.what == status::horizon)
-            return {left <= limit.flight_limit ? run_end::horizon : run_end::silent, 0};
-        if (at_once > most_events_at_once) return {run_end::stalled, 0};
-        impacts +=
-            e.what == status::impact || e.what == status::simultaneous || e.what == status::chatter;
-        if (impacts >= limit.impacts) return {run_end::impacts, 0};
-        if (!go_on) return {run_end::observer, 0};
-        if (n % between_questions == 0 && limit.interrupted && limit.interrupted())
-            return {run_end::interrupted, 0};
-    }
-    return {run_end::events, 0};
+    run_progress so_far{now};
+    const auto end = run(system, at, so_far, limit, observer);
+    now = so_far.now;
+    return end;
 }
 
 } // namespace vi

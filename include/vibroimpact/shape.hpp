@@ -6,7 +6,7 @@
 // same bits in either shape.
 #pragma once
 
-#include "vibroimpact/config.hpp"
+#include "vibroimpact/scalar/concepts.hpp"
 
 namespace vi {
 
@@ -41,14 +41,20 @@ struct vec {
     VI_HD constexpr const T& operator[](int i) const { return x[i]; }
 };
 
-// r . y over the first n entries, n even: pairs first, then the pairs in index order. Three sums
-// wait for each other where six would in plain order.
+// c + r . y over the first n entries, n even: even entries and odd ones apart, so that half as many
+// sums wait for each other.
+template <class T, class R, class C, int N>
+VI_HD constexpr T dot(const vec<R, N>& r, const vec<T, N>& y, int n, const C& c) {
+    T even = fma(r[0], y[0], c), odd = r[1] * y[1];
+    for (int i = 2; i < n; i += 2) {
+        even = fma(r[i], y[i], even);
+        odd = fma(r[i + 1], y[i + 1], odd);
+    }
+    return even + odd;
+}
 template <class T, class R, int N>
 VI_HD constexpr T dot(const vec<R, N>& r, const vec<T, N>& y, int n) {
-    T sum = r[0] * y[0] + r[1] * y[1];
-    for (int i = 2; i < n; i += 2)
-        sum = sum + (r[i] * y[i] + r[i + 1] * y[i + 1]);
-    return sum;
+    return dot(r, y, n, R(0.0));
 }
 
 } // namespace vi

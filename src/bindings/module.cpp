@@ -1,4 +1,4 @@
-// Python module vibroimpact._kernel: System over the compiled shapes, Prescribed, Jet.
+// Python module vibroimpact._kernel: System over the compiled shapes, Batch, Prescribed, Jet.
 #include <stdexcept>
 
 #include <nanobind/nanobind.h>
@@ -7,6 +7,8 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
+#include "batch_module.hpp"
+#include "interrupt.hpp"
 #include "jet_module.hpp"
 #include "prescribed_module.hpp"
 #include "system.hpp"
@@ -18,8 +20,10 @@ using namespace nb::literals;
 namespace {
 
 using binding::array;
+using binding::interrupted;
 using binding::numbers;
 using binding::numbers_of;
+using binding::raise_if_interrupted;
 using binding::to_numpy;
 
 binding::system_data read_system(int dimension, int degrees, numbers omegas, numbers kappas,
@@ -39,15 +43,6 @@ numbers flattened(nb::handle rows) {
         for (nb::handle x : row)
             out.push_back(nb::cast<double>(x));
     return out;
-}
-
-// Ctrl-C, seen while the kernel runs.
-bool interrupted() {
-    const nb::gil_scoped_acquire hold;
-    return PyErr_CheckSignals() != 0;
-}
-void raise_if_interrupted() {
-    if (PyErr_Occurred()) throw nb::python_error();
 }
 
 class kernel_system {
@@ -201,7 +196,8 @@ private:
 
 } // namespace
 
-NB_MODULE(_kernel, m) {
+#define VI_MODULE(name, variable) NB_MODULE(name, variable) // expands the name first
+VI_MODULE(VIBROIMPACT_MODULE, m) {
     m.def("version", [] { return VIBROIMPACT_VERSION; });
     m.def(
         "sincos",
@@ -212,6 +208,7 @@ NB_MODULE(_kernel, m) {
         "x"_a, "Sine and cosine with the kernel's own bits.");
     binding::bind_jet(m);
     binding::bind_prescribed(m);
+    binding::bind_batch(m);
     nb::class_<binding::position>(m, "Position")
         .def("copy", [](const binding::position& p) { return binding::position(p); })
         .def_ro("touching", &binding::position::touching)

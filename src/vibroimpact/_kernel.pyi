@@ -128,6 +128,20 @@ class Prescribed:
 
     def fly(self, states: numpy.typing.NDArray[numpy.float64], windows: list[int], nodes: numpy.typing.NDArray[numpy.float64], window: float) -> numpy.typing.NDArray[numpy.float64]: ...
 
+class Batch:
+    """
+    Systems of one structure with different numbers, and the members that run in them.
+
+    Arrays are C-contiguous float64 with a leading axis of systems, or of members; they
+    are copied. What they mean: see hybrid.Compiled, which gives System the same for one.
+    """
+
+    def __init__(self, *, dense: bool, degrees: int, omegas: numpy.typing.NDArray[numpy.float64], kappas: numpy.typing.NDArray[numpy.float64], steps: numpy.typing.NDArray[numpy.float64], impulse: numpy.typing.NDArray[numpy.float64], mobility: numpy.typing.NDArray[numpy.float64], shift: numpy.typing.NDArray[numpy.float64], restitution: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def add_mode(self, *, code: int, flow: dict[str, numpy.typing.NDArray[numpy.float64]], rows: numpy.typing.NDArray[numpy.float64], gains: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], side: list[int], to_x: numpy.typing.NDArray[numpy.float64], to_v: numpy.typing.NDArray[numpy.float64], offset: numpy.typing.NDArray[numpy.float64], from_x: numpy.typing.NDArray[numpy.float64], from_v: numpy.typing.NDArray[numpy.float64], particular: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def run(self, *, system: numpy.typing.NDArray[numpy.int32], position: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], phases: numpy.typing.NDArray[numpy.float64], settle: numpy.typing.NDArray[numpy.float64], observe: numpy.typing.NDArray[numpy.float64], most_impacts: int, observers: dict[str, Any]) -> dict[str, numpy.typing.NDArray[Any]]: ...
+
 class Position:
     def copy(self) -> Position: ...
 

@@ -1,7 +1,7 @@
 // The engine on every scalar: bits of lanes, derivatives of jets, counts of operations, a hash.
 //
 //     engine_test FILE hash EVENTS     FNV-1a hash of every event of every start
-//     engine_test FILE lanes EVENTS    packs of 2 and 4 against the scalar engine, bit by bit
+//     engine_test FILE lanes EVENTS    packs of 2, 4, 8 against the scalar engine, bit by bit
 //     engine_test FILE jet EVENTS      jets against the product of saltation matrices
 //     engine_test FILE count EVENTS    operations per event
 #include <cmath>
@@ -10,8 +10,7 @@
 #include <cstring>
 
 #include "system_file.hpp"
-#include "vibroimpact/lanes.hpp"
-#include "vibroimpact/run.hpp"
+#include "vibroimpact/lane_run.hpp"
 #include "vibroimpact/scalar/counting.hpp"
 
 namespace {
@@ -57,35 +56,85 @@ void hash(const system_type& system, const starts_type& starts, int events) {
     std::printf("%016llx\n", static_cast<unsigned long long>(sum.state));
 }
 
+// What a run showed: every event of it.
+struct seen {
+    std::vector<vi::event<double, shape>> events;
+    std::vector<vi::vec<double, n>> after;
+    bool see(const vi::event<double, shape>& e, const vi::trajectory<double, shape>& at,
+             const vi::clock&) {
+        events.push_back(e);
+        after.push_back(at.y);
+        return true;
+    }
+};
+
+bool equal(const seen& a, const seen& b) {
+    if (a.events.size() != b.events.size()) return false;
+    for (std::size_t k = 0; k < a.events.size(); ++k) {
+        const auto &e = a.events[k], &f = b.events[k];
+        if (e.what != f.what || e.contact != f.contact || e.side != f.side ||
+            !same_bits(e.duration, f.duration) || !same_bits(e.rate_before, f.rate_before) ||
+            !same_bits(e.rate_after, f.rate_after))
+            return false;
+        for (int j = 0; j < n; ++j)
+            if (!same_bits(a.after[k][j], b.after[k][j])) return false;
+    }
+    return true;
+}
+
+// Runs of all starts in lanes; every other one is watched from its beginning, the others from the
+// last event on: lanes count without looking.
+struct crew {
+    const system_type& system;
+    const starts_type& starts;
+    int events;
+    std::vector<seen> runs;
+    std::vector<std::size_t> on;
+    std::size_t next_start = 0;
+
+    vi::limits limit() const { return {1e300, horizon, events, 1 << 30}; }
+    bool next(int i, vi::lane_slot<flow>& slot) {
+        if (next_start == starts.size()) return false;
+        on[i] = next_start++;
+        slot = {&system.hybrid(),
+                system.begin<double>(starts[on[i]]),
+                {},
+                limit(),
+                on[i] % 2 == 0 ? 0.0 : 1e299};
+        return true;
+    }
+    bool see(int i, const vi::event<double, shape>& e, const vi::trajectory<double, shape>& at,
+             const vi::clock& now) {
+        return runs[on[i]].see(e, at, now);
+    }
+    bool build(int, int) { return false; }
+    void end(int i, const vi::lane_slot<flow>& slot, vi::run_end) {
+        if (on[i] % 2 != 0) runs[on[i]].see({}, slot.at, slot.so_far.now);
+        runs[on[i]].events.back().duration = slot.so_far.now.time();
+    }
+    bool interrupted() { return false; }
+};
+
 template <int N>
 int compare_lanes(const system_type& system, const starts_type& starts, int events) {
-    vi::lanes<N, shape> together{};
-    vi::lane_trajectories<N, shape> all{};
-    vi::trajectory<double, shape> alone[N];
+    crew all{system, starts, events, std::vector<seen>(starts.size()), std::vector<std::size_t>(N)};
+    vi::lane_run<N, flow, crew>(all).run();
     int statuses = 0;
-    for (std::size_t first = 0; first + N <= starts.size(); first += N) {
-        for (int i = 0; i < N; ++i) {
-            vi::put_system(together, i, system.hybrid());
-            alone[i] = system.begin<double>(starts[first + i]);
-            vi::put_trajectory(all, i, alone[i], n, 1);
+    for (std::size_t s = 0; s < starts.size(); ++s) {
+        seen alone;
+        auto at = system.begin<double>(starts[s]);
+        vi::run_progress so_far;
+        vi::run(system.hybrid(), at, so_far, all.limit(), alone);
+        for (const auto& e : alone.events)
+            statuses |= 1 << static_cast<int>(e.what);
+        if (s % 2 != 0) {
+            alone = {};
+            alone.see({}, at, so_far.now);
         }
-        for (int k = 0; k < events; ++k) {
-            const auto found = vi::step(together, all, vi::pack<N>(horizon));
-            for (int i = 0; i < N; ++i) {
-                const auto expected = vi::step(system.hybrid(), alone[i], horizon);
-                bool equal = found.of[i].what == expected.what &&
-                             same_bits(found.of[i].duration, expected.duration) &&
-                             same_bits(found.of[i].rate_after, expected.rate_after);
-                for (int j = 0; j < n; ++j)
-                    equal = equal && same_bits(vi::lane(all.at.y[j], i), alone[i].y[j]);
-                if (!equal) {
-                    std::printf("lane %d of %d differs at event %d of start %zu\n", i, N, k,
-                                first + i);
-                    return 1;
-                }
-                statuses |= 1 << static_cast<int>(expected.what);
-            }
-        }
+        alone.events.back().duration = so_far.now.time();
+        if (equal(alone, all.runs[s])) continue;
+        std::printf("lanes of %d differ in start %zu\n", N, s);
+        return 1;
     }
     std::printf("lanes %d equal, statuses %d\n", N, statuses);
     return 0;
@@ -186,7 +235,8 @@ int main(int argc, char** argv) {
     const std::string what = argv[2];
     const int events = std::atoi(argv[3]);
     if (what == "lanes")
-        return compare_lanes<2>(system, starts, events) | compare_lanes<4>(system, starts, events);
+        return compare_lanes<2>(system, starts, events) | compare_lanes<4>(system, starts, events) |
+               compare_lanes<8>(system, starts, events);
     if (what == "jet") return compare_jets(system, starts, events);
     if (what == "count") return count(system, starts, events);
     hash(system, starts, events);

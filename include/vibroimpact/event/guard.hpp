@@ -13,6 +13,9 @@
 
 #include "vibroimpact/flow/modal.hpp"
 #include "vibroimpact/math.hpp"
+#if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
+#include "vibroimpact/scalar/pack.hpp"
+#endif
 
 namespace vi {
 
@@ -20,21 +23,24 @@ inline constexpr double unit_roundoff = 0x1p-53;
 
 enum side_of_guard { lower_side = -1, no_side = 0, upper_side = 1 };
 
-// u at the times of a grid of the flow: u after (k + 1) spacings = sum of rows[j][k] y_j + gains[k].
-template <class R, int Dimension>
-struct preview {
-    vec<vec<R, grid_times>, Dimension> rows;
-    vec<R, grid_times> gains;
+// Several affine functions of y at once: value k is the sum of rows[j][k] y_j + gains[k].
+template <class R, int Dimension, int Count>
+struct affine_rows {
+    vec<vec<R, Count>, Dimension> rows;
+    vec<R, Count> gains;
 };
+
+// Coefficients of u's Taylor series that the quick flight reads, from u itself on.
+inline constexpr int taylor_rows = 4;
 
 template <class R, int Dimension, int Orders = taylor_order>
 struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
-    preview<R, Dimension> ahead[grids]; // of a modal flow
-    preview<R, Dimension> expansion;    // coefficients of u's Taylor series instead: u^(k) / k!
-    R lower, upper;                     // infinite where there is no stop
-    R reach;                            // the largest finite |limit|
+    affine_rows<R, Dimension, grid_times> ahead[grids]; // of a modal flow: u at the times of a grid
+    affine_rows<R, Dimension, taylor_rows> expansion;   // u^(k) / k!
+    R lower, upper;                                     // infinite where there is no stop
+    R reach;                                            // the largest finite |limit|
     int closed; // side held in this mode, or no_side: then rows give the force, not the gap
 };
 
@@ -48,14 +54,14 @@ VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow
     if constexpr (is_modal<Flow>)
         for (int i = 0; i < grids; ++i)
             for (int k = 0; k < grid_times; ++k) {
-                const auto& e = flow.grid[i][k + 1];
+                const auto& e = flow.ahead.entry[(k + 1) * grid_parts[i]];
                 const auto row = flow.row_before(e, g.rows[0]);
                 for (int j = 0; j < flow.dimension(); ++j)
                     g.ahead[i].rows[j][k] = row[j];
                 g.ahead[i].gains[k] = flow.gain_before(e, g.rows[0]) + g.gains[0];
             }
     double factorial = 1.0;
-    for (int k = 0; k < grid_times; ++k) {
+    for (int k = 0; k < taylor_rows; ++k) {
         for (int j = 0; j < flow.dimension(); ++j)
             g.expansion.rows[j][k] = g.rows[k][j] / factorial;
         g.expansion.gains[k] = g.gains[k] / factorial;
@@ -95,42 +101,40 @@ VI_HD inline vec<real_t<T>, D> values_of(const vec<T, D>& y, int n) {
 // u^(m) at y.
 template <class T, class R, int Dimension, int Orders>
 VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y, int n) {
-    return dot(g.rows[m], y, n) + g.gains[m];
+    return dot(g.rows[m], y, n, g.gains[m]);
 }
 
-// All that a preview says of y.
-template <class T, class R, int Dimension>
-VI_HOT vec<T, grid_times> watch_all(const preview<R, Dimension>& p, const vec<T, Dimension>& y,
-                                    int n) {
-    vec<T, grid_times> sum;
-    for (int k = 0; k < grid_times; ++k) {
-        T one = p.rows[0][k] * y[0] + p.rows[1][k] * y[1];
-        for (int j = 2; j < n; j += 2)
-            one = one + (p.rows[j][k] * y[j] + p.rows[j + 1][k] * y[j + 1]);
-        sum[k] = one + p.gains[k];
+// All of several affine functions at y.
+template <class T, class R, int Dimension, int Count>
+VI_HOT vec<T, Count> watch_all(const affine_rows<R, Dimension, Count>& p,
+                               const vec<T, Dimension>& y, int n) {
+    vec<T, Count> sum;
+    for (int k = 0; k < Count; ++k) {
+        T one = T(p.gains[k]);
+        for (int j = 0; j < n; ++j)
+            one = fma(p.rows[j][k], y[j], one);
+        sum[k] = one;
     }
     return sum;
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-// The same sums, two at a time. Compilers find this in the loop above, but GCC not where the loop is
-// inlined: three times as many instructions, a tenth of the time of an impact.
-template <int Dimension>
-VI_HOT vec<double, grid_times> watch_all(const preview<double, Dimension>& p,
-                                         const vec<double, Dimension>& y, int n) {
-    typedef double pair __attribute__((vector_size(16)));
-    const auto at = [](const vec<double, grid_times>& row, int k) {
+// The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
+template <int Dimension, int Count>
+VI_HOT vec<double, Count> watch_all(const affine_rows<double, Dimension, Count>& p,
+                                    const vec<double, Dimension>& y, int n) {
+    using pair = pack<2>;
+    const auto at = [](const vec<double, Count>& row, int k) {
         pair two;
-        __builtin_memcpy(&two, row.x + k, sizeof two);
+        __builtin_memcpy(&two.v, row.x + k, sizeof two.v);
         return two;
     };
-    vec<double, grid_times> sum;
-    for (int k = 0; k < grid_times; k += 2) {
-        pair two = at(p.rows[0], k) * y[0] + at(p.rows[1], k) * y[1];
-        for (int j = 2; j < n; j += 2)
-            two = two + (at(p.rows[j], k) * y[j] + at(p.rows[j + 1], k) * y[j + 1]);
-        two = two + at(p.gains, k);
-        __builtin_memcpy(sum.x + k, &two, sizeof two);
+    vec<double, Count> sum;
+    for (int k = 0; k < Count; k += 2) {
+        pair two = at(p.gains, k);
+        for (int j = 0; j < n; ++j)
+            two = fma(at(p.rows[j], k), pair(y[j]), two);
+        __builtin_memcpy(sum.x + k, &two.v, sizeof two.v);
     }
     return sum;
 }

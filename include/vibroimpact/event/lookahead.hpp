@@ -27,70 +27,28 @@ inline constexpr double proof_margin = 0x1p-30;
 
 namespace detail {
 
-// A flight on its way: where it is, what each contact sees there, what holds for all of it.
-template <class T, class Shape>
-struct approach {
-    using real = real_t<T>;
-    vec<T, Shape::max_dimension> y;
-    real t;
-    mask_t<T> active; // neither landed nor given up
-    vec<real, Shape::max_contacts> u;
-    vec<real, Shape::max_contacts> curvature, margin;
-};
-
-// The interval in which it lands: it begins where the approach is, and the contact sees u0, u1 at
-// its ends, u2 one interval later.
-template <class R>
-struct crossing {
-    mask_t<R> found;
-    R contact, side, length, limit, u0, u1, u2;
-};
-
-template <class M, class T, int D>
-VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from, int n) {
-    for (int i = 0; i < n; ++i)
-        to[i] = select(mask, from[i], to[i]);
-}
-
-// What a contact knows of a flight from its start: the bound M, the size of the terms of u.
+// A contact as seen from where a flight is: u there, M for all that follows, the margin of proofs.
 template <class R>
 struct outlook {
-    R curvature, terms;
+    R u, curvature, margin;
 };
+
 template <class R, class G, class Flow, int D>
-VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y) {
-    outlook<R> o{R(0.0), R(0.0)};
+VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side) {
+    R curvature = R(0.0), terms = R(0.0);
     const auto share = [&](int order, int j) { // of block j in u^(order)
-        return g.rows[order][2 * j] * y[2 * j] + g.rows[order][2 * j + 1] * y[2 * j + 1];
+        return fma(g.rows[order][2 * j + 1], y[2 * j + 1], g.rows[order][2 * j] * y[2 * j]);
     };
     for (int j = 0; j < flow.blocks(); ++j) {
-        const R w1 = share(1, j) + g.rows[0][2 * j + 1] * flow.a[j];
-        const R w2 = share(2, j) + g.rows[1][2 * j + 1] * flow.a[j];
-        o.curvature = o.curvature + sqrt(w2 * w2 + flow.k[j] * (w1 * w1)); // (3)
-        o.terms = o.terms + (abs(g.rows[0][2 * j] * y[2 * j]) +
-                             abs(g.rows[0][2 * j + 1] * y[2 * j + 1]) + flow.step * abs(w1));
+        const R w1 = fma(g.rows[0][2 * j + 1], flow.a[j], share(1, j));
+        const R w2 = fma(g.rows[1][2 * j + 1], flow.a[j], share(2, j));
+        curvature = curvature + sqrt(fma(w2, w2, flow.k[j] * (w1 * w1))); // (3)
+        terms = terms + (abs(g.rows[0][2 * j] * y[2 * j]) +
+                         abs(g.rows[0][2 * j + 1] * y[2 * j + 1]) + flow.step * abs(w1));
     }
-    return o;
-}
-
-template <class T, class Mode, class Shape>
-VI_HOT approach<T, Shape> depart(const Mode& m, const trajectory<T, Shape>& start) {
-    using R = real_t<T>;
-    const int n = m.flow.dimension();
-    const auto& z = values_of(start.y, n);
-    approach<T, Shape> a{start.y, R(0.0), R(0.0) == R(0.0), {}, {}, {}};
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        const auto& g = m.guards[i];
-        const auto o = look_out(g, m.flow, z);
-        const R side = start.touching[i], rate = value(start.rate[i]);
-        a.u[i] = select(side > 0.0, g.upper, select(side < 0.0, g.lower, watch(g, 0, z, n)));
-        a.curvature[i] = o.curvature;
-        a.margin[i] = proof_margin * (o.terms + g.reach);
-        // slower departures are left to the certified flight: chatter may have to be summed
-        const R slow = 8.0 * unit_roundoff * o.curvature * (o.terms + g.reach); // squared
-        a.active = a.active & ((side == 0.0) | ((rate > 0.0) & (rate * rate > slow)));
-    }
-    return a;
+    const R u = watch(g, 0, y, flow.dimension());
+    return {select(side == 0.0, u, select(side > 0.0, R(g.upper), R(g.lower))), curvature,
+            proof_margin * (terms + g.reach)};
 }
 
 // (1) as limits: both ends' sum and the far end must lie between them.
@@ -104,96 +62,95 @@ struct corridor {
     }
 };
 template <class R, class G>
-VI_HOT corridor<R> between_stops(const G& g, const R& curvature, const R& margin, const R& h) {
-    const R bulge = 0.5 * curvature * (h * h) + margin;
-    return {bulge, 2.0 * g.lower + bulge, 2.0 * g.upper - bulge, g.lower + margin,
-            g.upper - margin};
+VI_HOT corridor<R> between_stops(const G& g, const outlook<R>& o, const R& h) {
+    const R bulge = 0.5 * o.curvature * (h * h) + o.margin;
+    return {bulge, 2.0 * g.lower + bulge, 2.0 * g.upper - bulge, g.lower + o.margin,
+            g.upper - o.margin};
 }
+
+// What a look along a grid finds: so many intervals are clear, then comes one in which a contact,
+// seen as u0, u1 at its ends and u2 one interval later, crosses its limit once, or is not proved to.
+template <class R>
+struct sight {
+    R clear;
+    mask_t<R> found;
+    R contact, side, limit, u0, u1, u2;
+};
 
 // The last interval of a grid serves only to look one time further.
 inline constexpr int grid_intervals = grid_times - 1;
-template <class R>
-using foresight = vec<R, grid_times + 2>; // u at 0, 1, ... spacings; the last entry is never read
 
-// u at the beginning of a grid and at its times.
+template <class R>
+struct three {
+    R u0, u1, u2;
+};
+
+// u of one contact at the start of a grid and at its times.
+template <class R>
+using foresight = vec<R, grid_times + 1>;
 template <class R, class P, int D>
-VI_HOT foresight<R> foresee(const preview<P, D>& ahead, const R& u0, const vec<R, D>& y, int n) {
+VI_HOT foresight<R> foresee(const P& ahead, const R& u0, const vec<R, D>& y, int n) {
     const auto sum = watch_all(ahead, y, n);
     foresight<R> u;
     u[0] = u0;
     for (int k = 0; k < grid_times; ++k)
         u[k + 1] = sum[k];
-    u[grid_times + 1] = u0;
     return u;
 }
 
-// How many intervals of a grid come before the first that is not clear (1).
-template <class R, class Mode, int N>
-VI_HOT place_t<R> clear_intervals(const Mode& m, const foresight<R> (&u)[N],
-                                  const corridor<R> (&free)[N]) {
-    place_t<R> count{};
-    mask_t<R> clear = R(0.0) == R(0.0);
-    for (int k = 0; k < grid_intervals; ++k) {
-        for (int i = 0; i < m.flow.contacts(); ++i)
-            clear = clear & free[i].clear(u[i][k], u[i][k + 1]);
-        if (!any(clear)) break;
-        for (int i = 0; i < scalar_traits<R>::lanes; ++i)
-            count.of[i] = count.of[i] + lane(clear, i);
-    }
-    return count;
+// (2) for one contact.
+template <class R, class G>
+VI_HOT void note_crossing(const G& g, int i, const corridor<R>& free, const three<R>& u,
+                          mask_t<R>& once, mask_t<R>& single, sight<R>& s) {
+    const R sum = u.u0 + u.u1, rise = u.u1 - u.u0;
+    const mask_t<R> up = (u.u1 > g.upper) & (rise > free.bulge) & (sum > free.sum_low);
+    const mask_t<R> down = (u.u1 < g.lower) & (-rise > free.bulge) & (sum < free.sum_high);
+    const mask_t<R> mine = up | down;
+    single = single & (free.clear(u.u0, u.u1) | (mine & !once));
+    once = once | mine;
+    s.contact = i == 0 ? R(0.0) : select(mine, R(static_cast<double>(i)), s.contact);
+    s.side = i == 0 ? select(down, R(-1.0), R(1.0))
+                    : select(mine, select(down, R(-1.0), R(1.0)), s.side);
+    s.limit = i == 0 ? select(down, R(g.lower), R(g.upper))
+                     : select(mine, select(down, R(g.lower), R(g.upper)), s.limit);
+    s.u0 = i == 0 ? u.u0 : select(mine, u.u0, s.u0);
+    s.u1 = i == 0 ? u.u1 : select(mine, u.u1, s.u1);
+    s.u2 = i == 0 ? u.u2 : select(mine, u.u2, s.u2);
 }
 
-// (2) for the interval that begins at `at`, with every other contact clear; where, into hit.
-template <class R, class Mode, int N>
-VI_HOT mask_t<R> crosses(const Mode& m, const foresight<R> (&u)[N], const corridor<R> (&free)[N],
-                         const place_t<R>& at, const mask_t<R>& going, crossing<R>& hit) {
-    mask_t<R> once = R(0.0) != R(0.0), single = !once;
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        const auto& g = m.guards[i];
-        const R u0 = pick(u[i], at), u1 = pick(u[i], at + 1), sum = u0 + u1, rise = u1 - u0;
-        const mask_t<R> up = (u1 > g.upper) & (rise > free[i].bulge) & (sum > free[i].sum_low);
-        const mask_t<R> down = (u1 < g.lower) & (-rise > free[i].bulge) & (sum < free[i].sum_high);
-        const mask_t<R> mine = up | down, clear = free[i].clear(u0, u1);
-        single = single & (clear | (mine & !once));
-        once = once | mine;
-        const mask_t<R> write = going & mine;
-        hit.contact = select(write, R(static_cast<double>(i)), hit.contact);
-        hit.side = select(write, select(down, R(-1.0), R(1.0)), hit.side);
-        hit.limit = select(write, select(down, R(g.lower), R(g.upper)), hit.limit);
-        hit.u0 = select(write, u0, hit.u0);
-        hit.u1 = select(write, u1, hit.u1);
-        hit.u2 = select(write, pick(u[i], at + 2), hit.u2);
-    }
-    return once & single;
-}
-
-// Goes on to the interval in which the flight lands, or to the end of what is clear; answers which
-// lanes are stuck there.
-template <int Which, class T, class Mode, class Shape>
-VI_HOT mask_t<T> look_ahead(const Mode& m, const mask_t<T>& going, approach<T, Shape>& a,
-                            crossing<real_t<T>>& hit) {
-    using R = real_t<T>;
+// `from` holds u at the start of the grid; at the end, at the start of the interval in question.
+template <int Which, class R, class Mode, int D, int K>
+VI_HOT sight<R> look_along(const Mode& m, vec<outlook<R>, K>& from, const vec<R, D>& y) {
     const auto& flow = m.flow;
     const int n = flow.dimension();
-    const auto spacing = flow.step * grid_steps[Which];
-    foresight<R> u[Shape::max_contacts];
-    corridor<R> free[Shape::max_contacts];
+    const R h = R(flow.step * (grid_parts[Which] * (1.0 / parts_of_step)));
+    foresight<R> u[K];
+    corridor<R> free[K];
+    three<R> now[K];
     for (int i = 0; i < flow.contacts(); ++i) {
-        u[i] = foresee(m.guards[i].ahead[Which], a.u[i], values_of(a.y, n), n);
-        free[i] = between_stops(m.guards[i], a.curvature[i], a.margin[i], R(spacing));
+        u[i] = foresee(m.guards[i].ahead[Which], from[i].u, y, n);
+        free[i] = between_stops(m.guards[i], from[i], h);
+        now[i] = {u[i][0], u[i][1], u[i][2]};
     }
-    const auto to = clear_intervals(m, u, free);
-    mask_t<T> on = going;
-    for (int i = 0; i < scalar_traits<R>::lanes; ++i)
-        if (to.of[i] == grid_intervals) set_lane(on, i, false);
-    const mask_t<T> found = on & crosses(m, u, free, to, on, hit);
-    hit.found = hit.found | found;
-    hit.length = select(found, R(spacing), hit.length);
-    select_state(going, a.y, flow.apply(flow.grid[Which], to, a.y), n);
-    a.t = select(going, a.t + as_real<R>(to) * spacing, a.t);
-    for (int i = 0; i < flow.contacts(); ++i)
-        a.u[i] = select(going, pick(u[i], to), a.u[i]);
-    return on & !found;
+    sight<R> s;
+    s.clear = R(0.0);
+    mask_t<R> open = R(0.0) == R(0.0);
+    for (int k = 0; k < grid_intervals; ++k) {
+        for (int i = 0; i < flow.contacts(); ++i)
+            open = open & free[i].clear(u[i][k], u[i][k + 1]);
+        s.clear = s.clear + select(open, R(1.0), R(0.0));
+        if (k + 1 == grid_intervals) break;
+        for (int i = 0; i < flow.contacts(); ++i)
+            now[i] = {select(open, u[i][k + 1], now[i].u0), select(open, u[i][k + 2], now[i].u1),
+                      select(open, u[i][k + 3], now[i].u2)};
+    }
+    mask_t<R> once = R(0.0) != R(0.0), single = !once;
+    for (int i = 0; i < flow.contacts(); ++i) {
+        note_crossing(m.guards[i], i, free[i], now[i], once, single, s);
+        from[i].u = now[i].u0;
+    }
+    s.found = once & single & !open;
+    return s;
 }
 
 } // namespace detail

@@ -27,7 +27,7 @@ VI_HD inline double evaluate(const taylor_polynomial& g, int order, double s) {
     const double* d = g.d + order;
     double sum = d[taylor_order - order];
     for (int i = taylor_order - order - 1; i >= 0; --i)
-        sum = d[i] + sum * (s * reciprocal[i + 1]);
+        sum = fma(sum, s * reciprocal[i + 1], d[i]);
     return sum;
 }
 

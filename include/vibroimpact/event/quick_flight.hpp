@@ -1,16 +1,16 @@
 // The common flight, at the speed of a few hundred multiply-adds: all lanes at once.
 //
-// Method      From a free start the state goes on from grid to grid (event/lookahead.hpp), wide ones
-//             while they are clear, narrow ones past a stop that is near, to the interval in which
-//             it lands. Each is one stored propagator; no elementary function is called.
-//             The root: predicted by the parabola through three times of the grid; one stored
-//             propagator to the part of a step next to it; there the inverse series of the gap,  (1)
-//             and from its value one step of third order with the gap's Taylor polynomial.       (2)
+// Method      A round looks ahead from where the flight is (event/lookahead.hpp) along a wide grid, and
+//             past a stop that is near along a narrow one. Where all is clear the flight goes on to
+//             its end by one stored propagator. Where it lands in the next interval, the root is
+//             predicted by the parabola through three times of the grid; one stored propagator
+//             leads next to it, the inverse series of the gap to within a millionth of a step  (1)
+//             of it by Taylor expansion, and one step of third order with the gap there onto it. (2)
+//             No elementary function is called.
 //             Whatever is not proved this way (several contacts in an interval, slow departure, a
-//             near graze, the horizon) is left to certified_flight, from the start of the flight.
+//             near graze, the horizon) is left to certified_flight, from where the flight got to.
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; touching contacts leave: rate >= 0
-// Accuracy    state: 4 ulp of the amplitude per propagator, at most 130; time: the same divided by
-//             the rate
+// Accuracy    state: 8 ulp of the amplitude per round; time: the same divided by the rate
 // Reference   theory.md, "First contact"
 #pragma once
 
@@ -18,25 +18,30 @@
 
 namespace vi {
 
-inline constexpr int most_rounds = 64; // of a wide grid and a narrow one
-inline constexpr int quick_orders = 7; // (7/10 / 32)^8 / 8! < 2^-59: of a gap over `longest_part`
-inline constexpr double longest_part = 1.0 / 32; // of a step, from a stored part to the root
+inline constexpr double longest_flight =
+    512.0; // steps: then certified_flight's ladder is more exact
 // With c what (2) adds to (1): (2) is off by 2 (g'' c / 2 g')^2 c, less than 2^-52 steps.
 inline constexpr double largest_correction = 0x1p-18; // c, of a step
 inline constexpr double flattest = 0x1p-18;           // g'' c / 2 g'
 inline constexpr int most_tries = 2;                  // more, to find the root from a better guess
-static_assert(quick_orders + 1 == grid_times);
 
+// Where a flight has got to: onto a stop, if landed, to a place that is proved to be clear otherwise.
 template <class T, class Shape>
 struct quick_landing {
     using real = real_t<T>;
-    mask_t<T> proved;
+    mask_t<T> landed, moved;
     real contact, side;
     T duration, rate;
     vec<T, Shape::max_dimension> y;
 };
 
 namespace detail {
+
+template <class M, class T, int D>
+VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from, int n) {
+    for (int i = 0; i < n; ++i)
+        to[i] = select(mask, from[i], to[i]);
+}
 
 // Where in (0, 1) the parabola through g0 > 0 > g1, g2 at 0, 1, 2 vanishes: x = -g0 / rise +
 // bend x (1 - x), to second order in bend.
@@ -46,6 +51,13 @@ VI_HOT R crossing_point(const R& g0, const R& g1, const R& g2) {
     const R x = -(g0 * scale), bend = 0.5 * ((g2 - g1) - rise) * scale;
     return x + bend * (x * (1.0 - x)) * (1.0 + bend * (1.0 - 2.0 * x));
 }
+
+// The crossing that a round has found: in parts of a step it begins at `begin`, and lasts `length`.
+template <class R>
+struct crossing {
+    mask_t<R> found;
+    R contact, side, limit, begin, length;
+};
 
 // A derivative of the gap on the side of the crossing.
 template <class T, class Mode, class R, int D>
@@ -59,116 +71,213 @@ VI_HOT T gap_at(const Mode& m, int order, const vec<T, D>& y, const crossing<R>&
     return gap;
 }
 
-// The Taylor coefficients of the gap on the side of the crossing.
+// The first Taylor coefficients of the gap on the side of the crossing.
 template <class R, class Mode, int D>
-VI_HOT vec<R, grid_times> expand_gap(const Mode& m, const vec<R, D>& y, const crossing<R>& hit) {
-    vec<R, grid_times> gap;
+VI_HOT vec<R, taylor_rows> expand_gap(const Mode& m, const vec<R, D>& y, const crossing<R>& hit) {
+    vec<R, taylor_rows> gap;
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const auto u = watch_all(m.guards[i].expansion, y, m.flow.dimension());
         const mask_t<R> mine = hit.contact == static_cast<double>(i);
-        for (int k = 0; k < grid_times; ++k)
+        for (int k = 0; k < taylor_rows; ++k)
             gap[k] = i == 0 ? u[k] : select(mine, u[k], gap[k]);
     }
     gap[0] = gap[0] - hit.limit;
-    for (int k = 0; k < grid_times; ++k)
+    for (int k = 0; k < taylor_rows; ++k)
         gap[k] = -hit.side * gap[k];
     return gap;
 }
 
 // (1) to its third power.
 template <class R>
-VI_HOT R nearby_root(const vec<R, grid_times>& g) {
+VI_HOT R nearby_root(const vec<R, taylor_rows>& g) {
     const R scale = 1.0 / g[1];
     const R e = -(g[0] * scale), a = g[2] * scale, b = g[3] * scale;
-    return e * (1.0 - e * (a - e * (2.0 * a * a - b)));
+    return e * fnma(e, fnma(e, fma(2.0 * a, a, -b), a), 1.0);
 }
 
-template <class R>
-VI_HOT R sum_of(const vec<R, grid_times>& g, const R& s) {
-    const R s2 = s * s;
-    const R low = (g[0] + g[1] * s) + s2 * (g[2] + g[3] * s);
-    const R high = (g[4] + g[5] * s) + s2 * (g[6] + g[7] * s);
-    return low + (s2 * s2) * high;
+// A state of the grid next to the root, so many parts of a step on, and the root beyond it.
+template <class T, class R, int D>
+struct neighbour {
+    R part;
+    vec<T, D> y;
+    vec<R, taylor_rows> gap;
+    R s;
+    mask_t<R> close;
+};
+template <class T, class Mode, class R, int D>
+VI_HOT neighbour<T, R, D> go_near(const Mode& m, const vec<T, D>& y, const crossing<R>& hit,
+                                  const R& part) {
+    neighbour<T, R, D> near;
+    near.part = part;
+    near.y = m.flow.apply_ahead(place_of(part), y);
+    near.gap = expand_gap(m, values_of(near.y, m.flow.dimension()), hit);
+    near.s = nearby_root(near.gap);
+    near.close = abs(near.s) <= nearby * m.flow.step;
+    return near;
 }
+
+// The whole number nearest to x in [0, 2^51].
 template <class R>
-VI_HOT R slope_of(const vec<R, grid_times>& g, const R& s) {
-    const R s2 = s * s;
-    const R low = (g[1] + (2.0 * g[2]) * s) + s2 * (3.0 * g[3] + (4.0 * g[4]) * s);
-    const R high = (5.0 * g[5] + (6.0 * g[6]) * s) + s2 * (7.0 * g[7]);
-    return low + (s2 * s2) * high;
+VI_HOT R nearest(const R& x) {
+    return (x + 0x1.8p52) - 0x1.8p52;
+}
+// The same within the table; 0 for NaN.
+template <class R>
+VI_HOT R nearest_place(const R& x) {
+    return nearest(min(max(R(0.0), x), R(places - 1.0)));
+}
+
+// The same from a better guess, for lanes that were not close.
+template <class T, class Mode, class R, int D>
+VI_COLD neighbour<T, R, D> go_nearer(const Mode& m, const vec<T, D> y, const crossing<R> hit,
+                                     neighbour<T, R, D> near) {
+    const R parts = R(parts_of_step / m.flow.step);
+    for (int tries = 0; tries < most_tries && any(hit.found & !near.close); ++tries) {
+        const R better = nearest_place(fma(near.s, parts, near.part));
+        near = go_near(m, y, hit, select(hit.found & !near.close, better, near.part));
+    }
+    return near;
+}
+
+// (2): every lane that has found a crossing lands, or stays where it is if that is not proved.
+template <class T, class Mode, class Shape>
+VI_HOT void land(const Mode& m, const crossing<real_t<T>>& hit,
+                 const neighbour<T, real_t<T>, Shape::max_dimension>& near,
+                 quick_landing<T, Shape>& out) {
+    using R = real_t<T>;
+    const auto& flow = m.flow;
+    const R part = R(flow.step * (1.0 / parts_of_step));
+    const auto y = flow.template short_flight<nearby_order>(near.y, near.s);
+    const auto z = values_of(y, flow.dimension());
+    const R slope = gap_at(m, 1, z, hit), scale = 1.0 / slope;
+    const R miss = -(gap_at(m, 0, z, hit) * scale);
+    const R bend = fma(3.0 * near.gap[3], near.s, near.gap[2]), turn = bend * scale;
+    const R shift = miss * fnma(turn, miss, 1.0);
+    const R s = near.s + shift, from = near.part * part, end = from + s;
+    out.landed = hit.found & near.close & (abs(shift) <= largest_correction * flow.step) &
+                 (abs(turn * shift) <= flattest) & (end >= hit.begin * part) &
+                 (end <= (hit.begin + hit.length) * part);
+    out.contact = hit.contact;
+    out.side = hit.side;
+    const auto end_state = flow.nudge(y, shift);
+    out.rate = gap_at(m, 1, end_state, hit);
+    select_state(out.landed, out.y, end_state, flow.dimension());
+    out.duration = select(out.landed, (out.duration + from) + s, out.duration);
 }
 
 // Series cut off cost jets some digits of their derivatives: dt = -dg / g' again, exactly.
 template <class T, class Mode, class Shape>
 VI_HOT void sharpen(const Mode& m, const crossing<real_t<T>>& hit, quick_landing<T, Shape>& at) {
     const T shift = with_value(-gap_at(m, 0, at.y, hit) / value(at.rate), real_t<T>(0.0));
-    at.y = m.flow.template short_flight<3>(at.y, shift);
-    at.duration = at.duration + shift;
+    select_state(at.landed, at.y, m.flow.template short_flight<3>(at.y, shift), m.flow.dimension());
+    at.duration = select(at.landed, at.duration + shift, at.duration);
     at.rate = with_value(gap_at(m, 1, at.y, hit), value(at.rate));
 }
 
-// The root s beyond a state that is near to it, and whether it is found to rounding.
-template <class R>
-struct polished {
-    R s;
-    mask_t<R> close;
+// Where a round starts, and what is seen from there.
+template <class T, class Shape>
+struct prospect {
+    using real = real_t<T>;
+    vec<T, Shape::max_dimension> y;
+    T duration;
+    sight<real> seen;
+    real begin, length;
 };
-template <class R>
-VI_HOT polished<R> polish(const vec<R, grid_times>& gap, const R& step) {
-    const R s = nearby_root(gap), slope = slope_of(gap, s), scale = 1.0 / slope;
-    const R miss = -(sum_of(gap, s) * scale), bend = gap[2] + (3.0 * gap[3]) * s;
-    const R correction = miss * (1.0 - bend * scale * miss); // (2)
-    const mask_t<R> close = (abs(s) <= longest_part * step) &
-                            (abs(correction) <= largest_correction * step) &
-                            (abs(bend * correction) <= flattest * abs(slope));
-    return {s + correction, close};
-}
 
-template <class T, class Mode, class Shape>
-VI_HOT quick_landing<T, Shape> land(const Mode& m, const approach<T, Shape>& a,
-                                    const crossing<real_t<T>>& hit) {
-    using R = real_t<T>;
+// What the wide grid left undecided, seen along the narrow one from there.
+template <class T, class Mode, class Shape, class R, int K>
+VI_COLD prospect<T, Shape> look_closer(const Mode& m, const mask_t<T> stuck,
+                                       vec<outlook<R>, K> from, prospect<T, Shape> p) {
     const auto& flow = m.flow;
     const int n = flow.dimension();
-    const auto part = flow.step * (1.0 / parts_of_step);
-    R guess = hit.length * crossing_point(hit.side * (hit.limit - hit.u0),
-                                          hit.side * (hit.limit - hit.u1),
-                                          hit.side * (hit.limit - hit.u2));
-    for (int tries = 0;; ++tries) {
-        const auto at = nearest_place(guess * (1.0 / part), parts_of_step);
-        const auto near = flow.apply(flow.part, at, a.y);
-        const auto root = polish(expand_gap(m, values_of(near, n), hit), R(flow.step));
-        const R from = as_real<R>(at) * part, end = from + root.s;
-        if (tries == most_tries || !any(hit.found & !root.close)) {
-            const auto y = flow.template short_flight<quick_orders>(near, root.s);
-            const mask_t<T> proved = hit.found & root.close & (end >= 0.0) & (end <= hit.length);
-            quick_landing<T, Shape> out{
-                proved, hit.contact, hit.side, (a.t + from) + root.s, gap_at(m, 1, y, hit), y};
-            if constexpr (scalar_traits<T>::is_jet) sharpen(m, hit, out);
-            return out;
-        }
-        guess = select(root.close, guess, end);
-    }
+    const R before = select(stuck, p.begin, R(0.0));
+    select_state(stuck, p.y, flow.apply_ahead(place_of(before), p.y), n);
+    p.duration = p.duration + before * (flow.step * (1.0 / parts_of_step));
+    const auto close = look_along<1>(m, from, values_of(p.y, n));
+    const auto take = [&](R& to, const R& x) { to = select(stuck, x, to); };
+    take(p.seen.clear, close.clear);
+    take(p.seen.contact, close.contact);
+    take(p.seen.side, close.side);
+    take(p.seen.limit, close.limit);
+    take(p.seen.u0, close.u0);
+    take(p.seen.u1, close.u1);
+    take(p.seen.u2, close.u2);
+    p.seen.found = p.seen.found | (stuck & close.found);
+    take(p.begin, close.clear * double(grid_parts[1]));
+    take(p.length, R(double(grid_parts[1])));
+    return p;
 }
 
 } // namespace detail
 
+// One round of every lane that is going, on a flight that began `out.duration` ago and is now at
+// out.y; `touching` and `rate` say which stops it leaves there.
+template <class T, class Mode, class Shape>
+VI_HOT void fly_round(const Mode& m, const vec<real_t<T>, Shape::max_contacts>& touching,
+                      const vec<T, Shape::max_contacts>& rate, mask_t<T> going,
+                      quick_landing<T, Shape>& out) {
+    using R = real_t<T>;
+    const auto& flow = m.flow;
+    const int n = flow.dimension();
+    vec<detail::outlook<R>, Shape::max_contacts> from;
+    for (int i = 0; i < flow.contacts(); ++i) {
+        from[i] = detail::look_out(m.guards[i], flow, values_of(out.y, n), touching[i]);
+        // slower departures are left to the certified flight: chatter may have to be summed
+        const R leaving = value(rate[i]);
+        const R slow = (8.0 * unit_roundoff / proof_margin) * (from[i].curvature * from[i].margin);
+        going = going & ((touching[i] == 0.0) | ((leaving > 0.0) & (leaving * leaving > slow)));
+    }
+    detail::prospect<T, Shape> p;
+    p.seen = detail::look_along<0>(m, from, values_of(out.y, n));
+    p.begin = p.seen.clear * double(grid_parts[0]);
+    p.length = R(double(grid_parts[0]));
+    const mask_t<T> stuck = going & !p.seen.found & (p.seen.clear < double(detail::grid_intervals));
+    if (any(stuck)) {
+        p.y = out.y;
+        p.duration = out.duration;
+        p = detail::look_closer(m, stuck, from, p);
+        out.y = p.y;
+        out.duration = p.duration;
+    }
+    const auto& s = p.seen;
+    const detail::crossing<R> hit{
+        mask_t<R>(s.found & going), s.contact, s.side, s.limit, p.begin, p.length};
+    const R x = detail::crossing_point(s.side * (s.limit - s.u0), s.side * (s.limit - s.u1),
+                                       s.side * (s.limit - s.u2));
+    const R part = select(hit.found, detail::nearest_place(fma(p.length, x, p.begin)),
+                          select(going, p.begin, R(0.0)));
+    auto near = detail::go_near(m, out.y, hit, part);
+    if (any(hit.found & !near.close)) near = detail::go_nearer(m, out.y, hit, near);
+    out.moved = going & !hit.found & (p.begin > 0.0);
+    detail::land(m, hit, near, out);
+    if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m, hit, out);
+    detail::select_state(out.moved, out.y, near.y, n);
+    const R flown = p.begin * (flow.step * (1.0 / parts_of_step));
+    out.duration = out.duration + select(out.moved, flown, R(0.0));
+}
+
+// Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
+template <class R, class Flow>
+VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
+    return flown + flow.step * double(grid_times) <= min(horizon, R(longest_flight * flow.step));
+}
+
+// A whole flight of one lane.
 template <class T, class Mode, class Shape>
 VI_HOT quick_landing<T, Shape> quick_flight(const Mode& m, const trajectory<T, Shape>& start,
                                             const real_t<T>& horizon) {
-    using R = real_t<T>;
-    auto a = detail::depart(m, start);
-    detail::crossing<R> hit{a.t != a.t, a.t, a.t, a.t, a.t, a.t, a.t, a.t};
-    const auto widest = m.flow.step * (grid_steps[0] * grid_times);
-    for (int round = 0; round < most_rounds; ++round) {
-        a.active = a.active & (a.t + widest <= horizon);
-        if (!any(a.active & !hit.found)) break;
-        auto stuck = detail::look_ahead<0>(m, a.active & !hit.found, a, hit);
-        if (any(stuck)) stuck = detail::look_ahead<1>(m, stuck, a, hit);
-        a.active = a.active & !stuck;
+    quick_landing<T, Shape> out;
+    out.y = start.y;
+    out.duration = T(0.0);
+    out.landed = out.moved = false;
+    auto touching = start.touching;
+    while (may_go_on(m.flow, value(out.duration), horizon)) {
+        fly_round(m, touching, start.rate, true, out);
+        if (!out.moved) break;
+        for (int i = 0; i < m.flow.contacts(); ++i)
+            touching[i] = real_t<T>(0.0);
     }
-    if (!any(hit.found)) return {hit.found, {}, {}, {}, {}, {}};
-    return detail::land(m, a, hit);
+    return out;
 }
 
 } // namespace vi

@@ -22,13 +22,18 @@ namespace vi {
 inline constexpr int taylor_order = 18;
 // Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
 inline constexpr int rung = 32;
-// The grids of times at which the quick flight looks ahead: so many times, one step apart, and so
-// many a quarter of a step apart.
+// The quick flight looks ahead at two grids of times: so many times, one step apart, and so many a
+// quarter of a step apart. From one of them, or next to it, it goes on with a stored propagator:
+// there are so many per step.
 inline constexpr int grid_times = 8;
+inline constexpr int parts_of_step = 8;
 inline constexpr int grids = 2;
-inline constexpr double grid_steps[grids] = {1.0, 0.25};
-// Into so many parts a step is divided to find a state near a contact.
-inline constexpr int parts_of_step = 32;
+inline constexpr int grid_parts[grids] = {parts_of_step, parts_of_step / 4}; // spacing
+inline constexpr int places = parts_of_step * grid_times + 1;
+// Terms of the Taylor expansion from a stored propagator on, over less than `nearby` of a step:
+// (7/10 nearby)^9 / 9! < 2^-56.
+inline constexpr int nearby_order = 8;
+inline constexpr double nearby = 5.0 / 64;
 
 template <class R, class Shape>
 struct modal_flow : sizes<Shape> {
@@ -39,16 +44,13 @@ struct modal_flow : sizes<Shape> {
     template <class T>
     using state = vec<T, max_dimension>;
 
-    struct propagator {
-        block_step<R> block[max_blocks];
-    };
+    using propagator = block_steps<R, max_blocks>;
 
     vec<R, max_blocks> k, c, a;
     R step;              // a short number, so that n * step is exact for n < 2^29
     propagator once;     // exp(B step)
     propagator rungs[2]; // exp(B rung step), exp(B rung^2 step)
-    propagator grid[grids][grid_times + 1];             // exp(B j grid_steps step), from j = 0 on
-    propagator part[parts_of_step + 1];                 // exp(B j step / parts_of_step)
+    table<R, block_steps<lane_t<R>, max_blocks>, places> ahead; // exp(B j step / parts_of_step)
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
@@ -57,25 +59,24 @@ struct modal_flow : sizes<Shape> {
         for (int j = 0; j < this->blocks(); ++j) {
             const T q = y[2 * j], v = y[2 * j + 1];
             const block_step<R>& b = e.block[j];
-            out[2 * j] = b.qq * q + b.qv * v + b.qs;
-            out[2 * j + 1] = b.vq * q + b.vv * v + b.vs;
+            out[2 * j] = fma(b.qq, q, fma(b.qv, v, b.qs));
+            out[2 * j + 1] = fma(b.vq, q, fma(b.vv, v, b.vs));
         }
         return out;
     }
 
-    // The same from a table, each lane at its own place.
-    template <class T, int N>
-    VI_HOT constexpr state<T> apply(const propagator (&table)[N], const place_t<R>& at,
-                                    const state<T>& y) const {
-        if constexpr (scalar_traits<R>::lanes == 1) {
-            return apply(table[at.of[0]], y);
-        } else {
-            propagator e{};
-            for (int i = 0; i < scalar_traits<R>::lanes; ++i)
-                for (int j = 0; j < this->blocks(); ++j)
-                    set_lane(e.block[j], i, table[at.of[i]].block[j]);
-            return apply(e, y);
+    // exp(B j step / parts_of_step) y, each lane at its own place.
+    template <class T>
+    VI_HOT constexpr state<T> apply_ahead(const place_t<R>& at, const state<T>& y) const {
+        state<T> out = y;
+        const auto rows = ahead.at(at);
+        for (int j = 0; j < this->blocks(); ++j) {
+            const T q = y[2 * j], v = y[2 * j + 1];
+            const block_step<R> b = pick_block(rows, j);
+            out[2 * j] = fma(b.qq, q, fma(b.qv, v, b.qs));
+            out[2 * j + 1] = fma(b.vq, q, fma(b.vv, v, b.vs));
         }
+        return out;
     }
 
     // y' = B y + b.
@@ -84,7 +85,7 @@ struct modal_flow : sizes<Shape> {
         state<T> out = y;
         for (int j = 0; j < this->blocks(); ++j) {
             out[2 * j] = y[2 * j + 1];
-            out[2 * j + 1] = a[j] - k[j] * y[2 * j] - c[j] * y[2 * j + 1];
+            out[2 * j + 1] = fnma(c[j], y[2 * j + 1], fnma(k[j], y[2 * j], a[j]));
         }
         return out;
     }
@@ -97,9 +98,23 @@ struct modal_flow : sizes<Shape> {
         for (int j = 0; j < this->blocks(); ++j) {
             const Time velocity = s * sums[2 * j], position = s * s * sums[2 * j + 1]; // S, I
             const T q = y[2 * j], v = y[2 * j + 1];
-            const T pull = a[j] - k[j] * q;
-            out[2 * j] = q + (v * velocity + pull * position);
-            out[2 * j + 1] = v * (1.0 - k[j] * position) + (pull - c[j] * v) * velocity;
+            const T pull = fnma(k[j], q, a[j]);
+            out[2 * j] = fma(v, velocity, fma(pull, position, q));
+            out[2 * j + 1] = fma(fnma(c[j], v, pull), velocity, v * fnma(k[j], position, R(1.0)));
+        }
+        return out;
+    }
+
+    // The same to second order, for the smallest s.
+    template <class T, class Time>
+    VI_HOT constexpr state<T> nudge(const state<T>& y, const Time& s) const {
+        state<T> out = y;
+        for (int j = 0; j < this->blocks(); ++j) {
+            const T q = y[2 * j], v = y[2 * j + 1];
+            const T pull = fnma(c[j], v, fnma(k[j], q, a[j]));
+            const T jerk = fma(c[j], pull, k[j] * v); // with the other sign
+            out[2 * j] = fma(s, fma(0.5 * s, pull, v), q);
+            out[2 * j + 1] = fma(s, fnma(0.5 * s, jerk, pull), v);
         }
         return out;
     }
@@ -132,14 +147,18 @@ struct modal_flow : sizes<Shape> {
     VI_HD void prepare()
         requires is_same<R, double>
     {
-        once = at_time(step);
         rungs[0] = at_time(rung * step);
         rungs[1] = at_time(rung * rung * step);
-        for (int g = 0; g < grids; ++g)
-            for (int j = 0; j <= grid_times; ++j)
-                grid[g][j] = at_time(j * (grid_steps[g] * step));
-        for (int j = 0; j <= parts_of_step; ++j)
-            part[j] = at_time(j * (step / parts_of_step));
+        propagator parts[parts_of_step];
+        for (int i = 0; i < parts_of_step; ++i)
+            parts[i] = at_time(i * (step / parts_of_step));
+        for (int i = 0; i < places; i += parts_of_step) {
+            const propagator whole = at_time(i * (step / parts_of_step));
+            for (int p = 0; p < parts_of_step && i + p < places; ++p)
+                for (int j = 0; j < this->blocks(); ++j)
+                    ahead.entry[i + p].block[j] = after(whole.block[j], parts[p].block[j]);
+        }
+        once = ahead.entry[parts_of_step];
         for (int j = 0; j < this->blocks(); ++j)
             expand(j);
     }
@@ -204,10 +223,10 @@ private:
             sums[i] = Time(series[rows - 1][i]);
         for (int m = rows - 2; m >= 0; --m)
             for (int i = 0; i < 2 * n; ++i)
-                sums[i] = series[m][i] + sums[i] * square;
+                sums[i] = fma(sums[i], square, series[m][i]);
         vec<Time, max_dimension> out{};
         for (int i = 0; i < n; ++i)
-            out[i] = sums[i] + sums[n + i] * s;
+            out[i] = fma(sums[n + i], s, sums[i]);
         return out;
     }
 };

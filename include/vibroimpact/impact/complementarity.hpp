@@ -78,7 +78,7 @@ VI_HD inline bool accepted(const small_system<N>& p, int set, const vec<double, 
 } // namespace detail
 
 template <int N>
-VI_HD inline complementary<N> solve_complementarity(const small_system<N>& p) {
+VI_CALL complementary<N> solve_complementarity(const small_system<N>& p) {
     complementary<N> out{};
     for (int set = 0; set < 1 << p.n; ++set)
         if (detail::solve_active(p, set, out.x) && detail::accepted(p, set, out.x)) {

@@ -39,7 +39,7 @@ VI_HD inline void push_away(vec<T, Dimension>& y, int n,
                             const T& p) {
     const T along = -(side * p);
     for (int i = 0; i < n; ++i)
-        y[i] = y[i] + law.impulse[i] * along;
+        y[i] = fma(law.impulse[i], along, y[i]);
 }
 
 namespace detail {

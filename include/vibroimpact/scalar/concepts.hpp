@@ -19,6 +19,7 @@
 //     mask_t<T>      what a comparison returns
 //     lane_t<T>      the scalar of a single lane; lane(x, i) reads it, set_lane(x, i, s) writes it
 //     bits_t<R>      the 64-bit pattern of each lane of a real R; bits(x), from_bits<R>(b)
+//     fma(a, b, c)   a b + c with one rounding; sums of products are written with it
 //     T(2.5)         every lane 2.5, derivatives zero
 //
 // Inside namespace vi, call these functions unqualified: argument-dependent lookup then finds the
@@ -26,7 +27,7 @@
 // goes to the C library.
 #pragma once
 
-#include "vibroimpact/config.hpp"
+#include "vibroimpact/scalar/fma.hpp"
 
 namespace vi {
 
@@ -120,6 +121,7 @@ concept Scalar = requires(const T& x, T& changing, mask_t<T> mask) {
     mask_t<T>(((x <= 0.0) & !(x == x)) | mask);
     T(select(mask, x, x));
     T(sqrt(x));
+    T(fma(x, x, x));
     real_t<T>(value(x));
     lane_t<T>(lane(x, 0));
     set_lane(changing, 0, lane(x, 0));

@@ -18,12 +18,13 @@ namespace vi {
 struct operation_counts {
     unsigned long long additions = 0; // and subtractions
     unsigned long long multiplications = 0;
+    unsigned long long fused = 0; // each counts for two
     unsigned long long divisions = 0;
     unsigned long long square_roots = 0;
     unsigned long long comparisons = 0;
 
     VI_HD constexpr unsigned long long flops() const {
-        return additions + multiplications + divisions + square_roots;
+        return additions + multiplications + 2 * fused + divisions + square_roots;
     }
 };
 
@@ -68,6 +69,11 @@ struct counting {
         ++Tag::counts.square_roots;
         return sqrt(x.v);
     }
+    VI_HD friend counting fma(counting a, counting b, counting c) {
+        ++Tag::counts.fused;
+        return fma(a.v, b.v, c.v);
+    }
+    VI_HD friend counting fnma(counting a, counting b, counting c) { return fma(-a, b, c); }
     VI_HD friend counting select(bool mask, counting a, counting b) { return mask ? a : b; }
     VI_HD friend counting value(counting x) { return x; }
     VI_HD friend double plain(counting x) { return x.v; }

@@ -242,6 +242,46 @@ VI_HD jet<R, N>& operator/=(jet<R, N>& a, const S& b) {
     return a = a / b;
 }
 
+// a b + c: the value with one rounding, each derivative a db + (b da + dc).
+namespace detail {
+template <class T>
+inline constexpr bool is_first_order = false;
+template <class R, int N>
+inline constexpr bool is_first_order<jet<R, N>> = true;
+
+template <class R, class T>
+VI_HD constexpr auto& value_of(const T& x) {
+    if constexpr (is_first_order<T>)
+        return x.v;
+    else
+        return x;
+}
+} // namespace detail
+
+template <class A, class B, class C>
+    requires(detail::is_first_order<A> || detail::is_first_order<B> || detail::is_first_order<C>)
+VI_HD auto fma(const A& a, const B& b, const C& c) {
+    using detail::is_first_order, detail::value_of;
+    decltype(a * b + c) y;
+    using R = decltype(y.v);
+    const R u = value_of<R>(a), v = value_of<R>(b);
+    y.v = fma(u, v, R(value_of<R>(c)));
+    for (int i = 0; i < static_cast<int>(sizeof y.d / sizeof(R)); ++i) {
+        R d = R(0.0);
+        if constexpr (is_first_order<C>) d = c.d[i];
+        if constexpr (is_first_order<A>) d = fma(v, a.d[i], d);
+        if constexpr (is_first_order<B>) d = fma(u, b.d[i], d);
+        y.d[i] = d;
+    }
+    return y;
+}
+
+template <class A, class B, class C>
+    requires(detail::is_first_order<A> || detail::is_first_order<B> || detail::is_first_order<C>)
+VI_HD auto fnma(const A& a, const B& b, const C& c) {
+    return fma(-a, b, c);
+}
+
 // Comparisons look at values ---------------------------------------------------------------------
 
 #define VI_JET_COMPARISON(op)                                                                      \

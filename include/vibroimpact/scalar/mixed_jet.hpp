@@ -179,6 +179,28 @@ VI_HD mixed_jet<K> operator/(double a, const mixed_jet<K>& b) {
     return mixed_jet<K>(a) / b;
 }
 
+// a b + c, the value with one rounding.
+namespace detail {
+template <class T>
+inline constexpr bool is_mixed = false;
+template <int K>
+inline constexpr bool is_mixed<mixed_jet<K>> = true;
+} // namespace detail
+
+template <class A, class B, class C>
+    requires(detail::is_mixed<A> || detail::is_mixed<B> || detail::is_mixed<C>)
+VI_HD auto fma(const A& a, const B& b, const C& c) {
+    decltype(a * b + c) y = a * b + c;
+    y.c[0] = fma(value(a), value(b), value(c));
+    return y;
+}
+
+template <class A, class B, class C>
+    requires(detail::is_mixed<A> || detail::is_mixed<B> || detail::is_mixed<C>)
+VI_HD auto fnma(const A& a, const B& b, const C& c) {
+    return fma(-a, b, c);
+}
+
 // Comparisons look at values ---------------------------------------------------------------------
 
 #define VI_MIXED_COMPARISON(op)                                                                    \

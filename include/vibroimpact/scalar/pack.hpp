@@ -11,6 +11,12 @@
 
 #include "vibroimpact/scalar/concepts.hpp"
 
+#if defined(__FMA__) || defined(__AVX__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
 namespace vi {
 
 // One truth value per lane, all bits of it set or none.
@@ -36,6 +42,9 @@ struct pack_mask {
 
 template <int N>
 bool any(const pack_mask<N>& mask) {
+#if defined(__AVX__)
+    if constexpr (N == 4) return _mm256_movemask_pd(__m256d(mask.v)) != 0;
+#endif
     long long joined = 0;
     for (int i = 0; i < N; ++i)
         joined |= mask.v[i];
@@ -87,10 +96,38 @@ struct pack {
     friend mask operator==(const pack& a, const pack& b) { return mask(a.v == b.v); }
     friend mask operator!=(const pack& a, const pack& b) { return mask(a.v != b.v); }
 
+    friend pack fma(const pack& a, const pack& b, const pack& c) { return fused(a, b, c); }
+    friend pack fnma(const pack& a, const pack& b, const pack& c) { return fused_away(a, b, c); }
     friend pack select(const mask& m, const pack& a, const pack& b) {
         return pack(m.v ? a.v : b.v);
     }
 };
+
+template <int N>
+pack<N> fused(const pack<N>& a, const pack<N>& b, const pack<N>& c) {
+#if defined(__FMA__)
+    if constexpr (N == 2) return pack<N>(_mm_fmadd_pd(a.v, b.v, c.v));
+    if constexpr (N == 4) return pack<N>(_mm256_fmadd_pd(a.v, b.v, c.v));
+#endif
+#if defined(__AVX512F__)
+    if constexpr (N == 8) return pack<N>(_mm512_fmadd_pd(a.v, b.v, c.v));
+#elif defined(__aarch64__)
+    if constexpr (N == 2) return pack<N>(vfmaq_f64(c.v, a.v, b.v));
+#endif
+    pack<N> sum;
+    for (int i = 0; i < N; ++i)
+        sum.v[i] = fma(a.v[i], b.v[i], c.v[i]);
+    return sum;
+}
+
+template <int N>
+pack<N> fused_away(const pack<N>& a, const pack<N>& b, const pack<N>& c) {
+#if defined(__FMA__)
+    if constexpr (N == 2) return pack<N>(_mm_fnmadd_pd(a.v, b.v, c.v));
+    if constexpr (N == 4) return pack<N>(_mm256_fnmadd_pd(a.v, b.v, c.v));
+#endif
+    return fused(-a, b, c);
+}
 
 template <int N>
 struct scalar_traits<pack<N>> {
@@ -128,6 +165,33 @@ pack<N> sqrt(const pack<N>& x) {
     for (int i = 0; i < N; ++i)
         root.v[i] = sqrt(x.v[i]);
     return root;
+}
+
+// Two numbers from each lane's own place: lane i of `first` is from[i][0], of `second` from[i][1].
+template <int N>
+void zip_pairs(const double* const (&from)[N], pack<N>& first, pack<N>& second) {
+    typedef double pair __attribute__((vector_size(16)));
+    pair of[N];
+    for (int i = 0; i < N; ++i)
+        __builtin_memcpy(&of[i], from[i], sizeof of[i]);
+    if constexpr (N == 2) {
+        first.v = __builtin_shufflevector(of[0], of[1], 0, 2);
+        second.v = __builtin_shufflevector(of[0], of[1], 1, 3);
+    } else if constexpr (N == 4) { // even lanes in one register, odd lanes in another
+        const auto even = __builtin_shufflevector(of[0], of[2], 0, 1, 2, 3);
+        const auto odd = __builtin_shufflevector(of[1], of[3], 0, 1, 2, 3);
+        first.v = __builtin_shufflevector(even, odd, 0, 4, 2, 6);
+        second.v = __builtin_shufflevector(even, odd, 1, 5, 3, 7);
+    } else {
+        const auto join = [](pair a, pair b, pair c, pair d) {
+            return __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 1, 2, 3),
+                                           __builtin_shufflevector(c, d, 0, 1, 2, 3), 0, 1, 2, 3, 4,
+                                           5, 6, 7);
+        };
+        const auto even = join(of[0], of[2], of[4], of[6]), odd = join(of[1], of[3], of[5], of[7]);
+        first.v = __builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14);
+        second.v = __builtin_shufflevector(even, odd, 1, 9, 3, 11, 5, 13, 7, 15);
+    }
 }
 
 static_assert(Real<pack<2>> && Real<pack<4>> && Real<pack<8>>);

@@ -1,0 +1,174 @@
+// One member of an ensemble: a trajectory over a window of time, shown to observers.
+//
+// Method      From t = 0 the motion runs settle + observe units of time; the flight in progress at
+//             the end is cut there. Observers (observe/) see what lies after `settle`; the flight
+//             that is under way at that time counts from there on.
+//             Where tangents are wanted, the motion goes on in jets from a quarter of the observed
+//             time before the window. Values of jets have the bits of doubles, so nothing else
+//             changes.
+// Accuracy    that of the engine: the same bits for the same system and start, whatever else runs
+// Fails       member_end: every outcome is data, and what was observed up to there is kept
+#pragma once
+
+#include "vibroimpact/observe/growth.hpp"
+#include "vibroimpact/observe/observers.hpp"
+
+namespace vi {
+
+enum class member_end : int {
+    ok = 0,          // the end of the window was reached
+    cap = 1,         // the largest number of impacts was reached before
+    undecided = 2,   // an event could not be decided
+    stalled = 3,     // time does not advance
+    missing = 4,     // a closed set of contacts has no mode
+    behind_stop = 5, // the start lies behind a stop
+    interrupted = 6, // from outside
+};
+
+struct window {
+    double settle, observe;
+    long most_impacts;
+    bool (*interrupted)() = nullptr;
+};
+
+// Room for releases and grazes beside the impacts, and for a motion without any.
+inline constexpr long events_per_impact = 4, spare_events = 64;
+// Tangents turn to their own directions during this part of the observed time before the window.
+inline constexpr double aligning = 0.25;
+
+VI_HD inline limits limits_of(const window& w) {
+    return {w.settle + w.observe, infinity(), events_per_impact * w.most_impacts + spare_events,
+            w.most_impacts, w.interrupted};
+}
+
+VI_HD inline member_end end_of_member(run_end why) {
+    switch (why) {
+    case run_end::horizon:
+        return member_end::ok;
+    case run_end::undecided:
+        return member_end::undecided;
+    case run_end::stalled:
+        return member_end::stalled;
+    case run_end::missing:
+        return member_end::missing;
+    case run_end::interrupted:
+        return member_end::interrupted;
+    default:
+        return member_end::cap;
+    }
+}
+
+// Where a member stands.
+template <class T, class Flow>
+struct member {
+    trajectory<T, typename Flow::shape_type> at;
+    run_progress so_far{};
+};
+
+// Does a start lie behind a stop, by more than rounding?
+template <class Flow>
+VI_HD inline bool behind_stop(const hybrid<Flow>& system,
+                              const trajectory<double, typename Flow::shape_type>& at) {
+    const int n = system.dimension();
+    for (int i = 0; i < system.contacts(); ++i) {
+        const auto& g = system.modes[0].guards[i];
+        const double u = watch(g, 0, at.y, n);
+        const double below = g.upper - u, above = u - g.lower;
+        const double gap = min(below, above), nearer = above < below ? g.lower : g.upper;
+        if (gap < -rounding_at(nearer, magnitude(g, 0, at.y, n, system.modes[0].flow.step)))
+            return true;
+    }
+    return false;
+}
+
+// What a run shows its events to: tangents if there are any, then the observers.
+template <class Flow, int W>
+struct onlooker {
+    using Shape = typename Flow::shape_type;
+    const hybrid<Flow>& system;
+    observers<Flow>& all;
+    growth<W>& tangents;
+    double until; // the run is left after the first event from this time on
+
+    VI_HD bool see(const event<double, Shape>& e, const trajectory<double, Shape>& at,
+                   const clock& now) {
+        all.see(system, e, at, now);
+        return now.time() < until;
+    }
+    VI_HD bool see(const event<jet<double, W>, Shape>& e, trajectory<jet<double, W>, Shape>& at,
+                   const clock& now) {
+        const int n = system.dimension(), contacts = system.contacts();
+        tangents.see(e, at, now, n, contacts);
+        event<double, Shape> plain_event{e.what,
+                                         e.contact,
+                                         e.side,
+                                         e.code,
+                                         plain(e.duration),
+                                         plain(e.rate_before),
+                                         plain(e.rate_after),
+                                         values_of(e.before, n)};
+        return see(plain_event, detail::values(at, n, contacts), now);
+    }
+};
+
+// For hosts that cannot build the mode of a closed set while a member runs.
+struct no_more_modes {
+    VI_HD bool operator()(int) const { return false; }
+};
+
+namespace detail {
+
+// Run, and ask the host for modes that are missing: build(code) says whether there is one now.
+template <class T, class Flow, class Onlooker, class Build>
+VI_HD inline run_end run_building(const hybrid<Flow>& system, member<T, Flow>& m,
+                                  const limits& limit, Onlooker& see, Build& build) {
+    for (;;) {
+        const auto end = run(system, m.at, m.so_far, limit, see);
+        if (end.why != run_end::missing || end.code < 0 || !build(end.code)) return end.why;
+    }
+}
+
+} // namespace detail
+
+// Run a member to the end of its window, or to the first event from the time `until` on: then the
+// answer is run_end::observer.
+template <class Flow, class Build>
+VI_HD inline run_end run_until(const hybrid<Flow>& system, member<double, Flow>& m, const window& w,
+                               observers<Flow>& all, double until, Build& build) {
+    growth<1> none;
+    onlooker<Flow, 1> see{system, all, none, until};
+    return detail::run_building(system, m, limits_of(w), see, build);
+}
+
+// From what time on tangents are carried along.
+VI_HD inline double begin_of_tangents(const window& w) {
+    return w.settle - aligning * w.observe;
+}
+
+// The rest of a member's window with tangents, in jets.
+template <int W, class Flow, class Build>
+VI_HD inline member_end finish_with_tangents(const hybrid<Flow>& system, member<double, Flow>& m,
+                                             const window& w, observers<Flow>& all,
+                                             growth<W>& tangents, Build& build) {
+    tangents.settle = w.settle;
+    onlooker<Flow, W> see{system, all, tangents, infinity()};
+    member<jet<double, W>, Flow> j{with_tangents<W>(system, m.at, tangents.count), m.so_far};
+    const run_end end = detail::run_building(system, j, limits_of(w), see, build);
+    m = {detail::values(j.at, system.dimension(), system.contacts()), j.so_far};
+    return end_of_member(end);
+}
+
+// When a member settled on the orbit that `orbit` saw: run again from its start. NaN: on none.
+template <class Flow, class Build>
+VI_HD inline double
+settling_time(const hybrid<Flow>& system,
+              const trajectory<double, typename Flow::shape_type>& start, const window& w,
+              const last_impacts<typename Flow::shape_type>& orbit, long impacts, Build& build) {
+    if (orbit.none()) return not_a_number();
+    member<double, Flow> again{start};
+    settling<Flow> see{system, orbit, impacts};
+    detail::run_building(system, again, limits_of(w), see, build);
+    return see.last_outside;
+}
+
+} // namespace vi

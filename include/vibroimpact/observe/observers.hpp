@@ -1,0 +1,93 @@
+// All observers of a member; a bit mask says which are wanted.
+//
+// One function, compiled once, serves every combination; an observer that is not wanted costs a
+// test of its bit per event in the window. Where code is compiled for one question, as for a device at
+// run time, VI_OBSERVERS is the mask of those that can be wanted at all.
+#pragma once
+
+#include "vibroimpact/observe/averages.hpp"
+#include "vibroimpact/observe/extremes.hpp"
+#include "vibroimpact/observe/impacts.hpp"
+#include "vibroimpact/observe/power.hpp"
+#include "vibroimpact/observe/section.hpp"
+#include "vibroimpact/observe/settling.hpp"
+#include "vibroimpact/observe/shares.hpp"
+#include "vibroimpact/observe/speeds.hpp"
+#include "vibroimpact/observe/symbol.hpp"
+
+namespace vi {
+
+enum observer_bit : unsigned {
+    sees_section = 1u << 0,
+    sees_symbol = 1u << 1,
+    sees_impacts = 1u << 2,
+    sees_speeds = 1u << 3,
+    sees_power = 1u << 4,
+    sees_settling = 1u << 5,
+    sees_extremes = 1u << 6,
+    sees_averages = 1u << 7,
+    sees_shares = 1u << 8,
+};
+inline constexpr unsigned sees_flights = sees_extremes | sees_averages | sees_shares;
+
+#if defined(VI_OBSERVERS)
+inline constexpr unsigned observers_compiled = VI_OBSERVERS;
+#else
+inline constexpr unsigned observers_compiled = ~0u;
+#endif
+
+template <class Flow>
+struct observers {
+    using Shape = typename Flow::shape_type;
+    unsigned wanted = 0;
+    double settle = 0.0; // events before this time are not shown
+
+    vi::section<Shape> section{};
+    vi::symbol<Shape> symbol{};
+    impact_counts impacts{};
+    impact_speeds speeds{};
+    impact_energy power{};
+    last_impacts<Shape> settling{};
+    vi::extremes<Flow> extremes{};
+    vi::averages<Flow> averages{};
+    vi::shares shares{};
+
+    trajectory<double, Shape> before{}; // the trajectory before the event, where flights are seen
+
+    VI_HD bool wants(unsigned bits) const { return (wanted & observers_compiled & bits) != 0; }
+
+    // Say where the motion starts.
+    VI_HD void depart(const trajectory<double, Shape>& from) {
+        if (wants(sees_flights)) before = from;
+    }
+
+    // To be called after every event, settling included.
+    VI_HD void see(const hybrid<Flow>& system, const event<double, Shape>& e,
+                   const trajectory<double, Shape>& at, const clock& now) {
+        const double time = now.time();
+        if (time >= settle) {
+            if (wants(sees_flights))
+                see(flown(system, before, e.duration, settle - (time - e.duration)));
+            see(scene<Flow>{system, e, at, time});
+        }
+        depart(at);
+    }
+
+private:
+    VI_HD void see(const stretch<Flow>& s) {
+        if (wants(sees_extremes)) extremes.see(s);
+        if (wants(sees_averages)) averages.see(s);
+        if (wants(sees_shares)) shares.see(s);
+    }
+    VI_HD void see(const scene<Flow>& s) {
+        if (wants(sees_section)) section.see(s);
+        if (wants(sees_symbol)) symbol.see(s);
+        if (wants(sees_impacts)) impacts.see(s);
+        if (wants(sees_speeds)) speeds.see(s);
+        if (wants(sees_power)) power.see(s);
+        if (wants(sees_settling)) settling.see(s);
+        if (wants(sees_shares)) shares.see(s);
+    }
+};
+
+} // namespace vi

@@ -1,0 +1,86 @@
+// Kinetic energy lost in impacts.
+//
+// Method      gamma, gamma+ = gap rates of the contacts that touch, before and after; p = their
+//             impulses along the gaps; A = mobility. With A p = gamma+ - gamma
+//                 loss = T - T+ = -sum of p_i (gamma_i + gamma+_i) / 2                          (1)
+//             One contact: (gamma^2 - gamma+^2) / (2 A), that is (1 - R^2) gamma^2 / (2 A).     (2)
+// Assumes     where contacts are dependent A is singular but (1) is not: elimination skips the
+//             contacts that the others determine
+// Accuracy    what completed chatter still had to lose is neglected: by (3) of impact/rest.hpp it is
+//             below 2^-53 of the motion's energy
+// Reference   impact/law.hpp
+
+#pragma once
+
+#include "vibroimpact/observe/scene.hpp"
+
+namespace vi {
+
+namespace detail {
+
+// c . x with A x = b, A positive semidefinite, b and c in its range.
+template <int N>
+VI_HD inline double through_inverse(small_system<N> a, const vec<double, N>& c) {
+    constexpr double dependent = 0x1p-40; // what is left of a pivot: rounding
+    double pivots[N] = {};
+    vec<double, N> x{};
+    for (int i = 0; i < a.n; ++i)
+        pivots[i] = dependent * a.a[i][i];
+    for (int i = 0; i < a.n; ++i) {
+        if (!(a.a[i][i] > pivots[i])) continue;
+        for (int r = i + 1; r < a.n; ++r) {
+            const double factor = a.a[r][i] / a.a[i][i];
+            for (int j = i; j < a.n; ++j)
+                a.a[r][j] = a.a[r][j] - factor * a.a[i][j];
+            a.b[r] = a.b[r] - factor * a.b[i];
+        }
+    }
+    double sum = 0.0;
+    for (int i = a.n - 1; i >= 0; --i) {
+        if (!(a.a[i][i] > pivots[i])) continue;
+        double rest = a.b[i];
+        for (int j = i + 1; j < a.n; ++j)
+            rest = rest - a.a[i][j] * x[j];
+        x[i] = rest / a.a[i][i];
+        sum = sum + c[i] * x[i];
+    }
+    return sum;
+}
+
+// (1)
+template <class Flow>
+VI_HD inline double impact_loss(const scene<Flow>& s) {
+    constexpr int N = Flow::max_contacts;
+    const auto& system = s.system;
+    small_system<N> jump{};
+    vec<double, N> sum{};
+    for (int i = 0; i < system.contacts(); ++i) {
+        if (s.at.touching[i] == 0.0) continue;
+        const double before = i == s.e.contact
+                                  ? s.e.rate_before
+                                  : -s.at.touching[i] * watch(system.modes[0].guards[i], 1,
+                                                              s.e.before, system.dimension());
+        int k = 0;
+        for (int j = 0; j < system.contacts(); ++j)
+            if (s.at.touching[j] != 0.0) jump.a[jump.n][k++] = gap_mobility(system, s.at, i, j);
+        jump.b[jump.n] = s.at.rate[i] - before;
+        sum[jump.n++] = s.at.rate[i] + before;
+    }
+    if (jump.n == 1) // (2)
+        return -0.5 * jump.b[0] * sum[0] * system.laws[s.e.contact].effective_mass;
+    return -0.5 * through_inverse(jump, sum);
+}
+
+} // namespace detail
+
+struct impact_energy {
+    double lost = 0.0;
+
+    template <class Flow>
+    VI_HD void see(const scene<Flow>& s) {
+        if (s.e.what == status::impact || s.e.what == status::simultaneous)
+            lost = lost + detail::impact_loss(s);
+    }
+};
+
+} // namespace vi

@@ -1,0 +1,94 @@
+"""Programs of ``tests/cpp``: built by every compiler, for every instruction set, and run."""
+
+from __future__ import annotations
+
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from vibroimpact import _cpu
+
+ROOT = Path(__file__).resolve().parents[2]
+INCLUDE = ROOT / "include"
+FLAGS = ["-std=c++20", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", f"-I{INCLUDE}"]
+ZIG = (sys.executable, "-m", "ziglang", "c++")
+X86 = platform.machine() in {"x86_64", "AMD64"}
+ARM = platform.machine() in {"aarch64", "arm64"}
+
+
+def flags_of(target: str) -> tuple[str, ...]:
+    """Flags of an instruction set, as the package is built with them."""
+    found = re.search(rf"^set\(flags_{target} (.*)\)$", (ROOT / "CMakeLists.txt").read_text(), re.M)
+    assert found
+    return tuple(found[1].split())
+
+
+@dataclass(frozen=True)
+class Build:
+    """A compiler with its flags, and what is needed to compile with it and to run the program."""
+
+    command: tuple[str, ...]
+    target: str = "baseline"  # instruction set of the package that it stands for
+    on_arm: bool = True
+    emulator: tuple[str, ...] = ()
+
+    def require(self) -> None:
+        """Skip the test where this build cannot be made."""
+        if not (X86 or self.on_arm):
+            pytest.skip(f"{self.target}: not for a {platform.machine()}")
+        if not shutil.which(self.command[0]):
+            pytest.skip(f"{self.command[0]} is not installed")
+
+    def runner(self) -> list[str]:
+        """What stands before the program on the command line; skip where nothing runs it."""
+        if self.emulator and not ARM:
+            found = next(filter(None, map(shutil.which, self.emulator)), None)
+            if not found:
+                pytest.skip(f"compiled; {self.emulator[0]} is not installed to run it")
+            return [found]
+        if X86 and self.target not in _cpu.supported():
+            pytest.skip(f"compiled; this processor has no {self.target}")
+        return []
+
+
+BUILDS = {
+    "gcc": Build(("g++", "-O1")),  # on x86-64 without fma: done in whole numbers
+    "gcc, avx2": Build(("g++", "-O3", *flags_of("avx2")), "avx2", on_arm=False),
+    "gcc, avx512": Build(("g++", "-O1", *flags_of("avx512")), "avx512", on_arm=False),
+    "gcc, neon": Build(
+        ("aarch64-linux-gnu-g++", "-O1", "-static"),
+        emulator=("qemu-aarch64", "qemu-aarch64-static"),
+    ),
+    "clang": Build((*ZIG, "-O2")),
+}
+
+
+@cache
+def program(folder: Path, name: str, build: str) -> Path:
+    """A program of ``tests/cpp``; the test is skipped where its compiler is missing."""
+    BUILDS[build].require()
+    out = folder / f"{name}-{build}".replace(", ", "-")
+    source = ROOT / "tests" / "cpp" / f"{name}.cpp"
+    subprocess.run([*BUILDS[build].command, *FLAGS, str(source), "-o", str(out)], check=True)
+    return out
+
+
+def output(folder: Path, name: str, build: str, *arguments: str, given: str = "") -> str:
+    """What a program says; the test is skipped where it is built but cannot run."""
+    built = program(folder, name, build)
+    done = subprocess.run(
+        [*BUILDS[build].runner(), str(built), *arguments],
+        input=given,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.strip()

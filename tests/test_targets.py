@@ -1,0 +1,177 @@
+"""Instruction sets: one exact fma for all of them, and the best module that the processor runs."""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import struct
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from support.builds import BUILDS, output
+
+import vibroimpact
+from vibroimpact import _cpu, _kernel
+
+SEED = 20211121
+INF, NAN = math.inf, math.nan
+LEAST, TINY, HUGE = 2.0**-1074, 2.0**-1022, sys.float_info.max
+ULP = 2.0**-52
+
+Triple = tuple[float, ...]  # a, b, c
+
+
+def fused(a: float, b: float, c: float) -> float:
+    """a b + c rounded once, by exact rational arithmetic."""
+    if not (math.isfinite(a) and math.isfinite(b)):
+        return a * b + c
+    if not math.isfinite(c):
+        return c  # whatever is finite beside it, also where a * b would overflow
+    exact = Fraction(a) * Fraction(b) + Fraction(c)
+    if exact == 0:  # the sign of 0 + 0, and + of x - x
+        return a * b + c if a == 0.0 or b == 0.0 else 0.0
+    try:
+        return exact.numerator / exact.denominator  # int / int is correctly rounded
+    except OverflowError:
+        return INF if exact > 0 else -INF
+
+
+def random_double(rng: random.Random, exponents: range, bits: int) -> float:
+    """A number with so many random bits in its significand."""
+    fraction = rng.getrandbits(bits) << (52 - bits)
+    pattern = rng.getrandbits(1) << 63 | rng.choice(exponents) << 52 | fraction
+    return float(struct.unpack("<d", struct.pack("<Q", pattern))[0])
+
+
+def triples() -> list[Triple]:
+    """Numbers of all sizes, of like sizes, short ones (ties), tiny, cancelling and huge ones."""
+    rng = random.Random(SEED)  # noqa: S311 - not for secrets
+    everything, near, low = range(2047), range(1000, 1046), range(60)
+    out = []
+    for _ in range(1500):
+        out += [
+            tuple(random_double(rng, everything, 52) for _ in range(3)),
+            tuple(random_double(rng, near, 52) for _ in range(3)),
+            tuple(random_double(rng, near, rng.randrange(1, 30)) for _ in range(3)),
+        ]
+        a, b = random_double(rng, range(500, 530), 52), random_double(rng, range(480, 520), 40)
+        out += [(a, b, random_double(rng, low, 52)), (a, b, 0.0)]  # results around the smallest
+        a, b = random_double(rng, near, 52), random_double(rng, near, 52)
+        out.append((a, b, -a * b * (1.0 + rng.randrange(-2, 3) * ULP)))
+        a, b = random_double(rng, range(1500, 1540), 52), random_double(rng, range(1510, 1540), 52)
+        out.append((a, b, random_double(rng, range(2000, 2047), 52)))  # around the largest
+    return out
+
+
+SPECIAL: list[Triple] = [
+    *((a, b, c) for a in (0.0, -0.0, 1.5) for b in (0.0, -0.0, -2.0) for c in (0.0, -0.0, 3.0)),
+    *((a, b, c) for a in (INF, -INF, 1.0, 0.0) for b in (INF, -2.0, 0.0) for c in (INF, -INF, 1.0)),
+    *((NAN, 1.0, 1.0), (1.0, NAN, 1.0), (1.0, 1.0, NAN), (HUGE, HUGE, -INF), (HUGE, -HUGE, INF)),
+    *((HUGE, 1.0, HUGE), (HUGE, 2.0, -HUGE), (HUGE, 1.0, 2.0**969), (HUGE, 1.0, 2.0**970)),
+    *((LEAST, LEAST, 0.0), (LEAST, -LEAST, 0.0), (LEAST, LEAST, 1.0), (LEAST, -LEAST, 1.0)),
+    *((LEAST, 0.5, 0.0), (LEAST, 0.5, LEAST), (3.0 * LEAST, 0.5, 0.0), (LEAST, 1.5, 0.0)),
+    *((TINY, 1.0 - ULP / 2, 0.0), (TINY, 0.5, LEAST), (TINY, 1.0, -LEAST), (TINY, -1.0, TINY)),
+    *((1.0 + ULP, 1.0 + ULP, -1.0 - 2 * ULP), (1.0 + ULP, 1.0 - ULP, -1.0), (1.0, 1.0, LEAST)),
+    *((1.0, 1.0, ULP / 2), (1.0 + ULP, 1.0, ULP / 2), (1.0, -1.0, ULP / 4), (2.0**52, 2.0, 1.0)),
+]  # fmt: skip
+
+
+def like(x: float, y: float) -> bool:
+    """Equal, zeros with their sign; any NaN is any other."""
+    return (x != x and y != y) or (x == y and math.copysign(1.0, x) == math.copysign(1.0, y))
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_fma_is_exact_in_whole_numbers_and_as_the_target_does_it(
+    build: str, tmp_path: Path
+) -> None:
+    cases = SPECIAL + triples()
+    given = "".join(f"{a.hex()} {b.hex()} {c.hex()}\n" for a, b, c in cases)
+    lines = output(tmp_path, "fma_test", build, given=given).splitlines()
+    for case, line in zip(cases, lines, strict=True):
+        whole, target = map(float.fromhex, line.split())
+        assert like(whole, fused(*case)), (case, whole)
+        assert like(target, whole), (case, target)
+
+
+# Choosing a module --------------------------------------------------------------------------------
+
+
+def test_the_best_installed_instruction_set_is_chosen_unless_another_is_wanted() -> None:
+    assert _kernel.chosen(["avx2", "baseline"], None) == "avx2"
+    assert _kernel.chosen(["avx2", "baseline"], "baseline") == "baseline"
+
+
+def test_an_instruction_set_that_is_not_there_is_refused_with_those_that_are() -> None:
+    with pytest.raises(ImportError, match="VIBROIMPACT_TARGET = 'avx512': must be one of avx2, ba"):
+        _kernel.chosen(["avx2", "baseline"], "avx512")
+
+
+def test_a_package_built_for_other_processors_says_so() -> None:
+    with pytest.raises(ImportError, match="built for other processors than this one"):
+        _kernel.chosen([], None)
+
+
+def test_every_processor_runs_the_baseline_and_tries_it_last() -> None:
+    assert _cpu.supported()[-1] == "baseline"
+    assert _kernel.target in _kernel.installed(_cpu.supported())
+
+
+def in_a_child(code: str, wanted: str | None, path: str) -> subprocess.CompletedProcess[str]:
+    """A new interpreter with this VIBROIMPACT_TARGET and PYTHONPATH."""
+    environment = {k: v for k, v in os.environ.items() if k != "VIBROIMPACT_TARGET"}
+    environment["PYTHONPATH"] = path
+    if wanted is not None:
+        environment["VIBROIMPACT_TARGET"] = wanted
+    return subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.fixture
+def three_modules(tmp_path: Path) -> str:
+    """A package with the real ``_kernel.py`` and empty modules: a path to import it from."""
+    package = tmp_path / "vibroimpact"
+    package.mkdir()
+    source = Path(_kernel.__file__).read_text(encoding="utf-8")
+    (package / "_kernel.py").write_text(source, encoding="utf-8")
+    (package / "__init__.py").touch()
+    (package / "_cpu.py").write_text("def supported():\n    return ['avx2', 'baseline']\n")
+    for target in ("avx512", "avx2", "baseline"):
+        (package / f"_kernel_{target}.py").write_text(f"built_for = {target!r}\n")
+    return str(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "loaded"), [(None, "avx2"), ("avx2", "avx2"), ("baseline", "baseline")]
+)
+def test_the_environment_variable_chooses_which_module_is_loaded(
+    three_modules: str, wanted: str | None, loaded: str
+) -> None:
+    code = (
+        "import sys; from vibroimpact import _kernel as k; print(k.target, k.built_for, sep='\\n')"
+    )
+    code += "\nprint(*(m for m in sys.modules if '_kernel_' in m))"
+    said = in_a_child(code, wanted, three_modules)
+    assert said.stdout.split() == [loaded, loaded, f"vibroimpact._kernel_{loaded}"], said.stderr
+
+
+def test_a_module_that_the_processor_does_not_run_is_never_loaded(three_modules: str) -> None:
+    said = in_a_child("from vibroimpact import _kernel", "avx512", three_modules)
+    assert said.returncode == 1
+    assert "must be one of avx2, baseline, which are installed and run on" in said.stderr
+
+
+def test_the_installed_package_obeys_the_environment_variable() -> None:
+    path = str(Path(vibroimpact.__file__).parents[1])
+    code = "from vibroimpact import _kernel; print(_kernel.target, _kernel._module.__name__)"
+    for target in _kernel.installed(_cpu.supported()):
+        assert in_a_child(code, target, path).stdout.split() == [
+            target,
+            f"vibroimpact._kernel_{target}",
+        ]
+    assert "ImportError: VIBROIMPACT_TARGET = 'mmx'" in in_a_child(code, "mmx", path).stderr
