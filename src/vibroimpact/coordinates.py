@@ -8,13 +8,13 @@ Coordinates y are pairs (q, q') of the reduced system, unused pairs, then one pa
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from vibroimpact import linear
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact.errors import ResonanceError
 from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact.mechanism import Contact, Mechanism
+from vibroimpact.scalars import above, choose, greatest, square_root
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
@@ -100,7 +100,7 @@ def vibration_modes(r: Reduced) -> Matrix | None:
     for a, size in zip(normal, (stiff, damp), strict=True):
         inside = product(transpose(vectors), product(a, vectors))
         off = [abs(inside[i][j]) for i in range(len(a)) for j in range(len(a)) if i != j]
-        if max(off, default=0.0) > 64.0 * 2.0**-53 * len(a) * size:
+        if greatest(off) > 64.0 * 2.0**-53 * len(a) * size:
             return None
     return linear.solve_upper(low, vectors)
 
@@ -110,7 +110,7 @@ def diagonal(phi: Matrix, a: Matrix) -> Vector:
     inside = product(transpose(phi), product(a, phi))
     size = linear.largest(inside)
     values = [row[i] for i, row in enumerate(inside)]
-    return [x if abs(x) > 64.0 * 2.0**-53 * size else 0.0 for x in values]
+    return [choose(above(abs(x), 64.0 * 2.0**-53 * size), x, 0.0) for x in values]
 
 
 def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> tuple[float, float]:
@@ -118,11 +118,12 @@ def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> t
     if sine == 0.0 and cosine == 0.0:
         return 0.0, 0.0
     spring, dash = k - omega * omega, c * omega
-    size = spring * spring + dash * dash
-    if size * RESONANCE_LOSS * RESONANCE_LOSS < (k + omega * omega) ** 2:
-        raise InvalidParameterError(
+    size, static = spring * spring + dash * dash, k + omega * omega
+    if size * RESONANCE_LOSS * RESONANCE_LOSS < static * static:
+        natural = square_root(greatest([k, 0.0]))
+        raise ResonanceError(
             f"omega = {omega}: forcing at or too near resonance with a vibration mode of "
-            f"frequency {math.sqrt(max(k, 0.0))!r} whose damping rate is {c!r}: its response "
+            f"frequency {natural!r} whose damping rate is {c!r}: its response "
             f"exceeds {RESONANCE_LOSS:.0f} times the static one and would cost more than six "
             "digits. Add damping or move omega."
         )
@@ -172,7 +173,7 @@ def dense_rate(m: Mechanism) -> float:
     stiff, damp = (
         linear.row_sum_norm(linear.solve_definite(m.mass, a)) for a in (m.stiffness, m.damping)
     )
-    return max(math.sqrt(stiff), damp, *(f.omega for f in m.forces), 2.0**-500)
+    return greatest([square_root(stiff), damp, *(f.omega for f in m.forces), 2.0**-500])
 
 
 def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:

@@ -15,3 +15,18 @@ class InvalidParameterError(VibroImpactError, ValueError):
 
     The message reads ``name = value: what is allowed. What to do.``
     """
+
+
+class ResonanceError(InvalidParameterError):
+    """Forcing at or too near an undamped resonance; in an ensemble, an outcome."""
+
+
+class BackendUnavailableError(VibroImpactError, ImportError):
+    """What was asked for needs a package or a device that is not there.
+
+    The message names the extra to install.
+    """
+
+
+class StoreError(VibroImpactError, OSError):
+    """A store of results cannot be written; what it holds already is kept."""

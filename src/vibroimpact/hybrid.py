@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -30,8 +31,10 @@ from vibroimpact.coordinates import (
 )
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.linear import Matrix, Vector, dot, product, transpose
-from vibroimpact.mechanism import Mechanism
+from vibroimpact.mechanism import Mechanism, infinite
+from vibroimpact.scalars import greatest, least, rounded_down, square_root
 
+STEP_BITS = 20  # of the step of the march, so that multiples of it are exact
 SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
 
 
@@ -46,42 +49,39 @@ def closed_from_code(code: int, contacts: int) -> Closed:
     return tuple((i, 1 if digit == 1 else -1) for i, digit in digits if digit)
 
 
-class Compiled:
-    """A mechanism compiled for the kernel. Modes of closed sets are added when first wanted."""
+@dataclass(frozen=True)
+class Mode:
+    """A mode as the kernel takes it: its code, coordinates with their flow, and guards."""
+
+    code: int
+    coordinates: ModeCoordinates
+    guards: list[tuple[Vector, float, float, float, int]]  # row, gain, lower, upper, side closed
+
+
+class Hybrid:
+    """A mechanism as modes, guards and jumps, in numbers of any kind (scalars.py)."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
         self._shapes: dict[Closed, tuple[Reduced, Matrix | None] | None] = {}
-        self._closed = self._closed_sets() if len(mechanism.contacts) <= 2 else []
+        self.closed = self._closed_sets() if len(mechanism.contacts) <= 2 else []
         self.dense = not self._is_modal()
         rates = [self._rate(), *(force.omega for force in mechanism.forces)]
-        self.rate = max(rates) or self._drift_rate()
+        self.rate = greatest(rates) or self._drift_rate()
         if not SLOWEST <= self.rate <= FASTEST:
             raise InvalidParameterError(
                 f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
                 "Choose another unit of time."
             )
-        self.step = _short(STEP_ANGLE / self.rate)
-        omegas = [force.omega for force in mechanism.forces]
-        self.kappas = [1.0] * lines if self.dense else omegas
+        self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
+        self.omegas = [force.omega for force in mechanism.forces]
+        self.kappas = [1.0] * lines if self.dense else self.omegas
         self.free = self._coordinates(())
-        self.kernel = _kernel.System(
-            dense=self.dense,
-            dimension=self.size,
-            degrees=n,
-            omegas=omegas,
-            kappas=self.kappas,
-            step=self.step,
-            laws=self._laws(),
-        )
-        self.add_mode(())
-        for closed in self._closed:
-            self.add_mode(closed)
 
-    def add_mode(self, closed: Closed) -> None:
-        """Compile the mode of a closed set and hand it to the kernel."""
+    def mode(self, closed: Closed) -> Mode:
+        """Compile the mode of a closed set."""
         c = self._coordinates(closed)
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
@@ -94,21 +94,7 @@ class Compiled:
                 row, gain = guard_row(c, contact)
                 limits = (contact.lower, contact.upper)
             guards.append((row, gain, *limits, sides.get(i, 0)))
-        self.kernel.add_mode(
-            code=code_of(closed),
-            flow=c.flow,
-            guards=guards,
-            to_x=np.array(c.to_x),
-            to_v=np.array(c.to_v),
-            offset=c.offset,
-            from_x=np.array(c.from_x),
-            from_v=np.array(c.from_v),
-            particular=np.array(c.particular).reshape(self.size, -1),
-        )
-
-    def add_code(self, code: int) -> None:
-        """Compile the mode that the kernel asked for."""
-        self.add_mode(closed_from_code(code, len(self.mechanism.contacts)))
+        return Mode(code_of(closed), c, guards)
 
     def _shape(self, closed: Closed) -> tuple[Reduced, Matrix | None] | None:
         """Reduced system and vibration modes of a closed set, computed once."""
@@ -120,7 +106,7 @@ class Compiled:
     def _closed_sets(self) -> list[Closed]:
         """Every set of contacts that can be closed together."""
         sides = [
-            [None, *(s for s in (1, -1) if math.isfinite(limit_of(c, s)))]
+            [None, *(s for s in (1, -1) if not infinite(limit_of(c, s)))]
             for c in self.mechanism.contacts
         ]
         sets = [
@@ -143,8 +129,8 @@ class Compiled:
         m = self.mechanism
         if len(m.contacts) > 2 and linear.largest(m.damping) > 0.0:
             return False  # closed sets are not all built: only C = 0 is surely classical
-        squares = [self._squares(closed) for closed in ((), *self._closed)]
-        return all(s is not None and min([*s[0], *s[1]], default=0.0) >= 0.0 for s in squares)
+        squares = [self._squares(closed) for closed in ((), *self.closed)]
+        return all(s is not None and least([*s[0], *s[1]]) >= 0.0 for s in squares)
 
     def _rate(self) -> float:
         """An upper estimate of the fastest rate of the mechanical part."""
@@ -152,9 +138,9 @@ class Compiled:
         if self.dense:
             self.scale = dense_rate(m)
             return 2.0 * self.scale
-        squares = [self._squares(closed) or ([], []) for closed in ((), *self._closed)]
-        return max(
-            [math.sqrt(x) for k, _ in squares for x in k] + [x for _, c in squares for x in c]
+        squares = [self._squares(closed) or ([], []) for closed in ((), *self.closed)]
+        return greatest(
+            [square_root(x) for k, _ in squares for x in k] + [x for _, c in squares for x in c]
         )
 
     def _drift_rate(self) -> float:
@@ -165,9 +151,9 @@ class Compiled:
         for contact in m.contacts:
             pull = abs(dot(contact.row, [a for (a,) in fall]))
             lengths = (abs(contact.lower), abs(contact.upper), contact.upper - contact.lower)
-            length = min((x for x in lengths if x and math.isfinite(x)), default=1.0)
-            rates.append(math.sqrt(pull / length))
-        return max(rates) or 1.0
+            length = least((x for x in lengths if x and not infinite(x)), default=1.0)
+            rates.append(square_root(pull / length))
+        return greatest(rates) or 1.0
 
     def _coordinates(self, closed: Closed) -> ModeCoordinates:
         shape = self._shape(closed)
@@ -181,7 +167,7 @@ class Compiled:
             return dense(self.mechanism, reduced, self.size, self.scale)
         return modal(self.mechanism, reduced, phi, self.size)
 
-    def _laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
+    def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
         """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
         m = self.mechanism
         rows = [list(contact.row) for contact in m.contacts]
@@ -196,10 +182,44 @@ class Compiled:
         ]
 
 
-def _short(x: float) -> float:
-    """X rounded down to 20 significant bits, so that multiples of it are exact."""
-    mantissa, exponent = math.frexp(x)
-    return math.ldexp(math.floor(mantissa * 2**20) / 2**20, exponent)
+class Compiled:
+    """A mechanism compiled for the kernel. Modes of closed sets are added when first wanted."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._hybrid = h = Hybrid(mechanism)
+        self.dense, self.size, self.free = h.dense, h.size, h.free
+        self.rate, self.step = h.rate, h.step
+        self.kernel = _kernel.System(
+            dense=h.dense,
+            dimension=h.size,
+            degrees=mechanism.degrees,
+            omegas=h.omegas,
+            kappas=h.kappas,
+            step=h.step,
+            laws=h.laws(),
+        )
+        for closed in ((), *h.closed):
+            self._add_mode(closed)
+
+    def add_code(self, code: int) -> None:
+        """Compile the mode that the kernel asked for."""
+        self._add_mode(closed_from_code(code, len(self.mechanism.contacts)))
+
+    def _add_mode(self, closed: Closed) -> None:
+        mode = self._hybrid.mode(closed)
+        c = mode.coordinates
+        self.kernel.add_mode(
+            code=mode.code,
+            flow=c.flow,
+            guards=mode.guards,
+            to_x=np.array(c.to_x),
+            to_v=np.array(c.to_v),
+            offset=c.offset,
+            from_x=np.array(c.from_x),
+            from_v=np.array(c.from_v),
+            particular=np.array(c.particular).reshape(self.size, -1),
+        )
 
 
 def _key(m: Mechanism) -> tuple[object, ...]:

@@ -2,17 +2,14 @@
 
 Systems are compiled with these few routines instead of a BLAS, whose sums are ordered differently
 on different processors: the same mechanism gives the same bits everywhere. Matrices are lists of
-rows of floats, or of jets where a mechanism is differentiated; sizes are those of mechanisms, up to
-a few tens.
+rows of floats, or of other numbers (scalars.py); sizes are those of mechanisms, up to a few tens.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import Any, cast
 
-from vibroimpact._kernel import Jet
+from vibroimpact.scalars import above, anywhere, choose, greatest, sign_of, square_root
 
 Vector = list[float]
 Matrix = list[list[float]]
@@ -61,17 +58,12 @@ def plus(a: Matrix, b: Matrix, factor: float = 1.0) -> Matrix:
 
 def largest(a: Matrix) -> float:
     """The largest absolute entry."""
-    return max((abs(x) for row in a for x in row), default=0.0)
+    return greatest(abs(x) for row in a for x in row)
 
 
 def row_sum_norm(a: Matrix) -> float:
     """The largest sum of absolute values in a row."""
-    return max((sum(abs(x) for x in row) for row in a), default=0.0)
-
-
-def square_root(x: Any) -> float:
-    """Of a float, or of a jet."""
-    return cast(float, x.sqrt()) if isinstance(x, Jet) else math.sqrt(x)
+    return greatest(sum(abs(x) for x in row) for row in a)
 
 
 def cholesky(a: Matrix) -> Matrix | None:
@@ -142,21 +134,24 @@ def symmetric_eigenvectors(a: Matrix, sweeps: int = 60) -> Matrix:
 def _rotate(a: Matrix, v: Matrix, p: int, q: int) -> bool:
     """Annihilate a[p][q] unless it is already below rounding of the diagonal."""
     off = a[p][q]
-    if off == 0.0 or abs(off) <= 2.0**-60 * math.sqrt(abs(a[p][p] * a[q][q])):
+    wanted = above(abs(off), 2.0**-60 * square_root(abs(a[p][p] * a[q][q])))
+    if not anywhere(wanted):
         return False
-    ratio = (a[q][q] - a[p][p]) / (2.0 * off)
-    t = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(1.0 + ratio * ratio))
-    c = 1.0 / math.sqrt(1.0 + t * t)
+    ratio = (a[q][q] - a[p][p]) / (2.0 * choose(wanted, off, 1.0))
+    t = sign_of(ratio) / (abs(ratio) + square_root(1.0 + ratio * ratio))
+    c = 1.0 / square_root(1.0 + t * t)
     s = t * c
+
+    def turned(x: float, y: float) -> tuple[float, float]:
+        return choose(wanted, c * x - s * y, x), choose(wanted, s * x + c * y, y)
+
     for row in a:
-        row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
-    a[p], a[q] = (
-        [c * x - s * y for x, y in zip(a[p], a[q], strict=True)],
-        [s * x + c * y for x, y in zip(a[p], a[q], strict=True)],
-    )
-    a[p][q] = a[q][p] = 0.0
+        row[p], row[q] = turned(row[p], row[q])
+    both = [turned(x, y) for x, y in zip(a[p], a[q], strict=True)]
+    a[p], a[q] = [x for x, _ in both], [y for _, y in both]
+    a[p][q] = a[q][p] = choose(wanted, 0.0, off)
     for row in v:
-        row[p], row[q] = c * row[p] - s * row[q], s * row[p] + c * row[q]
+        row[p], row[q] = turned(row[p], row[q])
     return True
 
 

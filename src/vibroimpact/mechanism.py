@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import linear
-from vibroimpact._kernel import Jet
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.scalars import is_finite, is_infinite, is_number
 
 MAX_DEGREES, MAX_CONTACTS, MAX_LINES = 10, 8, 6
 
@@ -28,9 +28,9 @@ MAX_DEGREES, MAX_CONTACTS, MAX_LINES = 10, 8, 6
 def real(name: str, value: Any, allowed: str = "a finite number") -> float:
     """Return value as a float, or raise naming the parameter.
 
-    A jet is a number too, and stays one: mechanisms are differentiated by building them with jets.
+    A jet or a column is a number too, and stays one (scalars.py).
     """
-    if isinstance(value, Jet) and value.finite:
+    if is_number(value) and is_finite(value):
         return cast(float, value)
     try:
         number = float(value)
@@ -43,7 +43,7 @@ def real(name: str, value: Any, allowed: str = "a finite number") -> float:
 
 def infinite(value: Any) -> bool:
     """Whether a limit stands for no stop."""
-    return not isinstance(value, Jet) and math.isinf(value)
+    return is_infinite(value)
 
 
 def positive(name: str, value: Any, advice: str = "") -> float:
@@ -89,14 +89,17 @@ def vector(name: str, value: ArrayLike, size: int | None = None) -> tuple[float,
 
 
 def _numbers(label: str, value: ArrayLike, kind: str) -> NDArray[Any]:
-    """Value as an array of numbers, some of which may be jets."""
+    """Value as an array of floats or other numbers."""
     try:
         array = np.asarray(value)
-        if not any(isinstance(x, Jet) for x in array.flat):
+        if any(is_number(x) for x in array.flat):
+            floats = [x if is_number(x) else float(x) for x in array.flat]
+            array = np.array(floats, dtype=object).reshape(array.shape)
+        else:
             array = array.astype(float)
     except (TypeError, ValueError):
         raise InvalidParameterError(f"{label}: must be {kind}.") from None
-    if not all(x.finite if isinstance(x, Jet) else math.isfinite(x) for x in array.flat):
+    if not all(is_finite(x) for x in array.flat):
         raise InvalidParameterError(f"{label}: every entry must be finite.")
     return array
 

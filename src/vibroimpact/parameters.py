@@ -19,7 +19,7 @@ import dataclasses
 import inspect
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -41,7 +41,7 @@ class Family:
     build
         Called with the parameters as keywords; returns a :class:`Mechanism`. It computes with
         + - * / ** and numpy functions (np.sqrt, np.sin, np.cos, np.exp, np.log), so that it can be
-        differentiated: numbers may be jets.
+        differentiated, and compiled for many values at once: numbers may be jets or columns.
     **parameters
         Their values. Integers count something: only floats can be varied.
 
@@ -103,15 +103,21 @@ def parameter_value(system: System, name: str) -> float:
 
 
 def with_parameter(system: System, name: str, value: Any) -> System:
-    """The system with another value of one parameter; the value may be a jet."""
-    parameter_value(system, name)
+    """The system with another value of one parameter; the value may be a jet or a column."""
+    return with_parameters(system, {name: value})
+
+
+def with_parameters(system: System, values: Mapping[str, Any]) -> System:
+    """The system with other values of some parameters; of a mechanism, one after the other."""
+    for name in values:
+        parameter_value(system, name)
     if isinstance(system, Family):
-        return Family(system.build, **(dict(system.parameters) | {name: value}))
+        return Family(system.build, **(dict(system.parameters) | dict(values)))
     if isinstance(system, Mechanism):
-        return (
-            _at_omega(system, value) if name == "omega" else _replaced(system, _steps(name), value)
-        )
-    return cast(System, replace(cast(Any, system), **{name: value}))
+        for name, value in values.items():
+            system = _with_entry(system, name, value)
+        return system
+    return cast(System, replace(cast(Any, system), **values))
 
 
 def expanded(system: System, name: str) -> Mechanism:
@@ -203,6 +209,12 @@ def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
     if first in SYMMETRIC and len(rest) == 2 and rest[0] != rest[1]:
         inside = _replaced(inside, rest[::-1], value)
     return replace(here, **{first: inside})
+
+
+def _with_entry(mechanism: Mechanism, path: str, value: Any) -> Mechanism:
+    if path == "omega":
+        return _at_omega(mechanism, value)
+    return cast(Mechanism, _replaced(mechanism, _steps(path), value))
 
 
 def _at_omega(mechanism: Mechanism, omega: Any) -> Mechanism:

@@ -1,0 +1,151 @@
+"""Columns: one number for every system of an ensemble, computed with as if it were one float.
+
+A mechanism that is built and compiled with columns is built and compiled for all systems at once
+(:mod:`vibroimpact.ensembles.batch`). Every operation gives each system the bits that Python floats
+would give: + - * / and sqrt are rounded once wherever they are computed, and powers and elementary
+functions are taken system by system, because array versions of them round differently.
+
+A comparison has an answer where all systems agree. Where they do not, it raises :class:`Split`, and
+whoever started the computation repeats it for the systems on either side: code with branches needs
+no other form. What floats refuse (0 division, roots of negative numbers), a column refuses too, for
+exactly the systems concerned.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Split(BaseException):
+    """Systems disagree on a comparison: true where ``mask`` is.
+
+    No ``Exception``, so that a function of the user which handles errors does not swallow it.
+    """
+
+    def __init__(self, mask: Mask) -> None:
+        super().__init__("systems disagree on a comparison")
+        self.mask = mask
+
+
+def agreed(mask: Mask) -> bool:
+    """The answer of all systems, or raise :class:`Split`."""
+    if mask.all():
+        return True
+    if mask.any():
+        raise Split(mask)
+    return False
+
+
+def _values(x: Any) -> Any:
+    """An operand for arrays: of a column its values; None for what is no number."""
+    if isinstance(x, Column):
+        return x.values
+    return float(x) if isinstance(x, float | int | np.number) else None
+
+
+def _arithmetic(operation: Callable[[Any, Any], Any]) -> Any:
+    def forward(self: Column, other: Any) -> Any:
+        y = _values(other)
+        return NotImplemented if y is None else Column(operation(self.values, y))
+
+    def reflected(self: Column, other: Any) -> Any:
+        x = _values(other)
+        return NotImplemented if x is None else Column(operation(x, self.values))
+
+    return forward, reflected
+
+
+def _comparison(operation: Callable[[Any, Any], Any]) -> Any:
+    def compare(self: Column, other: Any) -> Any:
+        y = _values(other)
+        return NotImplemented if y is None else agreed(operation(self.values, y))
+
+    return compare
+
+
+def _quotient(x: Any, y: Any) -> Any:
+    if not agreed(np.asarray(y != 0.0)):
+        raise ZeroDivisionError("float division by zero")
+    return x / y
+
+
+def _power(x: Any, y: Any) -> Floats:
+    pairs = zip(*(a.tolist() for a in np.broadcast_arrays(x, y)), strict=True)
+    return np.array([a**b for a, b in pairs], dtype=float)
+
+
+class Column:
+    """A number of every system, shape (S,)."""
+
+    __slots__ = ("values",)
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, values: Floats) -> None:
+        self.values = values
+
+    __add__, __radd__ = _arithmetic(operator.add)
+    __sub__, __rsub__ = _arithmetic(operator.sub)
+    __mul__, __rmul__ = _arithmetic(operator.mul)
+    __truediv__, __rtruediv__ = _arithmetic(_quotient)
+    __pow__, __rpow__ = _arithmetic(_power)
+    __lt__, __le__ = _comparison(operator.lt), _comparison(operator.le)
+    __gt__, __ge__ = _comparison(operator.gt), _comparison(operator.ge)
+    __eq__ = _comparison(operator.eq)
+
+    def __bool__(self) -> bool:
+        return agreed(self.values != 0.0)
+
+    def __neg__(self) -> Column:
+        return Column(-self.values)
+
+    def __pos__(self) -> Column:
+        return self
+
+    def __abs__(self) -> Column:
+        return Column(np.abs(self.values))
+
+    def __repr__(self) -> str:
+        return f"Column({np.array2string(self.values, threshold=6)})"
+
+    @property
+    def finite(self) -> bool:
+        """Whether every number is finite."""
+        return agreed(np.isfinite(self.values))
+
+    @property
+    def infinite(self) -> bool:
+        """Whether every number is infinite."""
+        return agreed(np.isinf(self.values))
+
+    def sqrt(self) -> Column:
+        """Square roots."""
+        if agreed(self.values < 0.0):
+            raise ValueError("math domain error")
+        return Column(np.sqrt(self.values))
+
+    def exp(self) -> Column:
+        """Exponentials, with the bits of ``np.exp(float)``."""
+        return self._each(np.exp)
+
+    def log(self) -> Column:
+        """Natural logarithms, with the bits of ``np.log(float)``."""
+        return self._each(np.log)
+
+    def sin(self) -> Column:
+        """Sines, with the bits of ``np.sin(float)``."""
+        return self._each(np.sin)
+
+    def cos(self) -> Column:
+        """Cosines, with the bits of ``np.cos(float)``."""
+        return self._each(np.cos)
+
+    def _each(self, function: Callable[[float], float]) -> Column:
+        return Column(np.array([function(x) for x in self.values.tolist()], dtype=float))

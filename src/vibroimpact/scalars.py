@@ -1,0 +1,94 @@
+"""Numbers that a mechanism is computed with: floats, jets and columns.
+
+A jet carries derivatives, a column one number for every system of an ensemble. The formulas of
+mechanism.py, linear.py, coordinates.py and hybrid.py use + - * /, comparisons and the functions
+below, and so are written once for all three. Floats come out with the bits of Python's own
+functions; the functions that choose do so system by system, where a comparison of columns would
+take the systems apart.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable
+from typing import Any, cast
+
+import numpy as np
+
+from vibroimpact._kernel import Jet
+from vibroimpact.columns import Column, Mask
+
+Truth = bool | Mask
+
+
+def is_number(x: Any) -> bool:
+    """Whether x stands for a float without being one: a jet or a column."""
+    return isinstance(x, Jet | Column)
+
+
+def is_finite(x: Any) -> bool:
+    """Neither infinite nor NaN, in any part."""
+    return cast(bool, x.finite) if is_number(x) else math.isfinite(x)
+
+
+def is_infinite(x: Any) -> bool:
+    """Whether x is infinite; jets never are."""
+    return x.infinite if isinstance(x, Column) else not is_number(x) and math.isinf(x)
+
+
+def square_root(x: Any) -> float:
+    """The root of x >= 0."""
+    return cast(float, x.sqrt()) if is_number(x) else math.sqrt(x)
+
+
+def sign_of(x: Any) -> float:
+    """One with the sign of x, which zeros have too."""
+    if isinstance(x, Column):
+        return cast(float, Column(np.copysign(1.0, x.values)))
+    return math.copysign(1.0, x)
+
+
+def rounded_down(x: Any, bits: int) -> float:
+    """X > 0 with its first binary digits only."""
+    mantissa, exponent = np.frexp(_values(x))
+    short = np.ldexp(np.floor(mantissa * 2**bits) / 2**bits, exponent)
+    return cast(float, Column(short)) if isinstance(x, Column) else float(short)
+
+
+def above(x: Any, y: Any) -> Truth:
+    """X > y, of columns system by system."""
+    if isinstance(x, Column) or isinstance(y, Column):
+        return cast(Mask, _values(x) > _values(y))
+    return cast(bool, x > y)
+
+
+def choose(truth: Truth, x: Any, y: Any) -> float:
+    """X where true, else y."""
+    if isinstance(truth, np.ndarray):
+        return cast(float, Column(np.where(truth, _values(x), _values(y))))
+    return cast(float, x if truth else y)
+
+
+def anywhere(truth: Truth) -> bool:
+    """Whether it is true of any system."""
+    return bool(truth.any()) if isinstance(truth, np.ndarray) else truth
+
+
+def greatest(numbers: Iterable[Any], default: float = 0.0) -> float:
+    """The greatest of some numbers."""
+    return _extreme(numbers, default, lambda x, y: choose(above(y, x), y, x))
+
+
+def least(numbers: Iterable[Any], default: float = 0.0) -> float:
+    """The least of some numbers."""
+    return _extreme(numbers, default, lambda x, y: choose(above(x, y), y, x))
+
+
+def _extreme(numbers: Iterable[Any], default: float, better: Any) -> float:
+    found = list(numbers)
+    return cast(float, functools.reduce(better, found)) if found else default
+
+
+def _values(x: Any) -> Any:
+    return x.values if isinstance(x, Column) else x
