@@ -13,7 +13,18 @@ from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.continuation import Steps
 from vibroimpact.damper import ImpactDamper, Scales
 from vibroimpact.derivatives import MapDerivative, map_derivative, section_jacobian
-from vibroimpact.errors import InvalidParameterError, VibroImpactError
+from vibroimpact.ensembles import kinds as observe  # noqa: F401 - observers with their options
+from vibroimpact.ensembles.basins import attractor_state, basins
+from vibroimpact.ensembles.diagram import bifurcation_sweep
+from vibroimpact.ensembles.plane import multistability, plane
+from vibroimpact.ensembles.starts import GridStarts, RandomStarts
+from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.errors import (
+    BackendUnavailableError,
+    InvalidParameterError,
+    StoreError,
+    VibroImpactError,
+)
 from vibroimpact.following import follow
 from vibroimpact.iterates import Kind, Shape, classify_points
 from vibroimpact.lyapunov import LyapunovEstimate, lyapunov_exponent
@@ -34,6 +45,7 @@ __version__ = _version()
 
 __all__ = [
     "Attractor",
+    "BackendUnavailableError",
     "Bifurcation",
     "BifurcationPoint",
     "Branch",
@@ -41,6 +53,7 @@ __all__ = [
     "Diagram",
     "ExplicitMap",
     "Family",
+    "GridStarts",
     "Guess",
     "Harmonic",
     "ImpactDamper",
@@ -52,6 +65,7 @@ __all__ = [
     "NoBranch",
     "Orbit",
     "OrbitSearch",
+    "RandomStarts",
     "Run",
     "RunEnd",
     "Scales",
@@ -60,8 +74,12 @@ __all__ = [
     "State",
     "Status",
     "Steps",
+    "StoreError",
     "SymmetricOrbit",
     "VibroImpactError",
+    "attractor_state",
+    "basins",
+    "bifurcation_sweep",
     "branch_diagram",
     "classify",
     "classify_points",
@@ -76,11 +94,14 @@ __all__ = [
     "load_branch",
     "lyapunov_exponent",
     "map_derivative",
+    "multistability",
     "normal_form",
+    "plane",
     "save_branch",
     "section_jacobian",
     "simulate",
     "stroboscopic_map",
+    "sweep",
     "switch_branch",
     "symmetric_bifurcations",
     "symmetric_orbits",

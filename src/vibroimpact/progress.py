@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TextIO, TypeVar
 
@@ -12,13 +12,15 @@ Item = TypeVar("Item")
 
 BAR = 24  # characters
 REDRAW = 0.1  # seconds between two drawings of the bar
+LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal
 
 
 @dataclass
 class Progress:
     """Show the stage, the fraction done and the time left.
 
-    On a terminal one line is redrawn; elsewhere each stage prints one line when it begins.
+    On a terminal one line is redrawn; elsewhere each stage prints one line when it begins, and one
+    a minute.
 
     Parameters
     ----------
@@ -42,14 +44,32 @@ class Progress:
         head = f"[{self._number}/{self.stages}] {name}"
         self._write(f"\r\033[K{head}" if self._live else f"{head}\n")
 
-    def track(self, name: str, items: Iterable[Item], total: int) -> Iterator[Item]:
-        """Begin a stage and yield its items, showing how many are done."""
+    def track(
+        self,
+        name: str,
+        items: Iterable[Item],
+        total: int,
+        *,
+        size: Callable[[Item], int] = lambda _: 1,
+        unit: str = "",
+    ) -> Iterator[Item]:
+        """Begin a stage and yield its items, showing how much is done.
+
+        Parameters
+        ----------
+        size
+            How much of the total an item is.
+        unit
+            What the total counts, to show how much is done per second.
+        """
         self.stage(name)
-        begin = time.monotonic()
-        self._draw(name, 0, total, begin)
-        for done, item in enumerate(items, 1):
+        self._drawn = begin = time.monotonic()
+        done = 0
+        self._draw(name, done, total, begin, unit)
+        for item in items:
             yield item
-            self._draw(name, done, total, begin)
+            done += size(item)
+            self._draw(name, done, total, begin, unit)
 
     def close(self) -> None:
         """Remove the live line."""
@@ -60,15 +80,19 @@ class Progress:
     def _live(self) -> bool:
         return not self.quiet and (self.stream or sys.stderr).isatty()
 
-    def _draw(self, name: str, done: int, total: int, begin: float) -> None:
+    def _draw(self, name: str, done: int, total: int, begin: float, unit: str) -> None:
         now = time.monotonic()
-        if not self._live or (now - self._drawn < REDRAW and 0 < done < total):
+        live = self._live
+        rest = REDRAW if live else LOGGED
+        if now - self._drawn < rest and not (live and done in (0, total)):
             return
         self._drawn = now
         filled = BAR * done // max(total, 1)
-        left = f"{(now - begin) * (total - done) / done:4.0f} s left" if done else ""
+        left = f" {(now - begin) * (total - done) / done:4.0f} s left" if done else ""
+        rate = f" {done / (now - begin):.3g} {unit}/s" if unit and done else ""
         bar = "#" * filled + "." * (BAR - filled)
-        self._write(f"\r\033[K[{self._number}/{self.stages}] {name:<32.32} {bar} {left}")
+        text = f"[{self._number}/{self.stages}] {name:<32.32} {bar}{rate}{left}"
+        self._write(f"\r\033[K{text}" if live else f"{text}\n")
 
     def _write(self, text: str) -> None:
         if not self.quiet:

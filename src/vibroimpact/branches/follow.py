@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter, converged, range_of
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.continuation import Curve, End, Steps, Stopped, continue_curve
-from vibroimpact.continuation.walk import Tell
+from vibroimpact.continuation.walk import AT_START, Tell
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import parameter_value
 from vibroimpact.periodic.orbit import Orbit
@@ -140,6 +140,8 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[tuple[float, di
         orbit = family.orbit(point.z, point.parameter)
         if kind == "NS" and not _on_circle(orbit):
             continue
+        if kind in TOUCHES and abs(point.arclength) < AT_START:
+            continue  # the touch that the branch began with: its sign there is rounding
         yield point.arclength, {
             "kind": kind, "name": family.parameter, "parameter": point.parameter,
             "error": point.error, "orbit": orbit, "crossing": point.crossing,

@@ -1,0 +1,30 @@
+"""What planes, basins and diagrams ask of a sweep: observers of their own, axes, tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vibroimpact.ensembles.observers import Observer, resolve
+from vibroimpact.errors import InvalidParameterError
+
+Observe = str | Observer | Sequence[str | Observer]
+
+
+def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
+    """Observers that are needed, and those that the user adds; of one kind the user's."""
+    given = resolve(more) if more else ()
+    names = {observer.name for observer in given}
+    return *(one for one in resolve(own) if one.name not in names), *given
+
+
+def check_axes(over: Any, count: int, what: str, example: str) -> None:
+    """Refuse another number of axes."""
+    if not isinstance(over, Mapping) or len(over) != count:
+        raise InvalidParameterError(f"over = {over!r}: must be {what}, such as {example}.")
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse a tolerance that is no share."""
+    if not 0.0 < tolerance < 1.0:
+        raise InvalidParameterError(f"tolerance = {tolerance!r}: must be in (0, 1).")

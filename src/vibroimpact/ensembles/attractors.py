@@ -1,0 +1,298 @@
+"""The attractors that the members of an ensemble end on: labelled, named, counted.
+
+Method      The first member without a label is classified (:func:`vibroimpact.classify`) from its
+            final state; the points of that attractor are compared with the last section points of
+            every member without one (matching.py); and so on until all are labelled. An attractor
+            whose own points lie on a known one of its kind and type is that one.
+            Members that do not impact share a label, one for each set of stops that they rest on;
+            members that impact, but not on the section, share one per symbol.
+Assumes     members of one system
+Accuracy    that of matching.py
+Fails       after ``most`` classifications the members left have the label of "not matched"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from string import ascii_lowercase
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibroimpact.attractors import Attractor, classify
+from vibroimpact.ensembles.matching import TOLERANCE, Known, Scale, known, proportional, scale_of
+from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol
+from vibroimpact.iterates import Kind
+from vibroimpact.motion import Stop
+from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+NOT_MATCHED = -1
+UNIT = 64.0 * np.finfo(float).eps  # a stop and a state on it agree within so much of their size
+
+
+@dataclass(frozen=True)
+class Found:
+    """An attractor of an ensemble.
+
+    Attributes
+    ----------
+    kind
+        "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts".
+    word
+        Its name without the letter: n-p-q, or the kind.
+    state
+        A state on it.
+    exponent
+        Largest Lyapunov exponent per unit of time; nan where there is none.
+    attractor
+        What ``classify`` said, if it was asked.
+    """
+
+    kind: str
+    word: str
+    state: State
+    exponent: float = float("nan")
+    attractor: Attractor | None = field(default=None, repr=False)
+
+
+@dataclass
+class Labels:
+    """Labels of members, filled step by step."""
+
+    values: Integers
+    found: list[Found] = field(default_factory=list)
+
+    @property
+    def left(self) -> NDArray[np.intp]:
+        """The members without a label."""
+        return np.flatnonzero(self.values == NOT_MATCHED)
+
+    def add(self, found: Found, members: NDArray[np.intp]) -> None:
+        """A new attractor with its members."""
+        self.values[members] = len(self.found)
+        self.found.append(found)
+
+
+def labelled(
+    system: System, members: xr.Dataset, *, contact: int, stop: Stop,
+    tolerance: float = TOLERANCE, most: int = 64,
+) -> tuple[xr.DataArray, tuple[Found, ...]]:  # fmt: skip
+    """Label the attractor of every member; label 0 has the most members.
+
+    Parameters
+    ----------
+    system
+        What the members are motions of.
+    members
+        With the observers section, symbol, impacts and final.
+    contact, stop
+        The section.
+    tolerance
+        Relative distance below which two periodic members are one orbit.
+    most
+        Classifications.
+
+    Returns
+    -------
+    DataArray
+        Labels with the dims of ``end``, -1 where not matched, below it an outcome; meanings in
+        ``flag_values`` and ``flag_meanings``.
+    tuple of Found
+        The attractors in the order of the labels.
+    """
+    codes = motions(members)
+    flat = codes.values.ravel().astype(np.int64)
+    labels = Labels(np.where(flat < NO_IMPACTS, flat, NOT_MATCHED))
+    table = Table.of(system, members)
+    silent = np.flatnonzero(flat == NO_IMPACTS)
+    _by_key(labels, silent, table.resting(silent), table, Kind.SILENT)
+    elsewhere = labels.left[~table.seen[labels.left]]
+    _by_key(labels, elsewhere, table.symbol_words(elsewhere), table, Kind.PERIODIC)
+    _by_classes(labels, table, contact, stop, tolerance, most)
+    return _coded(labels, codes)
+
+
+@dataclass(frozen=True)
+class Table:
+    """What the matching looks at, one row per member."""
+
+    system: System
+    scale: Scale
+    points: Floats
+    symbols: Integers
+    position: Floats
+    velocity: Floats
+    phase: Floats
+
+    @classmethod
+    def of(cls, system: System, members: xr.Dataset) -> Table:
+        """The columns of an ensemble, in the order of ``end``."""
+        dims = members["end"].dims
+
+        def column(name: str) -> Floats:
+            array = members[name].transpose(*dims, ...).values
+            return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
+
+        scale = scale_of(members)
+        section = (column(f"section_{kind}") for kind in ("position", "velocity", "phase"))
+        symbols = np.stack([column(k) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
+        final = (column(f"final_{kind}") for kind in ("position", "velocity", "phase"))
+        return cls(system, scale, scale.points(*section), symbols, *final)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Which members have a point on the section."""
+        return np.asarray(np.isfinite(self.points[:, 0]).all(axis=-1))
+
+    def state(self, member: int) -> State:
+        """Where a member ended."""
+        return State(
+            tuple(self.position[member]), tuple(self.velocity[member]), float(self.phase[member])
+        )
+
+    def symbol_words(self, members: NDArray[np.intp]) -> list[str]:
+        """The symbol of each member, or that it is not periodic."""
+        rows = self.symbols[members].tolist()
+        return [symbol(*row) if row[1] + row[2] else "not periodic" for row in rows]
+
+    def resting(self, members: NDArray[np.intp]) -> list[str]:
+        """Whether each member is in flight or on which stops it rests."""
+        stops = [""] * len(members)
+        for name, rests in _stops(self.system, self.position[members]):
+            joined = (f"{before} and {name}" if before else name for before in stops)
+            stops = [new if r else old for new, old, r in zip(joined, stops, rests, strict=True)]
+        return [f"at rest on stop {on}" if on else "no impacts" for on in stops]
+
+
+def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """The name of every stop, and which positions (m, n) lie on it."""
+    contacts = mechanism_of(system).contacts
+    for number, law in enumerate(contacts):
+        row = np.array(law.row)
+        u, size = position @ row, np.abs(position) @ np.abs(row)
+        for name, limit in (("A", law.upper), ("B", law.lower)):
+            if np.isfinite(limit):
+                on = np.abs(u - limit) <= UNIT * (size + abs(limit))
+                yield (name if len(contacts) == 1 else f"{name}{number}"), on
+
+
+def _by_key(
+    labels: Labels, members: NDArray[np.intp], words: list[str], table: Table, kind: Kind
+) -> None:
+    """One attractor per word."""
+    for word in dict.fromkeys(words):
+        here = members[np.array(words) == word]
+        labels.add(Found(str(kind), word, table.state(int(here[0]))), here)
+
+
+def _by_classes(
+    labels: Labels, table: Table, contact: int, stop: Stop, tolerance: float, most: int
+) -> None:
+    """Classify one member after another until all have a label."""
+    shapes: dict[int, Known] = {}
+    for _ in range(most):
+        left = labels.left
+        if not left.size:
+            return
+        first = int(left[0])
+        attractor = classify(table.system, table.state(first), contact=contact, stop=stop)
+        own = _points(attractor, table.scale)
+        if not len(own):
+            _unseen(labels, attractor, table, first)
+            continue
+        shape = known(own, attractor.kind is Kind.PERIODIC, tolerance)
+        here = _alike(table.symbols[left], table.symbols[first], shape)
+        here &= shape.holds(table.points[left])
+        here[0] = True
+        same = (i for i, other in shapes.items() if _one(labels.found[i], other, attractor, own))
+        label = next(same, None)
+        if label is None:
+            shapes[len(labels.found)] = shape
+            labels.add(_found(attractor), left[here])
+        else:
+            labels.values[left[here]] = label
+
+
+def _unseen(labels: Labels, attractor: Attractor, table: Table, member: int) -> None:
+    """A member that leaves the section for good after its window: with others of its kind."""
+    found = replace(_found(attractor), state=table.state(member))
+    same = (i for i, other in enumerate(labels.found) if other.kind == found.kind)
+    label = next(same, None)
+    if label is None:
+        labels.add(found, np.array([member]))
+    else:
+        labels.values[member] = label
+
+
+def _points(attractor: Attractor, scale: Scale) -> Floats:
+    """The points of an attractor; of a periodic orbit one turn."""
+    section = attractor.section
+    points = scale.points(section.position, section.velocity, section.phase)
+    return points[-attractor.shape.period :] if attractor.shape.period else points
+
+
+def _alike(symbols: Integers, first: Integers, shape: Known) -> NDArray[np.bool_]:
+    """Members whose symbol allows them to move as the first one does, (3) of matching.py."""
+    if not shape.periodic:
+        return np.asarray((symbols == first).all(axis=1))
+    settling = symbols[:, 1:].sum(axis=1) == 0
+    return np.asarray(settling | proportional(symbols, first))
+
+
+def _one(found: Found, shape: Known, attractor: Attractor, points: Floats) -> bool:
+    """Whether an attractor is one that is known: same kind and type, points on its points."""
+    alike = (found.kind, found.word) == (str(attractor.kind), _word(attractor))
+    return alike and bool(shape.holds(points[None])[0])
+
+
+def _found(attractor: Attractor) -> Found:
+    exponent = attractor.exponent.value
+    state = attractor.section.last
+    return Found(str(attractor.kind), _word(attractor), state, exponent, attractor)
+
+
+def _word(attractor: Attractor) -> str:
+    return str(attractor.type) if attractor.type else str(attractor.kind)
+
+
+def _coded(labels: Labels, codes: xr.DataArray) -> tuple[xr.DataArray, tuple[Found, ...]]:
+    """Sort the attractors by their numbers of members, and name them."""
+    counts = np.bincount(labels.values[labels.values >= 0], minlength=len(labels.found))
+    order = np.argsort(-counts, kind="stable")
+    rank = np.empty(len(order) + 1, dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    values = np.where(labels.values >= 0, rank[np.maximum(labels.values, 0)], labels.values)
+    found = _named([labels.found[i] for i in order])
+    words = dict(enumerate(one.word for one in found)) | {NOT_MATCHED: "not matched"}
+    words |= {code: said for code, said in flags(codes).items() if code < NO_IMPACTS}
+    present = [code for code in words if (values == code).any()]
+    attrs = {
+        "flag_values": np.array(present, dtype=np.int32),
+        "flag_meanings": " ".join(words[code].replace(" ", "_") for code in present),
+    }
+    shaped = values.reshape(codes.shape).astype(np.int32)
+    return xr.DataArray(shaped, dims=codes.dims, attrs=attrs), found
+
+
+def _named(found: Iterable[Found]) -> tuple[Found, ...]:
+    """Names such as "1-1-1 a"; motions that do not impact need no letter."""
+    used: dict[str, int] = {}
+    named = []
+    for one in found:
+        number = used[one.word] = used.get(one.word, -1) + 1
+        silent = one.kind == str(Kind.SILENT)
+        named.append(one if silent else replace(one, word=f"{one.word} {_letters(number)}"))
+    return tuple(named)
+
+
+def _letters(number: int) -> str:
+    """a, b, ..., z, aa, ab, ..."""
+    count = len(ascii_lowercase)
+    more = _letters(number // count - 1) if number >= count else ""
+    return more + ascii_lowercase[number % count]

@@ -1,0 +1,94 @@
+"""Axes of a sweep: named values, checked at the door."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.parameters import parameter_value, with_parameters
+from vibroimpact.simulate import System, mechanism_of
+
+Floats = NDArray[np.float64]
+
+
+def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:
+    """The values of one axis, or an error that names what is wrong with them.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument that holds the axis, for the message.
+    name
+        Of the axis.
+    values
+        Finite numbers, all different, at least one.
+    """
+    try:
+        axis = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidParameterError(
+            f"{argument}[{name!r}] = {values!r}: must be numbers, such as np.linspace(1, 2, 101)."
+        ) from None
+    if axis.ndim != 1 or axis.size == 0:
+        raise InvalidParameterError(
+            f"{argument}[{name!r}] has shape {axis.shape}: must be (k,) with k >= 1."
+        )
+    if not np.isfinite(axis).all():
+        wrong = axis[~np.isfinite(axis)][0]
+        raise InvalidParameterError(f"{argument}[{name!r}] = {wrong}: every value must be finite.")
+    different, counts = np.unique(axis, return_counts=True)
+    if counts.max() > 1:
+        twice = different[counts > 1][0]
+        raise InvalidParameterError(
+            f"{argument}[{name!r}] = {twice}: is there {counts.max()} times. Give each value once."
+        )
+    axis.flags.writeable = False
+    return axis
+
+
+def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+    """Check the parameters of a sweep and their values.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such parameter; no, repeated or non-finite values; a value that the system refuses; two
+        names for the same number.
+
+    Notes
+    -----
+    The system is built at the corners of the grid only. A value inside that it refuses all the
+    same ends the sweep when its turn comes.
+    """
+    if not isinstance(over, Mapping):
+        raise InvalidParameterError(
+            f"over = {over!r}: must be a dictionary from names of parameters to values."
+        )
+    axes = {}
+    for name, values in over.items():
+        parameter_value(system, name)
+        axes[name] = axis_of("over", name, values)
+    _refuse_twins(system, axes)
+    corners = itertools.product(*({float(a.min()), float(a.max())} for a in axes.values()))
+    for corner in corners:
+        mechanism_of(with_parameters(system, dict(zip(axes, corner, strict=True))))
+    return axes
+
+
+def _refuse_twins(system: System, axes: Mapping[str, Floats]) -> None:
+    """Refuse two names of the same number, such as stiffness[0][1] and stiffness[1][0]."""
+    for one, other in itertools.permutations(axes, 2):
+        here = parameter_value(system, one)
+        there = next((float(x) for x in axes[one] if x != here), here)
+        try:
+            moved = parameter_value(with_parameters(system, {one: there}), other)
+        except InvalidParameterError:
+            continue  # a value that is refused alone is judged with the others, at the corners
+        if moved != parameter_value(system, other):
+            raise InvalidParameterError(
+                f"over = [{one!r}, {other!r}]: one changes the other. Take one of them."
+            )

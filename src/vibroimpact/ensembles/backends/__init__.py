@@ -1,0 +1,42 @@
+"""Where tiles are computed: one file per backend.
+
+A backend is a module with
+
+    compute_tiles(plan, tiles, workers, client) -> generator of (tile, arrays), in any order
+
+that computes ahead of whoever takes the results only by a few tiles, and ends its work when the
+generator is closed. To add one, add its file and its name here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from importlib import import_module
+from typing import Any
+
+from vibroimpact.ensembles.compute import Done
+from vibroimpact.ensembles.plan import Plan
+from vibroimpact.ensembles.tiles import Tile
+from vibroimpact.errors import InvalidParameterError
+
+ComputeTiles = Callable[[Plan, Sequence[Tile], int | None, Any], Generator[Done, None, None]]
+
+BACKENDS = {
+    "threads": "vibroimpact.ensembles.backends.threads",
+    "dask": "vibroimpact.ensembles.backends.dask",
+    "cuda": "vibroimpact.ensembles.backends.cuda",
+}
+
+
+def backend_of(name: str) -> ComputeTiles:
+    """The backend of that name; what it needs is imported only now.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such backend, or what it needs is not installed.
+    """
+    if name not in BACKENDS:
+        raise InvalidParameterError(f"backend = {name!r}: must be one of {', '.join(BACKENDS)}.")
+    compute_tiles: ComputeTiles = import_module(BACKENDS[name]).compute_tiles
+    return compute_tiles

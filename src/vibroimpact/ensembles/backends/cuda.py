@@ -1,0 +1,34 @@
+"""Tiles on a CUDA device: systems compiled by threads of this process, members run by the card.
+
+Members of systems without classical damping, and those that close a set of contacts whose mode
+their systems do not have yet, run on the processor: with the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from functools import partial
+
+from vibroimpact.ensembles.backends.threads import compute_in_threads
+from vibroimpact.ensembles.compute import Done, compute
+from vibroimpact.ensembles.cuda.batch import DeviceBatch, Machine
+from vibroimpact.ensembles.cuda.card import open_card
+from vibroimpact.ensembles.plan import Plan
+from vibroimpact.ensembles.tables import Runs, Tables
+from vibroimpact.ensembles.tiles import Tile
+
+
+def compute_tiles(
+    plan: Plan,
+    tiles: Sequence[Tile],
+    workers: int | None,
+    client: object = None,  # noqa: ARG001 - for clusters
+) -> Generator[Done, None, None]:
+    """Compute tiles; closing the generator waits for those that have begun."""
+    work = partial(compute, runs=partial(runs_on, open_card()))
+    yield from compute_in_threads(work, plan, tiles, workers)
+
+
+def runs_on(machine: Machine, tables: Tables) -> Runs:
+    """What runs members of these systems: the machine, or the processor for dense flows."""
+    return tables.kernel() if tables.dense else DeviceBatch(tables, machine)

@@ -1,0 +1,53 @@
+"""Tiles on the threads of this process: the kernel lets go of the interpreter while it runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from itertools import islice
+
+from vibroimpact.ensembles.batch import Arrays
+from vibroimpact.ensembles.compute import Done, compute
+from vibroimpact.ensembles.plan import Plan
+from vibroimpact.ensembles.tiles import Tile
+
+AHEAD = 2  # tiles per thread that are begun or wait: results that nobody has taken yet are few
+
+
+def compute_tiles(
+    plan: Plan,
+    tiles: Sequence[Tile],
+    workers: int | None,
+    client: object = None,  # noqa: ARG001 - for clusters
+) -> Generator[Done, None, None]:
+    """Compute tiles; closing the generator waits for those that have begun."""
+    yield from compute_in_threads(compute, plan, tiles, workers)
+
+
+def compute_in_threads(
+    work: Callable[[Plan], Arrays], plan: Plan, tiles: Sequence[Tile], workers: int | None
+) -> Generator[Done, None, None]:
+    """Do some work on tiles; closing the generator waits for those that have begun."""
+    threads = workers or cores()
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="vibroimpact")
+    todo = iter(tiles)
+    running: dict[Future[Arrays], Tile] = {}
+    try:
+        while True:
+            for tile in islice(todo, AHEAD * threads - len(running)):
+                running[pool.submit(work, plan.block(tile.place))] = tile
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(future), future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS
+        return os.cpu_count() or 1

@@ -1,0 +1,134 @@
+"""Basins of attraction: which start leads to which attractor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from vibroimpact.ensembles.asked import check_axes, check_tolerance
+from vibroimpact.ensembles.attractors import Found, labelled
+from vibroimpact.ensembles.matching import TOLERANCE
+from vibroimpact.ensembles.observers import Section
+from vibroimpact.ensembles.starts import GridStarts
+from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import check_count
+from vibroimpact.motion import Stop
+from vibroimpact.sections import check_stop
+from vibroimpact.simulate import System
+from vibroimpact.state import State
+
+EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
+POINTS = 8  # of each member: what the rule of matching.py needs
+
+
+def basins(
+    system: System, *, over: Mapping[str, ArrayLike], start: State, stop: Stop = "A",
+    contact: int = 0, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Compute which starts on a grid of two state coordinates lead to which attractor.
+
+    Parameters
+    ----------
+    system
+        What moves.
+    over
+        Values of two coordinates: "x1", "x2", ..., "v1", "v2", ..., "phase"; the first is drawn
+        across.
+    start
+        Gives the coordinates that are not varied.
+    stop, contact
+        The section on which attractors are compared, as in :func:`~vibroimpact.impact_section`.
+    tolerance
+        Periodic orbits nearer than this, in units of the largest position and velocity, are one;
+        in (0, 1).
+    most
+        Attractors that are classified, >= 1; members left then are "not matched".
+    **options
+        Of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers, progress.
+
+    Returns
+    -------
+    Dataset
+        ``attractor``: the label of every start, 0 for the most frequent; below zero an outcome, as
+        ``flag_meanings`` says. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b", "no impacts"),
+        ``kind``, ``share`` of the starts, ``exponent``, and a state on it, ``position``,
+        ``velocity``, ``phase``, to go on from: :func:`~vibroimpact.attractor_state`. Beside them
+        what the sweep observed.
+
+    Raises
+    ------
+    InvalidParameterError
+        Other than two coordinates, no such stop, what ``sweep`` refuses.
+
+    Notes
+    -----
+    The cost of the sweep, and of a :func:`~vibroimpact.classify` (0.03 to 0.3 s) per attractor.
+    Mirror images of each other are two attractors. Attractors that are nearer to each other than
+    ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
+    are one. Motions that impact, but never at this stop, are told apart by their symbol only.
+    Longer ``settle`` and ``periods`` leave fewer transients that are taken for attractors.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> axis = np.linspace(-2.0, 2.0, 4)
+    >>> found = vi.basins(damper, over={"x1": axis, "v2": axis}, start=vi.State((0, 0), (0, 0)),
+    ...                   progress=False)
+    >>> found["name"].values.tolist()
+    ['1-1-1 a']
+    """
+    check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
+    check_stop(system, contact, stop)
+    check_count("most", most, 1)
+    check_tolerance(tolerance)
+    section = Section(points=POINTS, contact=contact, stop=stop)
+    members = sweep(
+        system, over={}, observe=[section, "symbol", "impacts", "final"],
+        start=GridStarts(over, start), **options,
+    )  # fmt: skip
+    labels, found = labelled(
+        system, members, contact=contact, stop=stop, tolerance=tolerance, most=most
+    )
+    return members.assign(attractor=labels, **_table(labels, found))
+
+
+def attractor_state(basins: xr.Dataset, name: str) -> State:
+    """A state on an attractor, to hand to ``classify``, ``find_orbit`` or ``simulate``.
+
+    Parameters
+    ----------
+    basins
+        What :func:`~vibroimpact.basins` returned.
+    name
+        Its name, such as "1-1-1 a".
+    """
+    names = [str(one) for one in basins["name"].values]
+    if name not in names:
+        raise InvalidParameterError(f"name = {name!r}: must be one of {', '.join(names)}.")
+    row = basins.isel(label=names.index(name))
+    return State(tuple(row["position"].values), tuple(row["velocity"].values), float(row["phase"]))
+
+
+def _table(labels: xr.DataArray, found: tuple[Found, ...]) -> dict[str, Any]:
+    """The attractors, with dim ``label``."""
+    states = [one.state for one in found]
+    row = ("label",)
+    both = ("label", "coordinate")
+    return {
+        "label": np.arange(len(found)),
+        "name": (row, np.array([one.word for one in found], dtype=object)),
+        "kind": (row, np.array([one.kind for one in found], dtype=object)),
+        "share": (row, [float((labels.values == i).mean()) for i in range(len(found))]),
+        "exponent": (row, [one.exponent for one in found]),
+        "position": (both, np.array([s.position for s in states])),
+        "velocity": (both, np.array([s.velocity for s in states])),
+        "phase": (row, [s.phase for s in states]),
+    }

@@ -1,0 +1,265 @@
+"""Many systems of one kind, and the run of trajectories of theirs: the members of an ensemble.
+
+Method      Systems are compiled together (compiling.py) and handed to the kernel in parts of one
+            structure; each part runs its members. Where members close a set of contacts whose mode
+            their systems do not have yet, these run once more from their start with that mode.
+Accuracy    Every member has the bits of running it alone.
+Fails       A member that closes contacts whose forces are not determined ends as MISSING.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact.ensembles.compiling import Values, compile_together
+from vibroimpact.ensembles.observers import Observer, Outcome, kernel_observers, outputs, results
+from vibroimpact.ensembles.tables import Runs, Tables
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.hybrid import Compiled
+from vibroimpact.parameters import with_parameters
+from vibroimpact.simulate import RECORDS_PER_IMPACT, RunEnd, System, begin, mechanism_of
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+Arrays = dict[str, NDArray[Any]]
+Rows = NDArray[np.intp]
+RunsOf = Callable[[Tables], Runs]
+
+LEFT_OUT = -1  # part of a system at resonance
+
+
+@dataclass(frozen=True, eq=False)
+class Members:
+    """Trajectories to run: one entry per member.
+
+    Attributes
+    ----------
+    system
+        Number of its system in the batch, shape (N,).
+    position, velocity
+        Where it starts, shape (N, n).
+    phase
+        Phase of the first forcing line, radians, shape (N,).
+    settle, observe
+        Lengths of the window in units of time, shape (N,).
+    most_impacts
+        A member ends after so many.
+    """
+
+    system: NDArray[np.int32]
+    position: Floats
+    velocity: Floats
+    phase: Floats
+    settle: Floats
+    observe: Floats
+    most_impacts: int
+
+    def of(self, rows: Rows, system: NDArray[Any]) -> Members:
+        """Some of the members, with other numbers for their systems."""
+        return Members(
+            system.astype(np.int32), self.position[rows], self.velocity[rows], self.phase[rows],
+            self.settle[rows], self.observe[rows], self.most_impacts,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Compiled systems.
+
+    Attributes
+    ----------
+    degrees, contacts
+        Coordinates n and contacts of every system.
+    omegas
+        Frequencies of the forcing lines, NaN for systems at resonance, shape (S, L).
+    part, number
+        Which kernel runs each system, and as which of its own, shape (S,). Systems forced at an
+        undamped resonance have none; their members end as RESONANCE.
+    """
+
+    system: System
+    values: Values = field(repr=False)
+    degrees: int
+    contacts: int
+    omegas: Floats = field(repr=False)
+    part: Rows = field(repr=False)
+    number: Rows = field(repr=False)
+    kernels: tuple[Runs, ...] = field(repr=False)
+
+    @property
+    def count(self) -> int:
+        """How many systems."""
+        return len(self.omegas)
+
+    @property
+    def lines(self) -> int:
+        """Forcing lines of every system."""
+        return int(self.omegas.shape[1])
+
+    @property
+    def omega(self) -> Floats:
+        """Angular frequency of the first line, 0 where there is none, shape (S,)."""
+        return self.omegas[:, 0] if self.lines else np.zeros(self.count)
+
+
+def batch_of(
+    system: System, values: Mapping[str, ArrayLike], runs: RunsOf = Tables.kernel
+) -> Batch:
+    """Compile a system with other values of some parameters, all at once.
+
+    Parameters
+    ----------
+    system
+        Anything with a mechanism. One whose ``mechanism`` computes with + - * / ** and numpy's
+        elementary functions is compiled with columns; any other one by one, at about a thousand
+        times the cost.
+    values
+        Arrays of shape (S,) by name of a parameter (parameters.py); without any, S is 1.
+    runs
+        What runs the members of systems of one structure: by default the kernel on this processor.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such parameter; arrays of several lengths; a system that is refused, or that has other
+        numbers of coordinates, contacts or lines than the rest. The message names the system.
+
+    Notes
+    -----
+    One to three microseconds per damper, where thousands are compiled together.
+    """
+    return _batch(system, _checked(values), runs=runs)
+
+
+def _checked(values: Mapping[str, ArrayLike]) -> Values:
+    arrays = {name: np.array(x, dtype=float) for name, x in values.items()}
+    for name, x in arrays.items():
+        if x.ndim != 1 or x.shape != next(iter(arrays.values())).shape or not x.size:
+            raise InvalidParameterError(
+                f"{name} has shape {x.shape}; expected (S,), S >= 1, as every parameter."
+            )
+    return arrays
+
+
+def _batch(
+    system: System, values: Values, codes: tuple[int, ...] = (), runs: RunsOf = Tables.kernel
+) -> Batch:
+    m = mechanism_of(system)
+    n, contacts, lines = m.degrees, len(m.contacts), len(m.forces)
+    count = len(next(iter(values.values()))) if values else 1
+    part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
+    omegas, kernels = np.full((count, lines), np.nan), list[Runs]()
+    for systems, tables in compile_together(system, values, codes):
+        if tables.sizes != (n, contacts, lines):
+            raise InvalidParameterError(
+                f"system = {system!r}: within the ranges of the parameters its mechanisms have "
+                "different numbers of coordinates, contacts or lines. Study them apart."
+            )
+        part[systems], number[systems] = len(kernels), np.arange(len(systems))
+        omegas[systems] = tables.systems["omegas"]
+        kernels.append(runs(tables))
+    return Batch(system, values, n, contacts, omegas, part, number, tuple(kernels))
+
+
+def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
+    """Run every member through its window.
+
+    Parameters
+    ----------
+    batch, members
+        Systems and trajectories.
+    observers
+        What to compute on the way (observers.py).
+
+    Returns
+    -------
+    dict
+        By name: ``end`` (:class:`Outcome`), ``time`` reached, and the outputs of the observers,
+        leading axis the members.
+    """
+    out = _run(batch, members, observers)
+    _finish(batch, members, observers, np.flatnonzero(out["end"] == Outcome.MISSING), out)
+    return out
+
+
+def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
+    """Each part of the batch runs its members; the others are left out for resonance."""
+    spec, m = kernel_observers(observers), mechanism_of(batch.system)
+    part, count = batch.part[members.system], len(members.system)
+    out: Arrays = {
+        name: np.full((count, *output.shape), output.fill, output.dtype)
+        for name, output in outputs(observers, m).items()
+    }
+    out["end"][:] = Outcome.RESONANCE
+    phases = members.phase[:, None] * (batch.omegas / batch.omegas[:, :1])[members.system]
+    for i, kernel in enumerate(batch.kernels):
+        rows = np.flatnonzero(part == i)
+        if not rows.size:
+            continue
+        raw = kernel.run(
+            system=batch.number[members.system[rows]].astype(np.int32),
+            position=members.position[rows], velocity=members.velocity[rows],
+            phases=phases[rows], settle=members.settle[rows], observe=members.observe[rows],
+            most_impacts=members.most_impacts, observers=spec,
+        )  # fmt: skip
+        for name, values in results(observers, m, raw).items():
+            out[name][rows] = values
+    return out
+
+
+def _finish(
+    batch: Batch, members: Members, observers: Sequence[Observer], rows: Rows, out: Arrays
+) -> None:
+    """Run members again that ended as MISSING, with the modes that they want."""
+    codes: tuple[int, ...] = ()
+    while rows.size:
+        wanted = [code for code in _modes_wanted(batch, members, int(rows[0])) if code not in codes]
+        if not wanted:  # there is no such mode
+            rows = rows[1:]
+            continue
+        codes = (*codes, *wanted)
+        systems, number = np.unique(members.system[rows], return_inverse=True)
+        more = _with_modes(batch, systems, codes)
+        if more is None:
+            for k in range(len(systems)):
+                _finish(batch, members, observers, rows[number == k], out)
+            return
+        for name, values in _run(more, members.of(rows, number), observers).items():
+            out[name][rows] = values
+        rows = rows[out["end"][rows] == Outcome.MISSING]
+
+
+def _with_modes(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...]) -> Batch | None:
+    """Some of the systems with more modes; None where not every one has them."""
+    try:
+        more = _batch(batch.system, {k: x[systems] for k, x in batch.values.items()}, codes)
+    except InvalidParameterError:
+        return None
+    return more if np.all(more.part != LEFT_OUT) else None
+
+
+def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
+    """Codes of the modes that a member asks for on its way, as far as they can be compiled."""
+    k = members.system[row]
+    system = with_parameters(batch.system, {name: x[k].item() for name, x in batch.values.items()})
+    compiled, codes = Compiled(mechanism_of(system)), list[int]()
+    state = State(tuple(members.position[row]), tuple(members.velocity[row]), members.phase[row])
+    at, end = begin(compiled, state), members.settle[row] + members.observe[row]
+    most = members.most_impacts
+    while True:
+        why, code, _ = compiled.kernel.advance(
+            at, end, math.inf, RECORDS_PER_IMPACT * most + 64, most
+        )
+        if why != RunEnd.MISSING or code < 0:
+            return codes
+        try:
+            compiled.add_code(code)
+        except InvalidParameterError:
+            return codes
+        codes.append(code)

@@ -1,0 +1,167 @@
+"""The work on one tile: compile its systems, run its members, observe.
+
+Method      systems of the tile x starts are the members; along a followed axis one value after the
+            other, each member starting where it ended at the value before                      (1)
+            a followed state that has come to lie behind a stop, because the stop moved, is placed
+            on it as in following.py                                                            (2)
+Assumes     the window is settle + observe times 2 pi / omega, omega of the first forcing line;
+            without forcing it is in units of time
+Accuracy    that of the kernel; the same bits in any tile
+Fails       what ends a member before its window is over is in ``end``
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.batch import Arrays, Batch, Members, RunsOf, batch_of, run_members
+from vibroimpact.ensembles.observers import Final, Outcome
+from vibroimpact.ensembles.plan import Plan
+from vibroimpact.ensembles.starts import States
+from vibroimpact.ensembles.tables import Tables
+from vibroimpact.ensembles.tiles import Tile
+from vibroimpact.following import carried
+from vibroimpact.parameters import with_parameters
+from vibroimpact.simulate import mechanism_of
+from vibroimpact.state import State
+
+Done = tuple[Tile, Arrays]
+Integers = NDArray[np.intp]
+
+
+class _Work(NamedTuple):
+    """A plan with its systems compiled."""
+
+    plan: Plan
+    batch: Batch
+    columns: dict[str, NDArray[np.float64]]
+
+
+def compute(plan: Plan, runs: RunsOf = Tables.kernel) -> Arrays:
+    """Run every member of a plan.
+
+    Parameters
+    ----------
+    plan
+        A sweep, or a tile of one.
+    runs
+        What runs the members of systems of one structure: another machine, with the same bits.
+
+    Returns
+    -------
+    dict
+        By name of a variable; the leading dimensions are those of the grid.
+    """
+    mesh = np.meshgrid(*plan.axes.values(), indexing="ij")
+    columns = {name: part.ravel() for name, part in zip(plan.axes, mesh, strict=True)}
+    work = _Work(plan, batch_of(plan.system, columns, runs), columns)
+    if plan.followed is None:
+        return _in_grid(_run(work, *_members(work, _systems(plan).ravel())), plan.shape)
+    axis = plan.followed
+    moved = (plan.shape[axis], *plan.shape[:axis], *plan.shape[axis + 1 :])
+    along = _stacked(_follow(work, axis), plan.order)
+    return {name: np.moveaxis(x, 0, axis) for name, x in _in_grid(along, moved, lead=2).items()}
+
+
+def _systems(plan: Plan) -> Integers:
+    """Numbers of the systems in the grid of the parameters."""
+    sizes = [axis.size for axis in plan.axes.values()]
+    return np.arange(math.prod(sizes)).reshape(sizes)
+
+
+def _members(work: _Work, systems: Integers) -> tuple[Integers, States]:
+    """Each of these systems from every start: system and state of each member."""
+    starts = work.plan.starts.states()
+    count = len(starts.phase)
+    rows = np.tile(np.arange(count), len(systems))
+    return np.repeat(systems, count), States(*(part[rows] for part in starts))
+
+
+def _run(work: _Work, systems: Integers, states: States) -> Arrays:
+    """Run members; for a followed motion also to their final states."""
+    window, omega = work.plan.window, work.batch.omega[systems]
+    unit = np.divide(2.0 * math.pi, omega, out=np.ones_like(omega), where=omega > 0.0)
+    observers = work.plan.observers
+    if work.plan.follow and Final() not in observers:
+        observers = (*observers, Final())
+    members = Members(
+        system=systems.astype(np.int32),
+        position=states.position,
+        velocity=states.velocity,
+        phase=states.phase,
+        settle=window.settle * unit,
+        observe=window.periods * unit,
+        most_impacts=window.most_impacts,
+    )
+    return run_members(work.batch, members, observers)
+
+
+def _in_grid(arrays: Arrays, shape: tuple[int, ...], lead: int = 1) -> Arrays:
+    """Replace the leading dimensions by those of the grid."""
+    return {name: x.reshape(*shape, *x.shape[lead:]) for name, x in arrays.items()}
+
+
+# ---- following (1) -------------------------------------------------------------------------------
+
+
+def _follow(work: _Work, axis: int) -> Iterator[Arrays]:
+    """Results at every value of the followed axis, in the order of the motion."""
+    along = np.moveaxis(_systems(work.plan), axis, 0)
+    along = along.reshape(len(along), -1)
+    _, states = _members(work, along[0])
+    count = len(states.phase) // along.shape[1]
+    begun = np.zeros(len(states.phase), dtype=bool)
+    for i in work.plan.order:
+        systems = np.repeat(along[i], count)
+        out = _run(work, systems, states)
+        behind = np.flatnonzero(begun & (out["end"] == Outcome.BEHIND_STOP))
+        if behind.size:
+            states = _placed(work, systems, states, behind)
+            again = _run(work, systems[behind], States(*(part[behind] for part in states)))
+            for name, values in again.items():
+                out[name][behind] = values
+        begun |= _ran(out)
+        yield out
+        states = _next(work, systems, states, out)
+
+
+def _stacked(parts: Iterator[Arrays], order: Integers) -> Arrays:
+    """Results in the order of the axis."""
+    listed = list(parts)
+    back = np.argsort(order)
+    return {name: np.stack([listed[i][name] for i in back]) for name in listed[0]}
+
+
+def _placed(work: _Work, systems: Integers, states: States, behind: Integers) -> States:
+    """States that lie behind a stop are placed on it (2)."""
+    position = states.position.copy()
+    for i in behind:
+        values = {name: float(column[systems[i]]) for name, column in work.columns.items()}
+        mechanism = mechanism_of(with_parameters(work.plan.system, values))
+        state = State(tuple(position[i]), tuple(states.velocity[i]), float(states.phase[i]))
+        for contact in range(len(mechanism.contacts)):
+            state = carried(mechanism, state, contact, "A", on_stop=False)
+        position[i] = state.position
+    return states._replace(position=position)
+
+
+def _next(work: _Work, systems: Integers, states: States, out: Arrays) -> States:
+    """Where the next value starts: the final state, or the same start where there is none."""
+    position, velocity = out["final_position"], out["final_velocity"]
+    forces = mechanism_of(work.plan.system).forces
+    phase = out["final_phase"]
+    if any((line.omega / forces[0].omega) % 1.0 for line in forces):  # 2 pi is no period then
+        phase = states.phase + work.batch.omega[systems] * out["time"]
+    both = zip(States(position, velocity, phase), states, strict=True)
+    ran = _ran(out)
+    return States(*(np.where(ran[:, None] if x.ndim > 1 else ran, x, old) for x, old in both))
+
+
+def _ran(out: Arrays) -> NDArray[np.bool_]:
+    """Which members moved at all."""
+    return ~np.isin(out["end"], (Outcome.BEHIND_STOP, Outcome.RESONANCE))

@@ -1,0 +1,320 @@
+"""The kinds of observers: options, and the variables that each returns.
+
+The kernel computes them (include/vibroimpact/observe). A new one is a dataclass here, in the order
+of the kernel's columns, and in OBSERVERS of observers.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+from vibroimpact.ensembles.outputs import (
+    COORDINATE,
+    EXPONENT,
+    POINT,
+    Output,
+    Table,
+    real,
+    reals,
+    whole,
+)  # fmt: skip
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Mechanism, check_count, vector
+from vibroimpact.motion import Stop
+from vibroimpact.sections import check_stop
+
+
+class Observer(Protocol):
+    """An observer with its options: a frozen dataclass."""
+
+    name: ClassVar[str]
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """By name: what it returns of a member."""
+
+
+def _refuse_tolerance(tolerance: float) -> None:
+    if not 0.0 < tolerance < 1.0:
+        raise InvalidParameterError(f"tolerance = {tolerance!r}: must be in (0, 1).")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """The last impacts at one stop: states just after them.
+
+    Parameters
+    ----------
+    points
+        How many are kept, >= 1; NaN stands for those that did not come.
+    stride
+        Every stride-th impact is a point, >= 1, from the first in the window on.
+    contact, stop
+        As in :func:`~vibroimpact.impact_section`.
+    """
+
+    name: ClassVar[str] = "section"
+    points: int = 100
+    stride: int = 1
+    contact: int = 0
+    stop: Stop = "A"
+
+    def __post_init__(self) -> None:
+        check_count("points", self.points, 1)
+        check_count("stride", self.stride, 1)
+        check_count("contact", self.contact, 0)
+        if self.stop not in ("A", "B"):
+            raise InvalidParameterError(f'stop = {self.stop!r}: must be "A" or "B".')
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """States (..., point, coordinate), phases and times (..., point)."""
+        check_stop(mechanism, self.contact, self.stop)
+        point, both = ((POINT,), (self.points,)), (POINT, COORDINATE)
+        sizes = (self.points, mechanism.degrees)
+        where = f"after impact at stop {self.stop} of contact {self.contact}"
+
+        def of(kind: str, units: str = "") -> Output:
+            dims, shape = (both, sizes) if kind in ("position", "velocity") else point
+            return real(f"section_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
+
+        units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
+        return {f"section_{kind}": of(kind, unit) for kind, unit in units.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Symbol:
+    """The symbol n-p-q of a periodic motion: forcing periods, impacts at stops A and B.
+
+    Parameters
+    ----------
+    tolerance
+        The motion is back where x, v / omega, and sine and cosine of the phase differ by at most
+        ``tolerance`` times the largest |x| and |v| / omega, and 1; in (0, 1). Without forcing
+        omega is the inverse of the kernel's step.
+    returns
+        It is periodic if it returns at every multiple of its period to the end of the window, and
+        at least so often, >= 1.
+
+    Notes
+    -----
+    Zeros: not periodic within tolerance and window, or without impacts ("impacts" tells them
+    apart). Completed chatter is one impact; without forcing n = 0. Of a window with more than 4096
+    impacts the first ones decide.
+    """
+
+    name: ClassVar[str] = "symbol"
+    tolerance: float = 1e-6
+    returns: int = 2
+
+    def __post_init__(self) -> None:
+        _refuse_tolerance(self.tolerance)
+        check_count("returns", self.returns, 1)
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``n``, ``p``, ``q``."""
+        texts = ("forcing periods", "impacts at stops A", "impacts at stops B")
+        return {
+            name: whole("symbol", f"{text} until the motion repeats itself", i, "int16")
+            for i, (name, text) in enumerate(zip("npq", texts, strict=True))
+        }
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """Impacts per forcing period at stops A and B, all contacts; NaN without forcing."""
+
+    name: ClassVar[str] = "impacts"
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``impacts_a``, ``impacts_b``."""
+        texts = {f"impacts_{stop.lower()}": f"impacts at stops {stop}" for stop in "AB"}
+        return reals("impacts", texts, "per forcing period")
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """Impact speeds, the rates at which gaps close; completed chatter has none."""
+
+    name: ClassVar[str] = "speeds"
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``speed_mean``, ``speed_rms``, ``speed_smallest``, ``speed_largest``."""
+        kinds = {"mean": "mean", "rms": "root mean square", "smallest": "smallest"}
+        kinds |= {"largest": "largest"}
+        return reals("speeds", {f"speed_{k}": f"{text} impact speed" for k, text in kinds.items()})
+
+
+@dataclass(frozen=True)
+class Power:
+    """Energy lost in impacts per unit of time."""
+
+    name: ClassVar[str] = "power"
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``power``."""
+        return reals("power", {"power": "energy lost in impacts per unit of time"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extremes:
+    """Smallest and largest value of a coordinate over the observed time, flights included.
+
+    Parameters
+    ----------
+    row
+        The coordinate is row . x, shape (n,); without a row, each coordinate of the mechanism.
+    label
+        Names the variables: ``<label>_smallest``, ``<label>_largest``.
+    """
+
+    name: ClassVar[str] = "extremes"
+    row: tuple[float, ...] = ()
+    label: str = "x"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "row", _row(self.row, self.label))
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """Two variables; with dim ``coordinate`` without a row."""
+        return _watched(self, {"smallest": "smallest", "largest": "largest"}, mechanism)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rms:
+    """Mean and root mean square of a coordinate over the observed time, flights included.
+
+    Parameters
+    ----------
+    row, label
+        As in :class:`Extremes`; the variables are ``<label>_mean``, ``<label>_rms``.
+    """
+
+    name: ClassVar[str] = "rms"
+    row: tuple[float, ...] = ()
+    label: str = "x"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "row", _row(self.row, self.label))
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """Two variables; with dim ``coordinate`` without a row."""
+        return _watched(self, {"mean": "mean", "rms": "root mean square"}, mechanism)
+
+
+def _row(row: Sequence[float], label: Any) -> tuple[float, ...]:
+    if not isinstance(label, str) or not label.isidentifier():
+        raise InvalidParameterError(f"label = {label!r}: must be a name, such as 'relative'.")
+    numbers = vector("row", row)
+    if numbers and not any(numbers):
+        raise InvalidParameterError("row = 0: must involve a coordinate.")
+    if not numbers and label != "x":
+        raise InvalidParameterError(f"label = {label!r}: give the row that it names.")
+    return numbers
+
+
+def _watched(observer: Extremes | Rms, kinds: dict[str, str], mechanism: Mechanism) -> Table:
+    n, row, label = mechanism.degrees, observer.row, observer.label
+    if row and len(row) != n:
+        raise InvalidParameterError(f"row has shape ({len(row)},); expected ({n},).")
+    table = "extremes" if isinstance(observer, Extremes) else "averages"
+    dims, shape = ((), ()) if row else ((COORDINATE,), (n,))
+    what, columns = (f"{label} = {row} . x", 2) if row else ("coordinates", 2 * n)
+    return {
+        f"{label}_{kind}": real(
+            table, f"{text} of {what}", slice(i, columns, 2),
+            dims=dims, shape=shape,
+        )
+        for i, (kind, text) in enumerate(kinds.items())
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Lyapunov:
+    """Largest Lyapunov exponent per unit of time, the direction of the flow (exponent 0) left out.
+
+    NaN without two events in the window; -inf where the tangent vector vanished, as at rest.
+    """
+
+    name: ClassVar[str] = "lyapunov"
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``lyapunov``."""
+        return reals("lyapunov", {"lyapunov": "largest Lyapunov exponent per unit of time"})
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """All Lyapunov exponents per unit of time, as :class:`Lyapunov`.
+
+    In the order of the tangent vectors: the longer the window, the surer the largest is first.
+    """
+
+    name: ClassVar[str] = "spectrum"
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """``spectrum`` with dim ``exponent``: 2 n + (lines) - 1."""
+        count = 2 * mechanism.degrees + len(mechanism.forces) - 1
+        text = "Lyapunov exponents per unit of time"
+        return {"spectrum": real("spectrum", text, dims=(EXPONENT,), shape=(count,))}
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Share of time at rest on a stop, completed chatter sequences, grazes."""
+
+    name: ClassVar[str] = "shares"
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``share_at_rest``, ``chatters``, ``grazes``."""
+        return {
+            **reals("shares", {"share_at_rest": "share of time at rest on a stop"}),
+            "chatters": whole("counts", "completed chatter sequences", 0, "int32"),
+            "grazes": whole("counts", "grazing contacts", 1, "int32"),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settling:
+    """Time from which on a motion stays within a tolerance of its periodic orbit.
+
+    The motion is run twice. NaN where it is not periodic, as :class:`Symbol` says with these
+    options.
+
+    Parameters
+    ----------
+    tolerance, returns
+        As in :class:`Symbol`.
+    longest
+        Most impacts of the orbit, >= 1.
+    """
+
+    name: ClassVar[str] = "settling"
+    tolerance: float = 1e-6
+    returns: int = 2
+    longest: int = 64
+
+    def __post_init__(self) -> None:
+        _refuse_tolerance(self.tolerance)
+        check_count("returns", self.returns, 1)
+        check_count("longest", self.longest, 1)
+
+    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+        """``settling``."""
+        return reals("settling", {"settling": "time until the motion stays on its orbit"})
+
+
+@dataclass(frozen=True)
+class Final:
+    """Position, velocity and phase at the end of the run."""
+
+    name: ClassVar[str] = "final"
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """``final_position``, ``final_velocity`` (..., coordinate), ``final_phase``."""
+        dims, shape = (COORDINATE,), (mechanism.degrees,)
+        table = {
+            f"final_{kind}": real(f"final_{kind}", f"{kind} at the end", dims=dims, shape=shape)
+            for kind in ("position", "velocity")
+        }
+        return table | {"final_phase": real("final_phase", "phase at the end", units="rad")}

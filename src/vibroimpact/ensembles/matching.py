@@ -1,0 +1,133 @@
+"""Which members of an ensemble end on the same attractor.
+
+Method      A member is known by its last points on a section, z = (x, v, cos theta, sin theta), x
+            and v in units of their largest values in the ensemble. An attractor is known by more
+            points of the same section, z_j; d(z) = min over j of |z - z_j|.
+              periodic: the last point of the member lies on the orbit, whichever impact it is,
+                d(z) <= tolerance                                                           (1)
+              else: with e_j the distance of z_j to the nearest of the other z_j,
+                median of d over the points of the member <= the 99% quantile of the e_j    (2)
+            Periodic members with different impacts per forcing period are never joined; those with
+            proportional symbols may be, because a slow spiral into 1-1-1 can return after 13
+            periods within the tolerance of the symbol, but not yet after one.                (3)
+            On one attractor d(z) and e_j are drawn from the same distribution, so that the rule
+            needs no length: with k independent points (2) fails with a probability below
+            binomial(k, k/2) 0.01^(k/2), 7e-7 for k = 8.
+Assumes     members that have settled; points of an attractor that visit all of it
+Accuracy    (1) joins a member that still settles, by less than ``tolerance``. (1) separates orbits
+            farther apart than that, (2) attractors farther apart than their points are from each
+            other: L / N on a closed curve of length L
+Fails       attractors nearer to each other than that are one; k consecutive points in a part of a
+            chaotic attractor that its own points hardly visit make a second one
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from vibroimpact.sections import coordinates
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multiplier up to 0.999
+QUANTILE = 0.99  # of (2)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Largest position and velocity of an ensemble, the units of (1)."""
+
+    position: float
+    velocity: float
+
+    def points(self, position: Floats, velocity: Floats, phase: Floats) -> Floats:
+        """Points z of states, shape (..., 2 n + 2), from (..., n), (..., n) and (...)."""
+        n = position.shape[-1]
+        flat = coordinates(
+            position.reshape(-1, n) / self.position,
+            velocity.reshape(-1, n) / self.velocity,
+            phase.ravel(),
+        )
+        return flat.reshape(*phase.shape, 2 * n + 2)
+
+
+def scale_of(members: xr.Dataset) -> Scale:
+    """The units of an ensemble with sections."""
+    sizes = (np.abs(members[f"section_{kind}"].values) for kind in ("position", "velocity"))
+    position, velocity = (float(np.nanmax(s, initial=0.0)) or 1.0 for s in sizes)
+    return Scale(position, velocity)
+
+
+@dataclass(frozen=True)
+class Known:
+    """An attractor by its points; ``reach`` is the right side of (1) or (2)."""
+
+    tree: cKDTree
+    periodic: bool
+    reach: float
+
+    def holds(self, points: Floats) -> Flags:
+        """Which members, shape (m, k, dimension), are on it; missing points are NaN, at the end."""
+        looked = last(points)[:, None] if self.periodic else points
+        there = np.asarray(np.isfinite(looked).all(axis=-1))
+        distance = np.full(there.shape, np.nan)
+        distance[there] = self.tree.query(looked[there])[0]
+        middle = np.full(len(points), np.inf)
+        some = there.any(axis=1)
+        middle[some] = np.nanmedian(distance[some], axis=1)
+        return np.asarray(middle <= self.reach)
+
+
+def last(points: Floats) -> Floats:
+    """The last point of each member, shape (m, dimension); NaN of one without any."""
+    counts = np.isfinite(points).all(axis=-1).sum(axis=1)
+    return np.asarray(points[np.arange(len(points)), np.maximum(counts, 1) - 1])
+
+
+def known(points: Floats, periodic: bool, tolerance: float = TOLERANCE) -> Known:
+    """An attractor from its points, shape (n_point, dimension), without NaN."""
+    tree = cKDTree(points)
+    if periodic or len(points) < 2:
+        return Known(tree, True, tolerance)
+    own = tree.query(points, k=2)[0][:, 1]
+    return Known(tree, False, float(np.quantile(own, QUANTILE)))
+
+
+def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags:
+    """Which symbols (m, 3) have the impacts per forcing period of one of them (3); zeros have."""
+    n, p, q = symbol
+    same = (symbols[:, 1] * q == symbols[:, 2] * p) & (symbols[:, 1] * n == symbols[:, 0] * p)
+    return np.asarray(same & (symbols[:, 2] * n == symbols[:, 0] * q))
+
+
+def distinct(points: Floats, symbols: NDArray[np.int64], tolerance: float = TOLERANCE) -> int:
+    """How many attractors some members meet, by (1) and (2) with their own points.
+
+    Parameters
+    ----------
+    points
+        Shape (member, k, dimension), missing points NaN, at the end.
+    symbols
+        n, p, q of each, shape (member, 3), zeros where not periodic.
+    tolerance
+        Of (1).
+    """
+    left = np.isfinite(points[:, 0]).all(axis=-1)
+    impacts = symbols[:, 1:].sum(axis=1)
+    order = np.where(impacts > 0, impacts, np.iinfo(impacts.dtype).max)  # short orbits first
+    count = 0
+    while left.any():
+        remaining = np.flatnonzero(left)
+        first = int(remaining[np.argmin(order[remaining])])
+        own = points[first][np.isfinite(points[first]).all(axis=-1)]
+        whole = 0 < impacts[first] <= len(own)
+        alike = proportional(symbols, symbols[first]) if whole else impacts == impacts[first]
+        left &= ~(alike & known(own, whole, tolerance).holds(points))
+        count += 1
+    return count

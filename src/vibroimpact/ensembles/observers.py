@@ -1,0 +1,172 @@
+"""Observers: what is computed of every member while it runs, without storing its motion.
+
+Each is asked for by its name, or as an object with options (kinds.py); several at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.kinds import (
+    Extremes,
+    Final,
+    Impacts,
+    Lyapunov,
+    Observer,
+    Power,
+    Rms,
+    Section,
+    Settling,
+    Shares,
+    Spectrum,
+    Speeds,
+    Symbol,
+)  # fmt: skip
+from vibroimpact.ensembles.outcome import Outcome
+from vibroimpact.ensembles.outputs import Output, Table
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Mechanism
+
+__all__ = [
+    "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
+    "Section", "Settling", "Shares", "Spectrum", "Speeds", "Symbol", "describe",
+    "kernel_observers", "observer_of", "outputs", "resolve", "results",
+]  # fmt: skip
+
+Arrays = dict[str, NDArray[Any]]
+
+MOST_ROWS = 16  # of all Extremes, or of all Rms: room in the kernel
+WATCHES = {
+    "extremes": "extremes",
+    "rms": "averages",
+}  # rows on the coordinates: names in the kernel
+
+OBSERVERS: dict[str, type[Observer]] = {
+    kind.name: kind
+    for kind in (
+        Section, Symbol, Impacts, Speeds, Power, Extremes, Rms, Lyapunov, Spectrum, Shares,
+        Settling, Final,
+    )
+}  # fmt: skip
+
+
+def observer_of(name: str) -> Observer:
+    """Return the observer with this name and its default options.
+
+    Raises
+    ------
+    InvalidParameterError
+        There is none.
+    """
+    if name not in OBSERVERS:
+        raise InvalidParameterError(f"observe = {name!r}: must be one of {', '.join(OBSERVERS)}.")
+    return OBSERVERS[name]()
+
+
+def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observer, ...]:
+    """Names and observers as observers, equal ones once.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such observer; two of one kind with different options (:class:`Extremes` and
+        :class:`Rms`: with the same label); nothing.
+    """
+    listed = [observe] if isinstance(observe, str) or not isinstance(observe, Sequence) else observe
+    found: dict[tuple[str, str], Observer] = {}
+    for one in listed:
+        observer = observer_of(one) if isinstance(one, str) else one
+        if not isinstance(observer, tuple(OBSERVERS.values())):
+            raise InvalidParameterError(
+                f"observe = {one!r}: must be a name or an observer, such as Symbol()."
+            )
+        key = (observer.name, getattr(observer, "label", ""))
+        if found.setdefault(key, observer) != observer:
+            raise InvalidParameterError(
+                f"observe = {found[key]!r}, {observer!r}: their results have the same names. "
+                "Keep one, or give rows different labels."
+            )
+    if not found:
+        raise InvalidParameterError("observe = []: needs at least one observer.")
+    return tuple(found.values())
+
+
+def describe(observers: Sequence[Observer]) -> list[dict[str, Any]]:
+    """Names and options, ready for JSON."""
+    return [{"observer": one.name, **_options(one)} for one in observers]
+
+
+def _options(observer: Observer) -> dict[str, Any]:
+    return asdict(cast(Any, observer))
+
+
+def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
+    """What ``_kernel.Batch.run`` is told: options by name of the observer."""
+    spec: dict[str, Any] = {}
+    for one in observers:
+        options = _options(one)
+        if one.name in WATCHES:
+            spec.setdefault(WATCHES[one.name], []).append(list(options["row"]))
+            continue
+        if isinstance(one, Section):
+            options["side"] = 1 if options.pop("stop") == "A" else -1
+            options["last"] = options.pop("points")
+        spec[one.name] = options
+    return spec
+
+
+def outputs(observers: Sequence[Observer], mechanism: Mechanism) -> Table:
+    """By name: every variable of a member, ``end`` and ``time`` first.
+
+    Raises
+    ------
+    InvalidParameterError
+        A contact, stop or row that the mechanism does not have; more than 16 rows.
+    """
+    table = {"end": _end(), "time": _time()}
+    used = dict.fromkeys(WATCHES.values(), 0)  # columns of each table
+    for one in observers:
+        found = one.outputs(mechanism)
+        if one.name in WATCHES:
+            at = WATCHES[one.name]
+            found = {name: _moved(output, used[at]) for name, output in found.items()}
+            used[at] += 2 * max(1, *(sum(output.shape) for output in found.values()))
+        table |= found
+    if max(used.values()) > 2 * MOST_ROWS:
+        raise InvalidParameterError(f"observe: at most {MOST_ROWS} rows of Extremes, and of Rms.")
+    return table
+
+
+def results(observers: Sequence[Observer], mechanism: Mechanism, raw: Arrays) -> Arrays:
+    """By name: the variables of every member, from the tables of the kernel."""
+    count = len(raw["end"])
+    return {
+        name: np.ascontiguousarray(
+            raw[output.table].reshape(count, -1)[:, output.columns], dtype=output.dtype
+        ).reshape(count, *output.shape)
+        for name, output in outputs(observers, mechanism).items()
+    }
+
+
+def _moved(output: Output, by: int) -> Output:
+    at = output.columns
+    return output._replace(columns=slice(at.start + by, at.stop + by, at.step))
+
+
+def _end() -> Output:
+    attrs = {
+        "long_name": "why the run ended",
+        "flag_values": np.array(list(Outcome), dtype=np.int8),
+        "flag_meanings": " ".join(one.name.lower() for one in Outcome),
+    }
+    return Output((), (), np.dtype(np.int8), -1, attrs, "end")
+
+
+def _time() -> Output:
+    attrs = {"long_name": "time reached since the start"}
+    return Output((), (), np.dtype(float), np.nan, attrs, "time")

@@ -1,0 +1,35 @@
+"""Why the run of a member of an ensemble ended."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """Why the run of a member ended; ``sentence`` says it in words."""
+
+    OK = 0
+    CAP = 1
+    UNDECIDED = 2
+    STALLED = 3
+    MISSING = 4
+    BEHIND_STOP = 5
+    INTERRUPTED = 6
+    RESONANCE = 7  #: of the system: not run
+
+    @property
+    def sentence(self) -> str:
+        """The reason in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Outcome.OK: "the end of the window was reached",
+    Outcome.CAP: "most_impacts was reached, or four times as many events, before the window ended",
+    Outcome.UNDECIDED: "the next event could not be decided at double precision",
+    Outcome.STALLED: "time does not advance: more than 64 events at one instant",
+    Outcome.MISSING: "a set of closed contacts could not be compiled",
+    Outcome.BEHIND_STOP: "the start lies behind a stop",
+    Outcome.INTERRUPTED: "it was interrupted",
+    Outcome.RESONANCE: "its system is forced at or too near an undamped resonance: not run",
+}

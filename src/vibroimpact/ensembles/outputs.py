@@ -1,0 +1,59 @@
+"""What an observer returns: variables with dimensions, types and attributes."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+COORDINATE, POINT, EXPONENT = "coordinate", "point", "exponent"  # dimensions
+
+
+class Output(NamedTuple):
+    """A variable that an observer returns.
+
+    Attributes
+    ----------
+    dims, shape
+        Beyond those of the members.
+    dtype, fill
+        Type, and the value where nothing was computed.
+    attrs
+        ``long_name`` and, where it has one, ``units``.
+    table, columns
+        Where the kernel puts it.
+    """
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    fill: float
+    attrs: dict[str, Any]
+    table: str
+    columns: slice = slice(None)
+
+
+Table = dict[str, Output]
+
+
+def real(
+    table: str, text: str, columns: slice = slice(None), units: str = "",
+    dims: tuple[str, ...] = (), shape: tuple[int, ...] = (),
+) -> Output:  # fmt: skip
+    """Numbers, NaN where nothing was computed."""
+    attrs = {"long_name": text} | ({"units": units} if units else {})
+    return Output(dims, shape, np.dtype(float), np.nan, attrs, table, columns)
+
+
+def whole(table: str, text: str, column: int, dtype: str) -> Output:
+    """An integer, 0 where nothing was computed."""
+    attrs = {"long_name": text}
+    return Output((), (), np.dtype(dtype), 0, attrs, table, slice(column, column + 1))
+
+
+def reals(table: str, texts: dict[str, str], units: str = "") -> Table:
+    """One number per column."""
+    return {
+        name: real(table, text, slice(i, i + 1), units)
+        for i, (name, text) in enumerate(texts.items())
+    }

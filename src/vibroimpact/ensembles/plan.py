@@ -1,0 +1,100 @@
+"""What a sweep computes: a grid of members, and blocks of it that are plans themselves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.observers import Observer
+from vibroimpact.ensembles.starts import Starts
+from vibroimpact.simulate import System, mechanism_of
+
+Floats = NDArray[np.float64]
+Place = tuple[slice, ...]
+
+
+class Window(NamedTuple):
+    """How long a member runs.
+
+    Attributes
+    ----------
+    settle, periods
+        Forcing periods before, and while, it is observed; units of time without forcing.
+    most_impacts
+        Impacts at all stops after which it ends.
+    """
+
+    settle: float
+    periods: float
+    most_impacts: int
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Every member of a sweep.
+
+    Attributes
+    ----------
+    system
+        With its swept parameters at the first values.
+    axes
+        Values by name of a parameter.
+    starts
+        The same at every value of the parameters.
+    observers, window
+        What is computed, and over how long.
+    follow
+        Name of the axis along which motions are followed, with a minus sign downwards; or None.
+    """
+
+    system: System
+    axes: dict[str, Floats]
+    starts: Starts
+    observers: tuple[Observer, ...]
+    window: Window
+    follow: str | None = None
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """Names and sizes of the grid: parameters, then starts."""
+        return {name: axis.size for name, axis in self.axes.items()} | self.starts.dims
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Sizes of the grid."""
+        return tuple(self.dims.values())
+
+    @property
+    def size(self) -> int:
+        """Number of members."""
+        return math.prod(self.shape)
+
+    @property
+    def degrees(self) -> int:
+        """Number of coordinates of the system."""
+        return mechanism_of(self.system).degrees
+
+    @property
+    def followed(self) -> int | None:
+        """Number of the followed dimension."""
+        return None if self.follow is None else list(self.axes).index(self.follow.lstrip("-"))
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """Indices along the followed axis in the order of the motion, by value."""
+        assert self.follow is not None
+        rising = np.argsort(self.axes[self.follow.lstrip("-")])
+        return rising[::-1] if self.follow.startswith("-") else rising
+
+    def block(self, place: Place) -> Plan:
+        """The part of the grid at one slice per dimension."""
+        count = len(self.axes)
+        axes = {
+            name: axis[part]
+            for (name, axis), part in zip(self.axes.items(), place[:count], strict=True)
+        }
+        return replace(self, axes=axes, starts=self.starts.block(place[count:]))

@@ -1,0 +1,159 @@
+"""Planes of two parameters: what happens where, and how many attractors there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact.ensembles.asked import Observe, check_axes, check_tolerance, together
+from vibroimpact.ensembles.matching import TOLERANCE, distinct, scale_of
+from vibroimpact.ensembles.motions import NO_IMPACTS, motions
+from vibroimpact.ensembles.observers import Section
+from vibroimpact.ensembles.starts import GridStarts, RandomStarts
+from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.motion import Stop
+from vibroimpact.simulate import System
+from vibroimpact.state import State
+
+POINTS = 16  # of each member for counting
+EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
+
+
+def plane(
+    system: System, *, over: Mapping[str, ArrayLike], start: State,
+    observe: Observe = (), **options: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Compute what happens at every point of a plane of two parameters.
+
+    Parameters
+    ----------
+    system
+        Gives the other parameters.
+    over
+        Values of two parameters; the first is drawn across.
+    start
+        Where every member starts.
+    observe
+        More observers, such as "lyapunov"; "symbol" and "impacts" are always there, ``Symbol`` with
+        other options if it is given.
+    **options
+        Of :func:`~vibroimpact.sweep`: follow, settle, periods, most_impacts, store, backend,
+        workers, progress.
+
+    Returns
+    -------
+    Dataset
+        The sweep, with ``motion`` (code of the symbol n-p-q, or of what else happens: see its
+        ``flag_meanings``; chaos is one of them if "lyapunov" is observed), ``period`` (n, 0 where
+        not periodic) and ``impacts`` per forcing period at both stops. Draw it by
+        :func:`vibroimpact.plotting.plot_plane`.
+
+    Raises
+    ------
+    InvalidParameterError
+        Other than two parameters, what ``sweep`` refuses.
+
+    Notes
+    -----
+    Coexisting attractors: one start sees one of them at each point. Compare ``follow``, other
+    starts, or :func:`~vibroimpact.multistability`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> over = {"omega": np.linspace(1.15, 1.25, 3), "half_clearance": [4.5, 5.0]}
+    >>> found = vi.plane(damper, over=over, start=vi.State((0, 0), (0, 1)), settle=1000,
+    ...                  progress=False)
+    >>> found["motion"].attrs["flag_meanings"]
+    '1-1-1'
+    """
+    check_axes(over, 2, "two parameters with their values", EXAMPLE)
+    observers = together(["symbol", "impacts"], observe)
+    return with_motions(sweep(system, over=over, observe=observers, start=start, **options))
+
+
+def with_motions(members: xr.Dataset) -> xr.Dataset:
+    """A sweep with ``motion``, ``period`` and ``impacts``, made of the symbol and the impacts."""
+    impacts = members["impacts_a"] + members["impacts_b"]
+    return members.assign(motion=motions(members), period=members["n"], impacts=impacts)
+
+
+def multistability(
+    system: System, *, over: Mapping[str, ArrayLike], start: RandomStarts | GridStarts,
+    stop: Stop = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Count the attractors that some starts meet at every point of a grid of parameters.
+
+    Parameters
+    ----------
+    system
+        Gives the other parameters.
+    over
+        Values of one, two or more parameters.
+    start
+        The starts, the same at every point.
+    stop, contact
+        The section on which attractors are compared.
+    tolerance
+        As for :func:`~vibroimpact.basins`.
+    **options
+        Of :func:`~vibroimpact.sweep`, as for :func:`~vibroimpact.plane`.
+
+    Returns
+    -------
+    Dataset
+        The sweep with ``attractors``: how many different ones were met. Motions without impacts
+        count as one; starts behind a stop and members that did not reach their end count nothing.
+
+    Raises
+    ------
+    InvalidParameterError
+        A single start, what ``sweep`` refuses.
+
+    Notes
+    -----
+    A lower bound on the number of attractors: small basins are missed. Compared are the last 16
+    points of each member, by the rule of :func:`~vibroimpact.basins`, without classification:
+    motions that are not periodic and nearer to each other than these points are spaced count as
+    one, and transients longer than ``settle`` as attractors.
+    """
+    if isinstance(start, State) or not over:
+        raise InvalidParameterError(
+            f"start = {start!r}, over = {over!r}: must be RandomStarts or GridStarts, and at least "
+            "one parameter. Of one system: vi.basins."
+        )
+    check_tolerance(tolerance)
+    section = Section(points=POINTS, contact=contact, stop=stop)
+    members = sweep(
+        system, over=over, observe=[section, "symbol", "impacts"], start=start, **options
+    )
+    return members.assign(attractors=_counted(members, list(over), tolerance))
+
+
+def _counted(members: xr.Dataset, over: list[str], tolerance: float) -> xr.DataArray:
+    """Attractors met at every point of the parameters."""
+    codes = motions(members)
+    shape = [members.sizes[name] for name in over]
+
+    def column(array: xr.DataArray) -> NDArray[Any]:
+        values = array.transpose(*codes.dims, ...).values
+        return values.reshape(*shape, -1, *values.shape[codes.ndim :])
+
+    section = (column(members[f"section_{kind}"]) for kind in ("position", "velocity", "phase"))
+    points = scale_of(members).points(*section)
+    symbols = np.stack([column(members[k]) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
+    kinds = column(codes)
+    points[kinds <= NO_IMPACTS] = np.nan
+    counts = np.zeros(shape, dtype=np.int16)
+    for at in np.ndindex(*shape):
+        silent = bool((kinds[at] == NO_IMPACTS).any())
+        counts[at] = distinct(points[at], symbols[at], tolerance) + silent
+    return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})

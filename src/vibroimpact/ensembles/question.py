@@ -1,0 +1,101 @@
+"""The question that a sweep answers: the same question has the same answer, bit for bit."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from vibroimpact import _kernel
+from vibroimpact.branches.stored_system import text_of
+from vibroimpact.ensembles.observers import describe
+from vibroimpact.ensembles.plan import Plan
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.parameters import names_of, with_parameters
+from vibroimpact.simulate import System, mechanism_of
+
+
+@dataclass(frozen=True)
+class Question:
+    """Everything that decides the results of a sweep.
+
+    Attributes
+    ----------
+    text
+        JSON: parameters of the system, its mechanism at the first and the last values of the
+        swept ones, names of the axes, starts, window, observers, version of the kernel.
+    axes
+        Values of the swept parameters and of the starts.
+    """
+
+    text: str
+    axes: tuple[tuple[str, tuple[float, ...]], ...]
+
+    def differences(self, other: Question) -> list[str]:
+        """What is different in another question, one phrase each: ``name: this, not that``."""
+        mine, yours = self._flat(), other._flat()
+        names = [*mine, *(name for name in yours if name not in mine)]
+        return [
+            f"{name} = {_shown(mine, name)}, not {_shown(yours, name)}"
+            for name in names
+            if mine.get(name) != yours.get(name)
+        ]
+
+    def _flat(self) -> dict[str, Any]:
+        flat = _flat("", json.loads(self.text))
+        for name, values in self.axes:
+            flat[f"{name}.size"] = len(values)
+            flat |= {f"{name}[{i}]": value for i, value in enumerate(values)}
+        return flat
+
+
+def question_of(plan: Plan) -> Question:
+    """The question of a plan."""
+    ends = {
+        end: json.loads(text_of(mechanism_of(at_end(plan, place))))
+        for end, place in (("first", 0), ("last", -1))
+    }
+    starts = plan.starts.coords.items()
+    axes = plan.axes | {name: values for name, (dim, values) in starts if dim == name}
+    described = {
+        "version": _kernel.version(),
+        "system": {"type": type(plan.system).__name__, **_fixed(plan.system, plan)},
+        "mechanism": ends,
+        "start": plan.starts.describe(),
+        "observe": describe(plan.observers),
+        "window": plan.window._asdict(),
+        "follow": plan.follow,
+        "axes": list(axes),
+    }
+    values = tuple((name, tuple(axis.tolist())) for name, axis in axes.items())
+    return Question(json.dumps(described), values)
+
+
+def at_end(plan: Plan, place: int) -> System:
+    """The system at the first (0) or the last (-1) values of the swept parameters."""
+    return with_parameters(
+        plan.system, {name: float(axis[place]) for name, axis in plan.axes.items()}
+    )
+
+
+def _fixed(system: System, plan: Plan) -> dict[str, float]:
+    """Parameters that are not swept; none of a system that has no names for them."""
+    try:
+        return {name: x for name, x in names_of(system).items() if name not in plan.axes}
+    except InvalidParameterError:
+        return {}
+
+
+def _flat(name: str, value: Any) -> dict[str, Any]:
+    """{"a": {"b": [1, 2]}} -> {"a.b[0]": 1, "a.b[1]": 2}."""
+    if isinstance(value, dict):
+        parts = [(f"{name}.{key}" if name else key, inside) for key, inside in value.items()]
+    elif isinstance(value, list):
+        parts = [(f"{name}[{i}]", inside) for i, inside in enumerate(value)]
+    else:
+        return {name: value}
+    return {k: v for key, inside in parts for k, v in _flat(key, inside).items()}
+
+
+def _shown(flat: dict[str, Any], name: str) -> str:
+    return repr(flat[name]) if name in flat else "nothing"

@@ -1,0 +1,128 @@
+"""The dataset that a sweep fills: variables, coordinates and attributes, known before it runs."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibroimpact import _kernel
+from vibroimpact.branches.stored_system import text_of
+from vibroimpact.ensembles.batch import Arrays
+from vibroimpact.ensembles.observers import Output, outputs
+from vibroimpact.ensembles.plan import Plan
+from vibroimpact.ensembles.question import Question
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.simulate import mechanism_of
+
+Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
+
+END = "end"  # the variable that every sweep has
+STATE_NAMES = {"x": "position of coordinate", "v": "velocity of coordinate"}
+
+
+class Schema(NamedTuple):
+    """Everything of the dataset but the results.
+
+    Attributes
+    ----------
+    grid
+        Names and sizes of the dimensions of the grid.
+    variables
+        By name: dimensions and sizes beyond those of the grid, type, value where nothing was
+        computed, attributes.
+    coords
+        By name: (dimensions, values, attributes).
+    attrs
+        What repeats the sweep.
+    """
+
+    grid: dict[str, int]
+    variables: dict[str, Output]
+    coords: dict[str, Coordinate]
+    attrs: dict[str, Any]
+
+    @property
+    def member_bytes(self) -> int:
+        """Size of the results of one member."""
+        return sum(math.prod(v.shape) * v.dtype.itemsize for v in self.variables.values())
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """All dimensions of a variable."""
+        return (*self.grid, *self.variables[name].dims)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """All sizes of a variable."""
+        return (*self.grid.values(), *self.variables[name].shape)
+
+    def empty(self) -> Arrays:
+        """Arrays to fill."""
+        return {
+            name: np.full(self.shape(name), v.fill, dtype=v.dtype)
+            for name, v in self.variables.items()
+        }
+
+    def dataset(self, arrays: Arrays) -> xr.Dataset:
+        """The dataset with these results."""
+        data = {
+            name: (self.dims(name), arrays[name], v.attrs) for name, v in self.variables.items()
+        }
+        return xr.Dataset(data, coords=self.coords, attrs=self.attrs)
+
+
+def schema_of(plan: Plan, question: Question) -> Schema:
+    """The dataset of a plan.
+
+    Raises
+    ------
+    InvalidParameterError
+        A name that stands for two things.
+    """
+    variables = outputs(plan.observers, mechanism_of(plan.system))
+    coords: dict[str, Coordinate] = {
+        name: ((name,), axis, _attrs(name)) for name, axis in plan.axes.items()
+    }
+    for name, (dim, values) in plan.starts.coords.items():
+        _refuse_known(name, coords)
+        coords[name] = ((dim,), values, _attrs(name))
+    own = {dim for v in variables.values() for dim in v.dims}
+    for name in {*variables, *own}:
+        _refuse_known(name, {*coords, *plan.dims})
+    return Schema(plan.dims, variables, coords, _attrs_of(plan, question))
+
+
+def _refuse_known(name: str, known: Any) -> None:
+    if name in known:
+        raise InvalidParameterError(
+            f"over = {name!r}: is also the name of a start or of a result. Rename the parameter."
+        )
+
+
+def _attrs(name: str) -> dict[str, Any]:
+    """Attributes of a coordinate."""
+    kind = STATE_NAMES.get(name[0]) if name[1:].isdigit() else None
+    text = f"{kind} {name[1:]} at the start" if kind else name.replace("_", " ")
+    return {"long_name": text} | ({"units": "rad"} if name == "phase" else {})
+
+
+def _attrs_of(plan: Plan, question: Question) -> dict[str, Any]:
+    """What repeats the sweep, as texts and numbers; no date: the same sweep has the same bytes."""
+    described = json.loads(question.text)
+    seed = {name: x for name, x in described["start"].items() if name == "seed"}
+    return seed | {
+        "system": repr(plan.system),
+        "mechanism": text_of(mechanism_of(plan.system)),
+        "swept": ", ".join(plan.axes),
+        "start": json.dumps(described["start"]),
+        "observe": json.dumps(described["observe"]),
+        "settle": plan.window.settle,
+        "periods": plan.window.periods,
+        "most_impacts": plan.window.most_impacts,
+        "follow": plan.follow or "",
+        "version": _kernel.version(),
+        "question": question.text,
+    }

@@ -1,0 +1,326 @@
+"""Where the members of a sweep start: one state, random states, or a grid of states.
+
+Coordinates of a state have names: x1, x2, ... are positions, v1, v2, ... velocities, and phase is
+that of the first forcing line. Names that are not varied keep the value of the base state.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vibroimpact.ensembles.axes import axis_of
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import check_count, real
+from vibroimpact.state import State
+
+Floats = NDArray[np.float64]
+
+LARGEST_SEED = 2**64 - 1
+UNIT = 2.0**-53  # spacing of random numbers in [0, 1): the upper 53 of 64 random bits
+
+
+class States(NamedTuple):
+    """Many states: position and velocity (k, n), phase (k,)."""
+
+    position: Floats
+    velocity: Floats
+    phase: Floats
+
+
+class Starts(Protocol):
+    """Starts of the members of a sweep, the same at every value of the parameters."""
+
+    @property
+    def base(self) -> State:
+        """The state that the others are varied from."""
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """Dimensions that they add to the grid, with their sizes."""
+
+    @property
+    def coords(self) -> dict[str, tuple[str, Floats]]:
+        """Coordinates along these dimensions: name -> (dimension, values)."""
+
+    def block(self, place: tuple[slice, ...]) -> Starts:
+        """Those of a block of the grid, one slice per dimension."""
+
+    def states(self) -> States:
+        """All of them, the last dimension fastest."""
+
+    def describe(self) -> dict[str, Any]:
+        """What repeats them, in plain numbers; values of the coordinates left out."""
+
+
+def names_of_state(degrees: int) -> list[str]:
+    """x1, ..., v1, ..., phase."""
+    return [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)] + ["phase"]
+
+
+def starts_of(start: State | RandomStarts | GridStarts, degrees: int) -> Starts:
+    """The starts that a user's argument means.
+
+    Raises
+    ------
+    InvalidParameterError
+        Another type; a base state with another number of coordinates.
+    """
+    if isinstance(start, State):
+        start_of: Starts = OneStart(start)
+    elif isinstance(start, RandomStarts | GridStarts):
+        start_of = start
+    else:
+        raise InvalidParameterError(
+            f"start = {start!r}: must be a State, RandomStarts or GridStarts."
+        )
+    have = len(start_of.base.position)
+    if have != degrees:
+        raise InvalidParameterError(
+            f"start: its position has shape ({have},); expected ({degrees},)."
+        )
+    return start_of
+
+
+@dataclass(frozen=True)
+class OneStart:
+    """Every member starts at the same state."""
+
+    base: State
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """None."""
+        return {}
+
+    @property
+    def coords(self) -> dict[str, tuple[str, Floats]]:
+        """None."""
+        return {}
+
+    def block(self, place: tuple[slice, ...]) -> OneStart:  # noqa: ARG002 - there are none
+        """The same."""
+        return self
+
+    def states(self) -> States:
+        """The state."""
+        return _varied(self.base, {}, 1)
+
+    def describe(self) -> dict[str, Any]:
+        """The numbers of the state."""
+        return {"kind": "one", "base": _plain(self.base)}
+
+
+@dataclass(frozen=True)
+class RandomStarts:
+    """Random starts, drawn uniformly; the same ones at every value of the parameters.
+
+    Parameters
+    ----------
+    count
+        How many, >= 1.
+    seed
+        An integer in [0, 2^64): the same seed gives the same starts on every machine.
+    over
+        (low, high), low < high, by name of a coordinate: x1, x2, ..., v1, v2, ..., phase [rad].
+    base
+        The state that gives the other coordinates.
+    first
+        Number of the first start, >= 0: ``first=1000`` goes on where ``count=1000`` ended.
+
+    Raises
+    ------
+    InvalidParameterError
+        An unknown name, a range that is none, counts or seeds out of range.
+
+    Notes
+    -----
+    Start i takes the i-th group of 64-bit outputs of the generator PCG64, one per coordinate in
+    the order x1, ..., v1, ..., phase. A start behind a stop is not replaced: the member ends with
+    the outcome BEHIND_STOP.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> starts = vi.RandomStarts(3, 1, {"v1": (-1.0, 1.0)}, vi.State((0.0, 0.0), (0.0, 1.0)))
+    >>> starts.states().velocity.shape
+    (3, 2)
+    """
+
+    count: int
+    seed: int
+    over: Mapping[str, tuple[float, float]] = field(hash=False)
+    base: State
+    first: int = 0
+
+    def __post_init__(self) -> None:
+        check_count("count", self.count, 1)
+        check_count("seed", self.seed, 0)
+        check_count("first", self.first, 0)
+        if self.seed > LARGEST_SEED:
+            raise InvalidParameterError(f"seed = {self.seed}: must be below 2^64.")
+        ranges = {name: _range(name, self.over[name]) for name in _in_order(self.over, self.base)}
+        object.__setattr__(self, "over", ranges)
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """One: start."""
+        return {"start": self.count}
+
+    @property
+    def coords(self) -> dict[str, tuple[str, Floats]]:
+        """The drawn coordinates."""
+        return {name: ("start", values) for name, values in self._drawn().items()}
+
+    def block(self, place: tuple[slice, ...]) -> RandomStarts:
+        """Those of a range of numbers."""
+        low, high, _ = place[0].indices(self.count)
+        return RandomStarts(high - low, self.seed, self.over, self.base, self.first + low)
+
+    def states(self) -> States:
+        """All of them."""
+        return _varied(self.base, self._drawn(), self.count)
+
+    def describe(self) -> dict[str, Any]:
+        """Seed, numbers, ranges and base."""
+        ranges = {name: list(ends) for name, ends in self.over.items()}
+        return {
+            "kind": "random",
+            "seed": int(self.seed),
+            "first": int(self.first),
+            "count": int(self.count),
+            "over": ranges,
+            "base": _plain(self.base),
+        }
+
+    def _drawn(self) -> dict[str, Floats]:
+        """The drawn coordinates, each (count,)."""
+        bits = np.random.PCG64(self.seed).advance(self.first * len(self.over))
+        raw = bits.random_raw(self.count * len(self.over)).reshape(self.count, len(self.over))
+        unit = (raw >> np.uint64(11)).astype(np.float64) * UNIT
+        ends = self.over.values()
+        return {
+            name: low + (high - low) * unit[:, i]
+            for i, (name, (low, high)) in enumerate(zip(self.over, ends, strict=True))
+        }
+
+
+@dataclass(frozen=True)
+class GridStarts:
+    """Starts on a grid of some coordinates, for basins of attraction.
+
+    Parameters
+    ----------
+    over
+        Values by name of a coordinate: x1, x2, ..., v1, v2, ..., phase [rad]. Each becomes a
+        dimension, in this order.
+    base
+        The state that gives the other coordinates.
+
+    Raises
+    ------
+    InvalidParameterError
+        An unknown name; no, repeated or non-finite values.
+
+    Notes
+    -----
+    A start behind a stop is not moved: the member ends with the outcome BEHIND_STOP.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> starts = vi.GridStarts({"x1": np.linspace(-1, 1, 3), "v1": [0.0, 0.5]},
+    ...                        vi.State((0.0, 0.0), (0.0, 1.0)))
+    >>> starts.dims
+    {'x1': 3, 'v1': 2}
+    """
+
+    over: Mapping[str, ArrayLike] = field(hash=False)
+    base: State
+
+    def __post_init__(self) -> None:
+        _in_order(self.over, self.base)
+        axes = {name: axis_of("over", name, values) for name, values in self.over.items()}
+        object.__setattr__(self, "over", {name: tuple(a.tolist()) for name, a in axes.items()})
+
+    def _axes(self) -> dict[str, Floats]:
+        return {name: np.array(values, dtype=np.float64) for name, values in self.over.items()}
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """One per coordinate."""
+        return {name: axis.size for name, axis in self._axes().items()}
+
+    @property
+    def coords(self) -> dict[str, tuple[str, Floats]]:
+        """The axes."""
+        return {name: (name, axis) for name, axis in self._axes().items()}
+
+    def block(self, place: tuple[slice, ...]) -> GridStarts:
+        """Those of a block."""
+        axes = zip(self._axes().items(), place, strict=True)
+        return GridStarts({name: axis[part] for (name, axis), part in axes}, self.base)
+
+    def states(self) -> States:
+        """All of them, the last coordinate fastest."""
+        axes = self._axes()
+        mesh = np.meshgrid(*axes.values(), indexing="ij")
+        drawn = {name: part.ravel() for name, part in zip(axes, mesh, strict=True)}
+        return _varied(self.base, drawn, math.prod(self.dims.values()))
+
+    def describe(self) -> dict[str, Any]:
+        """Names and base."""
+        return {"kind": "grid", "over": list(self.over), "base": _plain(self.base)}
+
+
+def _in_order(over: Any, base: Any) -> list[str]:
+    """The names in ``over``, in the order x1, ..., v1, ..., phase; others are refused."""
+    if not isinstance(base, State):
+        raise InvalidParameterError(f"base = {base!r}: must be a State.")
+    known = names_of_state(len(base.position))
+    if not isinstance(over, Mapping) or not over:
+        raise InvalidParameterError(
+            f"over = {over!r}: must be a dictionary with at least one of {', '.join(known)}."
+        )
+    unknown = [name for name in over if name not in known]
+    if unknown:
+        raise InvalidParameterError(f"over = {unknown[0]!r}: must be one of {', '.join(known)}.")
+    return [name for name in known if name in over]
+
+
+def _range(name: str, ends: Any) -> tuple[float, float]:
+    try:
+        low, high = (real(f"over[{name!r}]", x) for x in ends)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not low < high:
+        raise InvalidParameterError(
+            f"over[{name!r}] = {ends!r}: must be (low, high), finite, with low < high."
+        )
+    return low, high
+
+
+def _varied(base: State, drawn: Mapping[str, Floats], count: int) -> States:
+    """``count`` copies of a state with some coordinates replaced."""
+    row = np.array([*base.position, *base.velocity, base.phase])
+    rows = np.tile(row, (count, 1))
+    n = len(base.position)
+    places = {name: i for i, name in enumerate(names_of_state(n))}
+    for name, values in drawn.items():
+        rows[:, places[name]] = values
+    parts = rows[:, :n], rows[:, n : 2 * n], rows[:, -1]
+    return States(*(np.ascontiguousarray(part) for part in parts))
+
+
+def _plain(state: State) -> dict[str, Any]:
+    return {
+        "position": list(state.position),
+        "velocity": list(state.velocity),
+        "phase": state.phase,
+    }

@@ -1,0 +1,252 @@
+"""Sweeps: any observers over any parameters of any system, from any starts."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from vibroimpact.ensembles.axes import parameter_axes
+from vibroimpact.ensembles.backends import backend_of
+from vibroimpact.ensembles.batch import Arrays
+from vibroimpact.ensembles.compute import Done
+from vibroimpact.ensembles.observers import Observer, resolve
+from vibroimpact.ensembles.plan import Plan, Window
+from vibroimpact.ensembles.question import Question, question_of
+from vibroimpact.ensembles.schema import Schema, schema_of
+from vibroimpact.ensembles.starts import GridStarts, RandomStarts, starts_of
+from vibroimpact.ensembles.store import Store, opened
+from vibroimpact.ensembles.tiles import (
+    Tile,
+    compiled_bytes,
+    members_per_tile,
+    tile_shape,
+    tiles_of,
+)
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import check_count, nonnegative, positive
+from vibroimpact.parameters import with_parameters
+from vibroimpact.progress import Progress
+from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.state import State
+
+MOST_PER_PERIOD = 100  # impacts per contact: chatter is summed, so more are rarely of interest
+FEWEST_IMPACTS = 1000  # that end a member by default
+
+Told = Callable[[int, int], None]
+
+
+def sweep(
+    system: System,
+    *,
+    over: Mapping[str, ArrayLike],
+    start: State | RandomStarts | GridStarts,
+    observe: str | Observer | Sequence[str | Observer] = "symbol",
+    follow: str | None = None,
+    settle: float = 250,
+    periods: float = 50,
+    most_impacts: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    backend: str = "threads",
+    workers: int | None = None,
+    client: Any = None,
+    tile: int | None = None,
+    progress: bool | Told = True,
+) -> xr.Dataset:
+    """Run many members, in parameters and starts, and observe each as it runs.
+
+    Parameters
+    ----------
+    system
+        A :class:`~vibroimpact.Mechanism`, or anything with a ``mechanism``, such as
+        :class:`~vibroimpact.ImpactDamper`.
+    over
+        Values by name of a parameter (parameters.py), each (k,), finite, all different. May be
+        empty if there are several starts.
+    start
+        A :class:`~vibroimpact.State`, :class:`~vibroimpact.RandomStarts` or
+        :class:`~vibroimpact.GridStarts`.
+    observe
+        What is computed (kinds.py): names, or observers with options such as
+        ``vi.observe.Section(points=50)``, one or several.
+    follow
+        Name of one parameter: members do not start anew at each value, but where they ended at
+        the value before; upwards, or with a minus sign (``"-omega"``) downwards. They settle at
+        every value.
+    settle, periods
+        Length of a run before, and while, it is observed, in forcing periods (first forcing
+        line), >= 0 and > 0. In units of time for a system without forcing.
+    most_impacts
+        Impacts (at all stops) that end a run; the outcome is then CAP. By default 100 per contact
+        and forcing period, at least 1000.
+    store
+        A folder to keep results in, in Zarr's format (needs the extra ``store``): for sweeps
+        bigger than memory or longer than patience. If it is there, the sweep resumes.
+    backend
+        "threads" of this process; "dask", a cluster (needs the extra ``cluster``); "cuda", a GPU
+        (needs the extra ``cuda``, see docs/gpu.md).
+    workers
+        Threads; of a cluster that is there already, no matter. By default one per core.
+    client
+        A ``distributed.Client``, for "dask". By default the one in use, otherwise a cluster of
+        this process alone.
+    tile
+        Members computed, and stored, together. By default about a second's work. The results do
+        not depend on it.
+    progress
+        Whether to show it on standard error; or a function called with (done, total) members.
+
+    Returns
+    -------
+    Dataset
+        Dimensions: the parameters, then "start" or the coordinates of the starts, then those of
+        the observers. Always with ``end``, why each run ended. Attributes repeat the sweep. From
+        a store, it is read only where it is used.
+
+    Raises
+    ------
+    InvalidParameterError
+        An unknown name, no values, values that the system refuses, a start of the wrong size, a
+        store of another question.
+    StoreError
+        A store that cannot be written; what was done is kept.
+    BackendUnavailableError
+        Zarr, Dask or cuda-core is not installed; no GPU.
+    KeyboardInterrupt
+        With the words how to go on.
+
+    Notes
+    -----
+    Every member has the same bits whatever the backend, the tile, the order and the number of
+    threads. A followed motion whose stop has moved past it is put on the stop as in
+    :func:`~vibroimpact.follow`; a start behind a stop is an outcome.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> plane = vi.sweep(damper, over={"omega": [1.1, 1.2], "half_clearance": [4.0, 5.0, 6.0]},
+    ...                  start=vi.State((0.0, 0.0), (0.0, 1.0)), progress=False)
+    >>> dict(plane.sizes)
+    {'omega': 2, 'half_clearance': 3}
+    """
+    plan = plan_of(system, over, start, observe, follow, settle, periods, most_impacts)
+    compute_tiles = backend_of(backend)
+    for name, value in (("workers", workers), ("tile", tile)):
+        if value is not None:
+            check_count(name, value, 1)
+    question = question_of(plan)
+    schema = schema_of(plan, question)
+    sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)
+    with _sink(store, schema, question, sizes, strict=tile is not None) as sink:
+        missing = sink.missing
+        try:
+            with (
+                closing(compute_tiles(plan, missing, workers, client)) as results,
+                closing(_shown(results, missing, progress)) as shown,
+            ):
+                for done, arrays in shown:
+                    sink.write(done, arrays)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"interrupted; {sink.kept}") from None
+    return sink.dataset()
+
+
+def plan_of(
+    system: System,
+    over: Mapping[str, ArrayLike],
+    start: State | RandomStarts | GridStarts,
+    observe: str | Observer | Sequence[str | Observer],
+    follow: str | None,
+    settle: float,
+    periods: float,
+    most_impacts: int | None,
+) -> Plan:
+    """Check the arguments of a sweep."""
+    axes = parameter_axes(system, over)
+    first = with_parameters(system, {name: float(axis[0]) for name, axis in axes.items()})
+    mechanism = mechanism_of(first)
+    starts = starts_of(start, mechanism.degrees)
+    if not axes and not starts.dims:
+        raise InvalidParameterError("over = {}: names no parameter, and there is one start only.")
+    if follow is not None and follow.removeprefix("-") not in axes:
+        names = ", ".join(f"{name!r}, {'-' + name!r}" for name in axes) or "None"
+        raise InvalidParameterError(f"follow = {follow!r}: must be one of {names}.")
+    length = nonnegative("settle", settle) + positive("periods", periods)
+    if most_impacts is None:
+        most = MOST_PER_PERIOD * length * len(mechanism.contacts)
+        most_impacts = max(math.ceil(most), FEWEST_IMPACTS)
+    check_count("most_impacts", most_impacts, 1)
+    window = Window(float(settle), float(periods), int(most_impacts))
+    return Plan(first, axes, starts, resolve(observe), window, follow)
+
+
+def _members(plan: Plan, schema: Schema) -> int:
+    """Members of a tile by default."""
+    cycles = plan.window.settle + plan.window.periods
+    size = schema.member_bytes + compiled_bytes(mechanism_of(plan.system))
+    along = 1 if plan.followed is None else plan.shape[plan.followed]
+    return members_per_tile(plan.size, cycles, size, along)
+
+
+@contextmanager
+def _sink(
+    path: str | os.PathLike[str] | None,
+    schema: Schema,
+    question: Question,
+    sizes: tuple[int, ...],
+    *,
+    strict: bool,
+) -> Iterator[Memory | Store]:
+    """Where results go."""
+    if path is None:
+        yield Memory(schema, sizes)
+    else:
+        with opened(Path(path), schema, question, sizes, strict=strict) as store:
+            yield store
+
+
+class Memory:
+    """Results in memory, taken as :class:`~vibroimpact.ensembles.store.Store` takes them."""
+
+    kept = "nothing is kept. With store=... the same call would go on where it was."
+
+    def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
+        self.schema, self.arrays = schema, schema.empty()
+        self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))
+
+    def write(self, tile: Tile, results: Arrays) -> None:
+        """Take the results of a tile."""
+        for name, array in self.arrays.items():
+            array[tile.place] = results[name]
+
+    def dataset(self) -> xr.Dataset:
+        """All results."""
+        return self.schema.dataset(self.arrays)
+
+
+def _shown(
+    results: Iterable[Done], missing: Sequence[Tile], progress: bool | Told
+) -> Generator[Done, None, None]:
+    """Yield results, and tell how far they are once each is taken."""
+    total = sum(tile.size for tile in missing)
+    if callable(progress):
+        done = 0
+        for tile, arrays in results:
+            yield tile, arrays
+            done += tile.size
+            progress(done, total)
+        return
+    bar = Progress(1, quiet=not progress)
+    try:
+        yield from bar.track("sweep", results, total, size=lambda d: d[0].size, unit="members")
+    finally:
+        bar.close()

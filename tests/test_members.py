@@ -1,0 +1,154 @@
+"""Members of an ensemble: each runs as if it were alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.families import CHAIN, PAIR, swinging
+from support.systems import paper_damper
+
+import vibroimpact as vi
+from vibroimpact import hybrid
+from vibroimpact.coordinates import Closed
+from vibroimpact.ensembles.batch import Members, batch_of, run_members
+from vibroimpact.ensembles.observers import Final, Impacts, Observer, Outcome
+from vibroimpact.parameters import with_parameters
+from vibroimpact.simulate import System
+
+Values = dict[str, np.ndarray]
+DAMPER = paper_damper("A", 1.1)
+
+SEEN: tuple[Observer, ...] = (Final(), Impacts())
+
+
+def members_of(
+    system: list[int], position: list[float], velocity: list[float], length: float
+) -> Members:
+    """One member for each of these systems, from the same state."""
+    count = len(system)
+    return Members(
+        np.array(system, dtype=np.int32), np.tile(position, (count, 1)),
+        np.tile(velocity, (count, 1)), np.linspace(0.0, 1.0, count), np.zeros(count),
+        np.full(count, length), 500,
+    )  # fmt: skip
+
+
+def alone_in_its_batch(system: System, values: Values, members: Members, row: int) -> Any:
+    """A member run with no other."""
+    k = members.system[row]
+    only = members.of(np.array([row]), np.array([0]))
+    return run_members(batch_of(system, {n: x[k : k + 1] for n, x in values.items()}), only, SEEN)
+
+
+def check_members(system: System, values: Values, members: Members) -> dict[str, np.ndarray]:
+    """Every member of a batch against the same member alone."""
+    out = run_members(batch_of(system, values), members, SEEN)
+    for row in range(len(members.system)):
+        for name, one in alone_in_its_batch(system, values, members, row).items():
+            assert one.tobytes() == out[name][row : row + 1].tobytes(), (name, row)
+    return out
+
+
+def test_members_of_systems_with_several_structures_run_as_alone() -> None:
+    values = {"c": np.array([0.0, 0.1, 0.2, 0.3]), "m": np.array([1.0, 1.0, 2.0, 3.0])}
+    members = members_of([3, 0, 2, 1, 0, 3], [0.0, 0.1], [0.3, 1.0], 60.0)
+    out = check_members(PAIR, values, members)
+    assert np.all(out["end"] == Outcome.OK)
+    for row, k in enumerate(members.system):
+        one = with_parameters(PAIR, {name: float(x[k]) for name, x in values.items()})
+        start = vi.State((0.0, 0.1), (0.3, 1.0), float(members.phase[row]))
+        run = vi.simulate(one, start, t_max=60.0)
+        assert run.position[-1].tobytes() == out["final_position"][row].tobytes()
+
+
+def test_no_members_are_no_results() -> None:
+    none = members_of([], [0.0, 0.1], [0.3, 1.0], 60.0)
+    out = run_members(batch_of(PAIR, {"c": [0.0, 0.2], "m": [1.0, 2.0]}), none, SEEN)
+    assert out["end"].shape == (0,)
+    assert out["final_position"].shape == (0, 2)
+
+
+def falling(g: float, r: float) -> vi.Mechanism:
+    """Three balls of different masses, joined by weak springs, above one floor."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]],
+        damping=[[0.0] * 3] * 3,
+        stiffness=[[0.1, -0.1, 0.0], [-0.1, 0.2, -0.1], [0.0, -0.1, 0.1]],
+        forces=(vi.Harmonic(1.0, (0.2 * g, 0.0, 0.0)),),
+        constant_force=(-g, -2.0 * g, -3.0 * g),
+        contacts=tuple(
+            vi.Contact(tuple(float(i == j) for j in range(3)), 0.0, restitution=r) for i in range(3)
+        ),
+    )
+
+
+def test_members_that_want_more_modes_are_finished() -> None:
+    """Three balls come to rest one after the other: seven closed sets, none compiled at first."""
+    system = vi.Family(falling, g=1.0, r=0.5)
+    values = {"g": np.array([1.0, 2.0, 3.0]), "r": np.array([0.5, 0.2, 0.0])}
+    members = members_of([2, 0, 1, 2], [0.1, 1.0, 3.0], [0.0, 0.0, 0.0], 40.0)
+    out = check_members(system, values, members)
+    assert np.all(out["end"] == Outcome.OK)
+    assert np.all(np.abs(out["final_position"]) < 1e-12)
+
+
+def test_a_mode_that_one_system_lacks_is_no_matter_for_the_others() -> None:
+    """The first and third stop hold a corner, or (slope 0) the same coordinate twice."""
+
+    def cornered(slope: float) -> vi.Mechanism:
+        rows, stops = ((1.0, 0.0), (0.0, 1.0), (1.0, slope)), (0.0, -1e3, 0.0)
+        return vi.Mechanism(
+            mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0] * 2] * 2, stiffness=[[0.0] * 2] * 2,
+            constant_force=(-1.0, -0.5),
+            contacts=tuple(
+                vi.Contact(row, stop, restitution=0.0)
+                for row, stop in zip(rows, stops, strict=True)
+            ),
+        )  # fmt: skip
+
+    values = {"slope": np.array([1.0, 0.0, 0.5])}
+    members = members_of([0, 1, 2, 1], [1.0, 0.5], [0.0, 0.0], 20.0)
+    out = check_members(vi.Family(cornered, slope=1.0), values, members)
+    assert np.all(out["end"] == Outcome.OK)
+
+
+def test_a_member_whose_mode_cannot_be_compiled_ends_as_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mode = hybrid.Hybrid.mode
+
+    def refusing(self: hybrid.Hybrid, closed: Closed) -> hybrid.Mode:
+        if len(closed) == 2 and self.mechanism.constant_force[0] > -1.5:
+            raise vi.InvalidParameterError("contacts: not determined.")
+        return mode(self, closed)
+
+    monkeypatch.setattr(hybrid.Hybrid, "mode", refusing)
+    members = members_of([0, 0, 1, 0], [0.1, 1.0, 3.0], [0.0, 0.0, 0.0], 40.0)
+    out = check_members(vi.Family(falling, g=1.0, r=0.5), {"g": np.array([1.0, 2.0])}, members)
+    missing = out["end"] == Outcome.MISSING
+    assert missing.tolist() == [True, True, False, True]
+    assert np.all(out["time"][missing] < 40.0)
+    assert out["end"][2] == Outcome.OK
+
+
+def test_members_of_systems_at_resonance_are_an_outcome() -> None:
+    values = {"omega": np.array([0.7, 0.5, 1.1]), "zeta": np.array([0.0, 0.0, 0.1])}
+    members = members_of([1, 0, 2, 1], [0.0, 0.0], [0.0, 0.0], 20.0)
+    out = check_members(DAMPER, values, members)
+    assert out["end"].tolist() == [Outcome.RESONANCE, Outcome.OK, Outcome.OK, Outcome.RESONANCE]
+    assert np.isnan(out["final_position"]).all(axis=1).tolist() == [True, False, False, True]
+
+
+def test_arrays_of_several_lengths_and_mixed_mechanisms_are_refused() -> None:
+    with pytest.raises(vi.InvalidParameterError, match=r"zeta has shape \(3,\); expected \(S,\)"):
+        batch_of(DAMPER, {"omega": [1.0, 1.1], "zeta": [0.1, 0.2, 0.3]})
+    with pytest.raises(vi.InvalidParameterError, match="omega has shape"):
+        batch_of(DAMPER, {"omega": []})
+
+    def growing(n: float) -> vi.Mechanism:
+        return CHAIN if n > 2.5 else swinging(n, 1.0, 0.0)
+
+    with pytest.raises(vi.InvalidParameterError, match="different numbers of coordinates"):
+        batch_of(vi.Family(growing, n=2.0), {"n": [2.0, 3.0]})

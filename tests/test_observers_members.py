@@ -1,0 +1,232 @@
+"""Members of ensembles: how they end, equal bits everywhere, options and variables."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from support import UNIT
+from support.members import Case, beating, cases, chain, run
+from support.systems import ball, paper_damper
+
+import vibroimpact as vi
+from vibroimpact.ensembles import observers as known
+from vibroimpact.ensembles.batch import batch_of
+from vibroimpact.ensembles.observers import (
+    Extremes,
+    Outcome,
+    Rms,
+    Section,
+    Settling,
+    Symbol,
+    observer_of,
+    outputs,
+    resolve,
+)  # fmt: skip
+
+CASES = cases()
+
+# The stop B is one that every system here has.
+EVERYTHING = (Section(stop="B"), *(name for name in known.OBSERVERS if name != "section"))
+
+
+def test_a_start_behind_a_stop_is_an_outcome_without_results() -> None:
+    behind = vi.State((0.0, 5.1), (0.0, 0.0))
+    case = Case(paper_damper("A", 1.2), behind, 500.0, 200.0)
+    found = case.member(*EVERYTHING)
+    assert found["end"] == Outcome.BEHIND_STOP
+    assert found["time"] == 0.0
+    for name in ("lyapunov", "impacts_a", "power", "speed_mean", "settling", "x_mean"):
+        assert np.isnan(found[name]).all()
+    assert found["n"] == found["p"] == found["q"] == found["chatters"] == 0
+
+
+def test_most_impacts_end_a_member_early_and_what_was_seen_is_kept() -> None:
+    case = replace(CASES["chaotic"], settle=20.0)
+    found = case.member("impacts", "final", Section(points=50), most_impacts=30)
+    record = vi.simulate(case.system, case.state, impacts=30)
+    assert found["end"] == Outcome.CAP
+    assert found["time"] == record.time[-1]
+    seen = record.time[(record.stop == 0) & (record.time >= case.settle)]
+    np.testing.assert_array_equal(found["section_time"][: len(seen)], seen)
+    periods = (record.time[-1] - case.settle) / case.system.period
+    assert found["impacts_a"] == pytest.approx(len(seen) / periods, rel=8.0 * UNIT)
+
+
+def test_a_member_capped_while_it_settles_has_seen_nothing() -> None:
+    found = CASES["chaotic"].member(*EVERYTHING, most_impacts=3)
+    assert found["end"] == Outcome.CAP
+    assert np.isfinite(found["final_position"]).all()
+    for name in ("impacts_a", "power", "speed_mean", "x_largest", "x_mean", "lyapunov"):
+        assert np.isnan(found[name]).all()
+
+
+@pytest.mark.parametrize(
+    ("case", "rest"),
+    [
+        (Case(ball(0.5), vi.State((1.0,), (0.0,)), 5.0, 1e4), 1.0),  # on the floor for ever
+        (Case(ball(0.0), vi.State((0.0,), (0.0,)), 0.0, 1e4), 1.0),  # from the start
+        (Case(beating()[0], vi.State((0.0,), (0.0,)), 0.0, 100.0), 0.0),  # never near a stop
+    ],
+)
+def test_a_motion_without_impacts_is_a_result(case: Case, rest: float) -> None:
+    found = case.member(*EVERYTHING)
+    assert found["end"] == Outcome.OK
+    assert found["time"] == case.settle + case.observe
+    assert found["share_at_rest"] == rest
+    assert found["n"] == found["p"] == found["q"] == 0
+    assert found["power"] == 0.0
+    assert np.isnan(found["speed_mean"])
+    assert np.isnan(found["section_time"]).all()
+    assert np.isfinite(found["x_rms"]).all()
+    assert not found["lyapunov"] > 0.0  # NaN, or -inf at rest
+
+
+def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
+    from vibroimpact import _kernel
+    from vibroimpact.ensembles.compiling import compile_together
+
+    class FreeOnly:
+        def __init__(self, **system: Any) -> None:
+            self.batch = _kernel.Batch(**system)
+
+        def add_mode(self, **mode: Any) -> None:
+            if mode["code"] == 0:
+                self.batch.add_mode(**mode)
+
+    case = CASES["chatter"]
+    with pytest.MonkeyPatch.context() as patch:
+        ((_, tables),) = compile_together(case.system, {}, ())
+        patch.setattr("vibroimpact.ensembles.tables._kernel", type("", (), {"Batch": FreeOnly}))
+        kernel = tables.kernel().batch
+    found = kernel.run(
+        system=np.zeros(1, np.int32), position=np.zeros((1, 2)), velocity=np.array([[0.0, 1.0]]),
+        phases=np.zeros((1, 1)), settle=np.zeros(1), observe=np.full(1, 500.0),
+        most_impacts=10_000, observers={},
+    )  # fmt: skip
+    assert found["end"] == [Outcome.MISSING]
+    assert 0.0 < found["time"][0, 0] < 500.0
+
+
+def test_ctrl_c_ends_a_run_of_members() -> None:
+    import _thread
+    import threading
+
+    case = replace(CASES["chaotic"], observe=1e8)  # a minute
+    timer = threading.Timer(0.2, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        case.member("impacts", most_impacts=10**8)
+    timer.join()
+
+
+# ---- the same bits everywhere --------------------------------------------------------------------
+
+
+def test_a_member_has_the_same_bits_alone_in_any_order_and_in_any_thread() -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    rng = np.random.default_rng(11)
+    damper = paper_damper("C", 0.4205, restitution=0.3)
+    omegas = np.linspace(0.35, 0.6, 12)
+    system = rng.integers(0, 12, 30).astype(np.int32)
+    starts = [vi.State((0.0, x), (v, 1.0), p) for x, v, p in rng.normal(size=(30, 3))]
+    batch = batch_of(damper, {"omega": omegas})
+
+    def members(rows: Any) -> dict[str, Any]:
+        chosen = [starts[i] for i in rows]
+        return run(batch, chosen, 60.0, 90.0, EVERYTHING, system=system[rows])
+
+    def check(found: dict[str, Any], rows: Any) -> None:
+        for name, values in whole.items():
+            np.testing.assert_array_equal(found[name], values[rows], err_msg=name)
+
+    whole = members(np.arange(30))
+    assert (whole["chatters"] > 0).sum() > 3
+    order = rng.permutation(30)
+    check(members(order), order)
+    for i in range(0, 30, 7):
+        check(members(np.array([i])), [i])
+        alone = Case(replace(damper, omega=float(omegas[system[i]])), starts[i], 60.0, 90.0)
+        check({k: v[None] for k, v in alone.member(*EVERYTHING).items()}, [i])
+    parts = [np.arange(i, 30, 4) for i in range(4)]
+    with ThreadPoolExecutor(2) as pool:
+        for found, rows in zip(pool.map(members, parts), parts, strict=True):
+            check(found, rows)
+
+
+# ---- options and variables -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("system", [paper_damper("A", 1.2), chain(), ball(0.5)])
+def test_every_observer_returns_the_variables_that_it_announces(system: Any) -> None:
+    m = system if isinstance(system, vi.Mechanism) else system.mechanism
+    start = vi.State((0.5,) * m.degrees, (0.1,) * m.degrees)
+    found = run(batch_of(system, {}), [start] * 3, 1.0, 2.0, EVERYTHING)
+    announced = outputs(resolve(EVERYTHING), m)
+    assert list(found) == list(announced)
+    for name, output in announced.items():
+        assert found[name].dtype == output.dtype
+        assert found[name].shape == (3, *output.shape)
+        assert len(output.dims) == len(output.shape)
+        assert output.attrs["long_name"]
+
+
+def test_rows_of_several_observers_do_not_mix() -> None:
+    case = CASES["chaotic"]
+    rows = {"first": (1.0, 0.0), "second": (0.0, 1.0), "between": (-1.0, 1.0)}
+    many = [Extremes(row=row, label=name) for name, row in rows.items()]
+    found = case.member(
+        many[0], "extremes", *many[1:], *(Rms(row=o.row, label=o.label) for o in many)
+    )
+    for i, name in enumerate(("first", "second")):
+        assert found[f"{name}_largest"] == found["x_largest"][i]
+    for name, row in rows.items():
+        alone = case.member(Extremes(row=row, label="u"), Rms(row=row, label="u"))
+        for kind in ("smallest", "largest", "mean", "rms"):
+            assert found[f"{name}_{kind}"] == alone[f"u_{kind}"]
+    assert found["between_largest"] == pytest.approx(case.system.half_clearance, abs=64.0 * UNIT)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: observer_of("period"), "observe = 'period'"),
+        (lambda: resolve([]), "at least one"),
+        (lambda: resolve([3]), "observe = 3"),  # type: ignore[list-item]
+        (lambda: resolve([Symbol(), Symbol(returns=3)]), "same names"),
+        (lambda: resolve(["rms", Rms(row=(1.0,))]), "different labels"),
+        (lambda: Section(points=0), "points = 0"),
+        (lambda: Section(stride=1.5), "stride = 1.5"),  # type: ignore[arg-type]
+        (lambda: Section(contact=-1), "contact = -1"),
+        (lambda: Section(stop="C"), "stop = 'C'"),  # type: ignore[arg-type]
+        (lambda: Symbol(tolerance=0.0), "tolerance = 0.0"),
+        (lambda: Symbol(returns=0), "returns = 0"),
+        (lambda: Settling(tolerance=math.nan), "tolerance = nan"),
+        (lambda: Settling(longest=0), "longest = 0"),
+        (lambda: Extremes(row=(0.0, 0.0), label="u"), "row = 0"),
+        (lambda: Extremes(row=(1.0, math.inf), label="u"), "finite"),
+        (lambda: Extremes(row=(1.0,), label="a b"), "label = 'a b'"),
+        (lambda: Rms(label="u"), "give the row"),
+        (lambda: outputs([Extremes(row=(1.0,), label="u")], chain()), "expected (3,)"),
+        (lambda: outputs([Section(contact=2)], chain()), "contact = 2"),
+        (lambda: outputs([Section(stop="A")], ball(0.5)), "stop"),
+        (lambda: outputs([Rms(row=(1.0,), label=f"u{i}") for i in range(17)], ball(0.5)), "16"),
+    ],
+)
+def test_bad_options_are_refused_by_name(make: Any, says: str) -> None:
+    with pytest.raises(vi.InvalidParameterError) as refused:
+        make()
+    assert says in str(refused.value)
+
+
+def test_equal_observers_are_computed_once() -> None:
+    assert resolve(["symbol", Symbol(), "final"]) == (Symbol(), observer_of("final"))
+    assert resolve("symbol") == resolve(Symbol()) == (Symbol(),)
+
+
+def test_every_outcome_has_a_sentence() -> None:
+    assert all(outcome.sentence for outcome in Outcome)

@@ -1,0 +1,359 @@
+"""Stores of sweeps: killed, interrupted, on a full disc, asked something else; nothing is lost."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.systems import paper_damper
+
+import vibroimpact as vi
+from vibroimpact.ensembles.observers import OBSERVERS
+from vibroimpact.ensembles.schema import END
+
+pytest.importorskip("zarr", reason="the extra `store` is not installed")
+
+DAMPER = paper_damper("A", 1.2)
+PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
+OVER = {"omega": np.linspace(1.0, 1.2, 4), "half_clearance": np.linspace(2.0, 5.0, 6)}
+ASKED = {
+    "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle": 20, "periods": 10,
+    "progress": False,
+}  # fmt: skip
+TILES = 8  # of three members
+
+# A child that asks the same question; %s stands for what happens to it.
+CHILD = """
+import os, signal, resource, sys, threading
+import numpy as np
+import vibroimpact as vi
+%s
+vi.sweep(
+    vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                    half_clearance=5.0, omega=1.2),
+    over={"omega": np.linspace(1.0, 1.2, 4), "half_clearance": np.linspace(2.0, 5.0, 6)},
+    start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=("symbol", "final"), settle=20, periods=10,
+    tile=3, store=sys.argv[1], progress=%s,
+)
+"""
+
+
+def swept(store: Path | None = None, **options):
+    return vi.sweep(DAMPER, **(ASKED | options), store=store)
+
+
+def child(store: Path, before: str = "", progress: str = "False"):
+    code = CHILD % (textwrap.dedent(before), progress)
+    return subprocess.run(
+        [sys.executable, "-c", code, str(store)], capture_output=True, text=True, check=False
+    )
+
+
+def tiles_in(store: Path) -> int:
+    chunks = store / END / "c"
+    return sum(1 for chunk in chunks.rglob("*") if chunk.is_file()) if chunks.exists() else 0
+
+
+def assert_resumes(store: Path, tiles: int = TILES, **options) -> None:
+    """What is there is kept, the rest is computed, and all has the bits of an undisturbed sweep."""
+    chunks = {f: f.stat().st_mtime_ns for f in (store / END / "c").rglob("*") if f.is_file()}
+    told: list[tuple[int, int]] = []
+    found = swept(store, progress=lambda done, total: told.append((done, total)), **options)
+    missing = 24 - 24 // tiles * len(chunks)
+    assert told[-1:] == ([(missing, missing)] if missing else [])
+    assert all(f.stat().st_mtime_ns == t for f, t in chunks.items())
+    xr.testing.assert_identical(found.load(), swept(**options))
+    assert not list(store.rglob("*.partial"))
+
+
+# --- the store ------------------------------------------------------------------------------------
+
+
+def test_a_store_holds_the_dataset_of_the_memory_and_is_read_when_used(tmp_path: Path):
+    found = swept(tmp_path / "sweep.zarr", tile=3)
+    assert not any(found[name].variable._in_memory for name in found)
+    xr.testing.assert_identical(found.load(), swept())
+    by_itself = xr.open_zarr(tmp_path / "sweep.zarr", consolidated=False)
+    xr.testing.assert_identical(by_itself[list(found)].load(), found)
+
+
+def test_every_observer_is_stored_and_goes_to_netcdf(tmp_path: Path):
+    found = swept(tmp_path / "sweep.zarr", observe=tuple(OBSERVERS)).load()
+    xr.testing.assert_identical(found, swept(observe=tuple(OBSERVERS)))
+    found.to_netcdf(tmp_path / "sweep.nc", engine="h5netcdf")
+    again = xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf")
+    xr.testing.assert_identical(again[list(found)], found)
+
+
+def test_a_store_that_is_complete_is_read_only_again(tmp_path: Path):
+    swept(tmp_path / "sweep.zarr", tile=3)
+    assert_resumes(tmp_path / "sweep.zarr")
+
+
+def test_starts_and_followed_axes_are_stored(tmp_path: Path):
+    starts = vi.GridStarts({"v1": [-1.0, 0.5], "x2": [-7.0, 0.0, 3.0]}, PLAIN)
+    options = {"start": starts, "follow": "-omega", "observe": "section"}
+    found = swept(tmp_path / "sweep.zarr", tile=5, **options)
+    xr.testing.assert_identical(found.load(), swept(**options))
+
+
+# --- after an end ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("moment", [9, 60])
+def test_a_killed_sweep_resumes_with_equal_bits(tmp_path: Path, moment: int):
+    # Every chunk and its folder are forced to the disc: the process is killed in the middle of the
+    # first tile, and some tiles later.
+    store = tmp_path / "sweep.zarr"
+    killed = child(
+        store,
+        f"""
+        calls, to_disc = [], os.fsync
+        def fsync(handle):
+            calls.append(handle)
+            if len(calls) == {moment}:
+                os.kill(os.getpid(), signal.SIGKILL)
+            to_disc(handle)
+        os.fsync = fsync
+        """,
+    )
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert (store / "time").exists()
+    assert tiles_in(store) < TILES
+    assert_resumes(store)
+
+
+class Killed(BaseException):
+    """The end of a process, as far as the disc can tell."""
+
+
+def test_a_sweep_that_ends_at_any_write_resumes_with_equal_bits(tmp_path: Path, monkeypatch):
+    calls, to_disc = [0], os.fsync
+
+    def fsync(handle: int) -> None:
+        calls[0] -= 1
+        if calls[0] == 0:
+            raise Killed
+        to_disc(handle)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    moments = 2 * 2 * 3  # two tiles, a file and its folder, three variables
+    for moment in range(1, moments + 1):
+        calls[0] = moment
+        store = tmp_path / f"{moment}.zarr"
+        with pytest.raises(Killed):
+            swept(store, tile=12, observe="power")
+        assert_resumes(store, tiles=2, observe="power")
+    calls[0] = moments + 1
+    swept(tmp_path / "all.zarr", tile=12, observe="power")
+
+
+def test_a_chunk_that_lost_its_bytes_with_the_power_is_computed_again(tmp_path: Path):
+    store = tmp_path / "sweep.zarr"
+    swept(store, tile=4)  # the second chunk of a row is cut by the edge of the grid
+    for name in (END, "time"):
+        (store / name / "c" / "0" / "1").write_bytes(b"")
+    (store / "time" / "c" / "0" / "1.0123.partial").write_bytes(b"half of")
+    found = swept(store)
+    xr.testing.assert_identical(found.load(), swept())
+    assert not list(store.rglob("*.partial"))
+
+
+def test_an_interrupted_sweep_says_how_to_go_on_and_does(tmp_path: Path):
+    store = tmp_path / "sweep.zarr"
+    stopped = child(
+        store,
+        """
+        def interrupt(done, total):
+            if done == 6:
+                os.kill(os.getpid(), signal.SIGINT)
+        """,
+        progress="interrupt",
+    )
+    assert stopped.returncode == -signal.SIGINT
+    last = stopped.stderr.strip().splitlines()[-1]
+    assert "KeyboardInterrupt: interrupted; 2 of 8 tiles are in" in last
+    assert "the same call goes on" in last
+    assert_resumes(store)
+
+
+def test_an_interruption_without_a_store_says_that_nothing_is_kept():
+    def interrupt(*_: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match="nothing is kept"):
+        swept(progress=interrupt)
+
+
+def test_a_failing_disc_ends_with_a_clear_error_and_a_store_that_resumes(tmp_path: Path):
+    # No file may grow beyond 40 bytes once two tiles are done: the next chunk cannot be written.
+    store = tmp_path / "sweep.zarr"
+    failed = child(
+        store,
+        """
+        def limit(done, total):
+            if done == 6:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (40, resource.RLIM_INFINITY))
+        """,
+        progress="limit",
+    )
+    assert failed.returncode == 1
+    last = failed.stderr.strip().splitlines()[-1]
+    assert last.startswith("vibroimpact.errors.StoreError: store = ")
+    assert "cannot be written (File too large)" in last
+    assert tiles_in(store) == 2
+    assert_resumes(store)
+
+
+@pytest.fixture
+def small_disc(tmp_path: Path):
+    """A file system of 256 kB."""
+    disc = tmp_path / "disc"
+    disc.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disc)]
+    if shutil.which("mount") is None or subprocess.run(mount, check=False).returncode:
+        pytest.skip("a small file system cannot be mounted here: that needs root on Linux")
+    yield disc
+    subprocess.run(["umount", str(disc)], check=True)
+
+
+def test_a_full_disc_ends_with_a_clear_error_and_a_store_that_resumes(small_disc: Path):
+    ballast = small_disc / "ballast"
+    store = small_disc / "sweep.zarr"
+
+    def fill(done: int, _: int) -> None:
+        if done == 6:
+            with ballast.open("wb", buffering=0) as file:
+                try:
+                    while file.write(b"\0" * 4096):
+                        pass
+                except OSError:
+                    return
+
+    with pytest.raises(vi.StoreError, match=r"No space left on device.*the same call goes on"):
+        swept(store, tile=3, progress=fill)
+    assert tiles_in(store) == 2
+    ballast.unlink()
+    assert_resumes(store)
+
+
+def test_a_store_that_cannot_be_made_leaves_nothing_behind(small_disc: Path):
+    (small_disc / "ballast").write_bytes(b"\0" * 4096 * 62)
+    with pytest.raises(vi.StoreError, match="cannot be made"):
+        swept(small_disc / "sweep.zarr")
+    assert [path.name for path in small_disc.iterdir()] == ["ballast"]
+
+
+# --- another question -----------------------------------------------------------------------------
+
+OTHER = {
+    "an axis": (
+        {"over": OVER | {"omega": [1.0, 1.1, 1.15, 1.2]}},
+        r"omega\[1\] = 1.1, not 1.066666",
+    ),
+    "a longer axis": (
+        {"over": OVER | {"omega": np.linspace(1.0, 1.2, 5)}},
+        r"omega.size = 5, not 4",
+    ),
+    "other parameters": (
+        {"over": {"omega": OVER["omega"], "force": [1.0, 2.0]}},
+        r"axes\[1\] = 'force', not 'half_clearance'",
+    ),
+    "the start": (
+        {"start": vi.State((0.0, 0.0), (0.0, 2.0))},
+        r"start.base.velocity\[1\] = 2.0, not 1.0",
+    ),
+    "the observers": ({"observe": "final"}, r"observe\[0\].observer = 'final', not 'symbol'"),
+    "the window": ({"settle": 21}, "window.settle = 21.0, not 20.0"),
+    "the cap": ({"most_impacts": 9999}, "window.most_impacts = 9999, not"),
+    "following": ({"follow": "omega"}, "follow = 'omega', not None"),
+}
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with all its tiles."""
+    store = tmp_path_factory.mktemp("complete") / "sweep.zarr"
+    swept(store, tile=3)
+    return store
+
+
+@pytest.mark.parametrize(("options", "said"), OTHER.values(), ids=OTHER)
+def test_a_store_of_another_question_is_refused_with_what_differs(complete, options, said):
+    with pytest.raises(vi.InvalidParameterError, match=said):
+        swept(complete, **options)
+
+
+def test_a_store_that_was_refused_is_as_it_was(complete):
+    with pytest.raises(vi.InvalidParameterError):
+        swept(complete, settle=21)
+    assert_resumes(complete)
+
+
+def test_a_store_of_another_system_is_refused_with_its_parameter(complete):
+    other = paper_damper("A", 1.2, zeta=0.05)
+    with pytest.raises(vi.InvalidParameterError, match=r"system.zeta = 0.05, not 0.045"):
+        vi.sweep(other, store=complete, **ASKED)
+
+
+def test_a_family_whose_code_changed_is_another_system(tmp_path: Path):
+    def family(factor):
+        def build(gap):
+            return paper_damper("A", 1.2, half_clearance=factor * gap).mechanism
+
+        return vi.Family(build, gap=5.0)
+
+    asked = ASKED | {"over": {"gap": [4.0, 5.0]}, "store": tmp_path / "sweep.zarr"}
+    vi.sweep(family(1.0), **asked)
+    vi.sweep(family(1.0), **asked)
+    with pytest.raises(vi.InvalidParameterError, match=r"mechanism.first.contacts"):
+        vi.sweep(family(1.1), **asked)
+
+
+# --- other misuse ---------------------------------------------------------------------------------
+
+
+def test_what_is_no_store_is_refused_and_left_alone(tmp_path: Path):
+    folder, file = tmp_path / "folder", tmp_path / "file"
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("years")
+    file.write_text("years")
+    for path in (folder, file):
+        with pytest.raises(vi.InvalidParameterError, match="is no store of a sweep"):
+            swept(path)
+    assert (folder / "thesis.tex").read_text() == file.read_text() == "years"
+
+
+def test_a_store_in_no_folder_is_refused(tmp_path: Path):
+    with pytest.raises(vi.InvalidParameterError, match="must be a folder"):
+        swept(tmp_path / "nowhere" / "sweep.zarr")
+
+
+def test_other_tiles_than_those_of_the_store_are_refused(complete):
+    with pytest.raises(vi.InvalidParameterError, match=r"has tiles of \(1, 3\), not \(1, 2\)"):
+        swept(complete, tile=2)
+
+
+def test_a_store_has_one_writer(complete):
+    handle = os.open(complete, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        with pytest.raises(vi.InvalidParameterError, match="another process is writing"):
+            swept(complete)
+    finally:
+        os.close(handle)
+
+
+def test_without_zarr_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    with pytest.raises(vi.BackendUnavailableError, match=r"vibroimpact\[store\]"):
+        swept(tmp_path / "sweep.zarr")
