@@ -12,6 +12,14 @@ import matplotlib.pyplot as plt
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+# Ensembles are tested with fewer members: constants of the example.
+SMALLER = {
+    "basins_of_attraction": {"POINTS": 12},
+    "big_sweep_that_resumes": {"ACROSS": 12, "UP": 6, "TILE": 24},
+    "bifurcation_diagram": {"VALUES": 12, "SETTLE": 300},
+    "lyapunov_map": {"ACROSS": 16, "UP": 10},
+    "parameter_plane": {"ACROSS": 16, "UP": 10},
+}
 
 
 @pytest.fixture(autouse=True)
@@ -28,6 +36,9 @@ def loaded(name: str) -> ModuleType:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    for constant, value in SMALLER.get(name, {}).items():
+        assert hasattr(module, constant)
+        setattr(module, constant, value)
     return module
 
 
@@ -67,3 +78,16 @@ def test_chatter_sticking_and_release_come_in_this_order(
     loaded("chatter_and_sticking").main()
     kinds = re.findall(r"t = \S+: (\w+)", capsys.readouterr().out)
     assert kinds[:3] == ["chatter", "stick", "release"]
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(capsys: pytest.CaptureFixture[str]) -> None:
+    loaded("big_sweep_that_resumes").main()
+    said = capsys.readouterr().out
+    assert "first run: 48 of 72 machines\ninterrupted; 2 of 3 tiles are in" in said
+    assert said.endswith("second run: 24 of 24 left\n")
+
+
+def test_basins_name_their_three_attractors(capsys: pytest.CaptureFixture[str]) -> None:
+    loaded("basins_of_attraction").main()
+    names = re.findall(r"^(\S+ \w), periodic", capsys.readouterr().out, re.MULTILINE)
+    assert sorted(names) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]

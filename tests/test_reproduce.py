@@ -9,13 +9,21 @@ import signal
 import subprocess
 import sys
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from vibroimpact.literature.impact_damper import claims, figures, measures
+from vibroimpact.literature.impact_damper import (
+    Panel,
+    claims,
+    figures,
+    measures,
+    panels,
+    parameter_sets,
+    planes,
+)
 from vibroimpact.literature.impact_damper import reproduce as job
 from vibroimpact.literature.impact_damper.plan import Plan, Sweep
 from vibroimpact.progress import Progress
@@ -40,6 +48,11 @@ SMALL = Plan(
     circle_offsets=2,
     circle_settle=2.0,
     circle_points=500,
+    plane_points=(12, 9),
+    plane_settle=60.0,
+    plane_periods=20.0,
+    basin_points=10,
+    basin_settle=1000.0,
     figures=("3", "5"),
 )
 
@@ -62,6 +75,7 @@ def test_everything_is_written(out: Path) -> None:
     drawn = {path.stem for path in (out / "figures").iterdir()}
     assert {"mechanism", "history", "portrait", "figure-3", "figure-5"} <= drawn
     assert {"multipliers-A", "diagram-A", "diagram-B", "diagram-C", "circles"} <= drawn
+    assert {"plane-A", "plane-B", "plane-C"} <= drawn
     for name in drawn:
         assert (out / "figures" / f"{name}.svg").stat().st_size > 0
         assert (out / "figures" / f"{name}.png").stat().st_size > 0
@@ -184,6 +198,37 @@ def test_interrupt_of_the_command_leaves_nothing(tmp_path: Path) -> None:
         assert "interrupted" in process.stderr.read()
     assert process.returncode == 130
     assert not list(tmp_path.iterdir())
+
+
+def test_rings_of_a_plane_are_the_frequencies_of_the_paper(out: Path) -> None:
+    data = figures.open_data(out / "data" / "plane-B.nc")
+    figure = figures.redraw(data)
+    (rings,) = figure.axes[0].get_lines()
+    assert sorted(rings.get_xdata()) == sorted(p.omega for p in panels() if p.name[0] == "4")
+    assert set(rings.get_ydata()) == {8.0}
+    assert dict(data.motion.sizes) == {"omega": 12, "half_clearance": 9}
+    plt.close(figure)
+
+
+def test_basins_are_drawn_where_the_panels_found_that_attractors_coexist() -> None:
+    class Result(NamedTuple):
+        panel: Panel
+        distinct: tuple[int, ...]
+
+        @property
+        def omega(self) -> float:
+            return float(self.panel.omega)  # type: ignore[arg-type]
+
+    counts = {"4c": 2, "4e": 3, "4i": 1, "2l": 2}
+    results = {p.name: Result(p, (0,) * counts[p.name]) for p in panels() if p.name in counts}
+    chosen = planes.multistable_panel(results)  # type: ignore[arg-type]
+    assert chosen is not None
+    assert chosen.panel.name == "4e"
+    data = planes.basin_data(parameter_sets()["B"], SMALL, chosen.omega)
+    assert sorted(data.name.values) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]
+    figure = figures.redraw(data)
+    assert len(figure.axes[0].get_lines()) == 3
+    plt.close(figure)
 
 
 def test_grid_holds_the_panels_and_the_ends() -> None:

@@ -40,8 +40,14 @@ GROUPS = {
         *("classify", "Attractor", "classify_points", "Shape", "Kind"),
         *("lyapunov_exponent", "LyapunovEstimate"),
     ],
+    "Ensembles": [
+        *("sweep", "RandomStarts", "GridStarts", "plane", "bifurcation_sweep", "basins"),
+        *("attractor_state", "multistability"),
+    ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
-    "Errors": ["VibroImpactError", "InvalidParameterError"],
+    "Errors": [
+        *("VibroImpactError", "InvalidParameterError", "StoreError", "BackendUnavailableError"),
+    ],
 }
 HEAD = """# Reference
 

@@ -13,19 +13,25 @@ from collections.abc import Sequence
 
 from vibroimpact import __version__
 from vibroimpact.commands import (
+    basins,
     branch,
+    diagram,
     normal_form,
     orbit,
     orbits,
+    plane,
     reproduce,
     section,
     simulate,
+    sweep,
 )
 from vibroimpact.commands.common import Failure
 from vibroimpact.errors import InvalidParameterError, VibroImpactError
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
-COMMANDS = (reproduce, simulate, orbit, orbits, branch, normal_form, section)
+COMMANDS = (
+    reproduce, simulate, orbit, orbits, branch, normal_form, section, sweep, diagram, plane, basins,
+)  # fmt: skip
 NEGATIVE_NUMBER = re.compile(r"-\.?\d")  # argparse before 3.14 takes -1e-3 for an option
 
 
@@ -51,8 +57,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _told(str(error), MISUSE)
     except (Failure, VibroImpactError) as error:
         return _told(str(error), FAILED)
-    except KeyboardInterrupt:
-        return _told("interrupted; nothing was written.", INTERRUPTED)
+    except KeyboardInterrupt as stop:
+        return _told(str(stop) or "interrupted; nothing was written.", INTERRUPTED)
     return DONE
 
 

@@ -19,8 +19,11 @@ from vibroimpact.state import State
 
 System = ImpactDamper | Mechanism
 PARAMETERS = tuple(f for f in inspect.signature(ImpactDamper).parameters if f != "scales")
+ORBIT = "the stable orbit, or else the first"
 SIGNS = {"plus": 1, "minus": -1}
-TYPES: dict[str, Callable[[str], Any]] = {"int": int, "float": float}
+TYPES: dict[str, Callable[[str], Any]] = {
+    "int": int, "float": float, "int | None": int, "float | None": float,
+}  # fmt: skip
 
 
 class Failure(Exception):  # noqa: N818 - an outcome, told to the caller by the exit status
@@ -142,12 +145,12 @@ def _damper(parameters: dict[str, Any]) -> ImpactDamper:
 # ---- the start -----------------------------------------------------------------------------------
 
 
-def add_start(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say where to start."""
+def add_start(parser: argparse.ArgumentParser, default: str = ORBIT) -> None:
+    """Add the options that say where to start, and what is taken without them."""
     group = parser.add_argument_group(
         "start",
         "A state (--position and --velocity), or a symmetric orbit of the damper. Without any: the "
-        "start of the file, or else the stable orbit, or else the first.",
+        f"start of the file, or else {default}.",
     )
     group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ...")
     group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")

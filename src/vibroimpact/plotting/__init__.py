@@ -9,6 +9,8 @@
 
 from __future__ import annotations
 
+from vibroimpact.plotting.along import plot_along
+from vibroimpact.plotting.basins import plot_basins
 from vibroimpact.plotting.bifurcation_diagram import plot_bifurcation_diagram
 from vibroimpact.plotting.branch_multipliers import plot_branch_multipliers
 from vibroimpact.plotting.branches import plot_branches
@@ -21,10 +23,13 @@ from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
 from vibroimpact.plotting.phase_portrait import plot_phase_portrait
+from vibroimpact.plotting.plane import plot_plane
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.style import save
 
 __all__ = [
+    "plot_along",
+    "plot_basins",
     "plot_bifurcation_diagram",
     "plot_branch_multipliers",
     "plot_branches",
@@ -35,6 +40,7 @@ __all__ = [
     "plot_mechanism",
     "plot_multipliers",
     "plot_phase_portrait",
+    "plot_plane",
     "plot_section",
     "save",
 ]

@@ -1,4 +1,4 @@
-"""Bifurcation diagram: a section's coordinate over omega."""
+"""Bifurcation diagram: a section's coordinate over a parameter."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
+from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import symbol
 
 # Drawn in this order: large and light below, small and dark above, so that both are seen where
@@ -19,18 +20,20 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
     "down": {"color": style.BLUE, "markersize": 0.7},
 }
 OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
+BESIDE = ("direction", "start", "point")  # dims beside that of the parameter
 
 
 def plot_bifurcation_diagram(
     diagram: xr.Dataset, *, variable: str = "v1", ax: Axes | None = None
 ) -> Axes:
-    """Draw a coordinate of the section over omega, each direction of following in its colour.
+    """Draw a coordinate of the section over a parameter, each direction in its colour.
 
     Parameters
     ----------
     diagram
-        Dims ``omega`` and ``point``; with a dim ``direction`` ("down", "up", or other names of
-        starts) each is drawn in its own colour. NaN points are left out.
+        Dims of the parameter and ``point``; with a dim ``direction`` ("down", "up", or other names
+        of starts) each is drawn in its own colour; with a dim ``start`` all in one. NaN points are
+        left out.
     variable
         Name of the data variable: "x1", "v1", "phase", ...
     ax
@@ -46,27 +49,42 @@ def plot_bifurcation_diagram(
             f"variable = {variable!r}: must be one of {', '.join(map(str, diagram.data_vars))}."
         )
     array = diagram[variable]
+    parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.1 * style.HEIGHT) as ax:
         if "direction" not in array.dims:
-            _draw(ax, array, color=style.BLUE)
+            _draw(ax, array, parameter, color=style.BLUE)
         else:
-            _directions(ax, array)
-        ax.set(xlabel=r"forcing frequency $\omega$", ylabel=symbol(variable))
+            for name, looks in looks_of(array).items():
+                _draw(ax, array.sel(direction=name), parameter, **looks)
+            style.legend_outside(ax)
+        ax.set(xlabel=parameter_label(parameter), ylabel=symbol(variable))
     return ax
 
 
-def _directions(ax: Axes, array: xr.DataArray) -> None:
+def looks_of(array: xr.DataArray) -> dict[str, dict[str, Any]]:
+    """Colour and label of each direction that there is, in the order of drawing."""
+    parameter = parameter_of(array)
+    sign = r"$\omega$" if parameter == "omega" else parameter_label(parameter)
     present = [str(name) for name in array["direction"].values]
     others = [name for name in present if name not in DIRECTIONS]
-    looks = DIRECTIONS | {name: {"color": OTHERS[i % len(OTHERS)]} for i, name in enumerate(others)}
-    for name in [name for name in looks if name in present]:
-        label = rf"followed with $\omega$ {name}" if name in DIRECTIONS else name
-        _draw(ax, array.sel(direction=name), label=label, **looks[name])
-    style.legend_outside(ax)
+    looks = {n: {"label": f"followed with {sign} {n}"} | look for n, look in DIRECTIONS.items()}
+    looks |= {n: {"label": n, "color": OTHERS[i % len(OTHERS)]} for i, n in enumerate(others)}
+    return {name: look for name, look in looks.items() if name in present}
 
 
-def _draw(ax: Axes, array: xr.DataArray, **looks: Any) -> None:
-    y = array.transpose("omega", "point").values
-    omega = np.broadcast_to(array["omega"].values[:, None], y.shape)
+def parameter_of(array: xr.DataArray) -> str:
+    """The dim that is drawn across."""
+    names = [str(name) for name in array.dims if name not in BESIDE]
+    if len(names) != 1:
+        raise InvalidParameterError(
+            f"{array.name} has the dims {', '.join(map(str, array.dims))}: must have one "
+            "parameter. Select one value of the others with .isel(...)."
+        )
+    return names[0]
+
+
+def _draw(ax: Axes, array: xr.DataArray, parameter: str, **looks: Any) -> None:
+    y = array.transpose(parameter, ...).values.reshape(array.sizes[parameter], -1)
+    value = np.broadcast_to(array[parameter].values[:, None], y.shape)
     known = np.isfinite(y)
-    style.points(ax, omega[known], y[known], **({"markersize": 0.7} | looks))
+    style.points(ax, value[known], y[known], **({"markersize": 0.7} | looks))

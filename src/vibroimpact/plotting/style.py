@@ -22,7 +22,11 @@ GREEN = "#009E73"
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
 PURPLE = "#CC79A7"
-GREY = "#8C8C8C"  # not of the palette: guide lines
+YELLOW = "#F0E442"
+# not of the palette
+GREY = "#8C8C8C"  # guide lines
+SILVER = "#C4C4C4"  # areas: everything else
+NOTHING = "#E9E9E9"  # areas without a number
 
 WIDTH = 3.4  # inches: one column of a journal
 HEIGHT = 2.5

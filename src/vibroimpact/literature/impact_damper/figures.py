@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import (
+    plot_basins,
     plot_bifurcation_diagram,
     plot_circle_error,
     plot_circle_half_width,
@@ -23,6 +24,7 @@ from vibroimpact.plotting import (
     plot_mechanism,
     plot_multipliers,
     plot_phase_portrait,
+    plot_plane,
     style,
 )
 from vibroimpact.simulate import Run, simulate
@@ -130,6 +132,23 @@ def _diagram(data: xr.Dataset) -> Figure:
     return figure
 
 
+def _plane(data: xr.Dataset) -> Figure:
+    """The plane, with a ring at every frequency of the paper, at its clearance."""
+    figure, axes = _grid(1, (6.4, 3.9), 1)
+    plot_plane(data, ax=axes[0])
+    omega = data["paper_omega"].values
+    clearance = np.full(omega.shape, float(data.attrs["half_clearance"]))
+    axes[0].plot(omega, clearance, linestyle="none", marker="o", markersize=4.0,
+                 markerfacecolor="white", markeredgecolor=style.BLACK, clip_on=False)  # fmt: skip
+    return figure
+
+
+def _basins(data: xr.Dataset) -> Figure:
+    figure, axes = _grid(1, (6.0, 4.2), 1)
+    plot_basins(data, ax=axes[0])
+    return figure
+
+
 def _multipliers(*parts: xr.Dataset) -> Figure:
     """One row per set: nu left, lambda right, for the paper's branch."""
     figure, axes = _grid(2 * len(parts), (4.4, 3.7), 2)
@@ -230,4 +249,6 @@ _DRAW: Mapping[str, Callable[..., Figure]] = {
     "figure": _panels,
     "section": _panels,
     "circles": _circles,
+    "plane": _plane,
+    "basins": _basins,
 }

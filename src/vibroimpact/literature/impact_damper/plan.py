@@ -52,6 +52,11 @@ class Plan:
     circle_offsets, circle_settle, circle_points
         Distances from each Neimark-Sacker point at which the circle is measured, waiting in times
         in which a deviation from it falls by e, and impacts measured.
+    plane_points, plane_settle, plane_periods
+        Grid of the plane (omega, half_clearance) of each set; forcing periods settled and observed
+        there and in the basins.
+    basin_points, basin_settle
+        Starts along each side of the basins, and forcing periods settled.
     figures
         Which of the paper's figures to make.
     """
@@ -75,6 +80,11 @@ class Plan:
     circle_offsets: int = 5
     circle_settle: float = 7.0
     circle_points: int = 4000
+    plane_points: tuple[int, int] = (220, 150)
+    plane_settle: float = 400.0
+    plane_periods: float = 50.0
+    basin_points: int = 120
+    basin_settle: float = 2000.0
     figures: tuple[str, ...] = ("2", "3", "4", "5")
 
     @property
@@ -99,6 +109,11 @@ class Plan:
             "circle_offsets": self.circle_offsets,
             "circle_settle": self.circle_settle,
             "circle_points": self.circle_points,
+            "plane_points": "{} x {}".format(*self.plane_points),
+            "plane_settle_periods": self.plane_settle,
+            "plane_periods": self.plane_periods,
+            "basin_points": self.basin_points,
+            "basin_settle_periods": self.basin_settle,
             **{
                 f"sweep_{name}": f"[{s.low}, {s.high}] in steps of {s.step}"
                 for name, s in self.sweeps.items()

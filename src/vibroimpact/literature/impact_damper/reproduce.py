@@ -35,6 +35,12 @@ from vibroimpact.literature.impact_damper.panel_results import (
     panel_result,
 )
 from vibroimpact.literature.impact_damper.plan import Plan, damper_of
+from vibroimpact.literature.impact_damper.planes import (
+    MULTISTABLE,
+    basin_data,
+    multistable_panel,
+    plane_data,
+)
 from vibroimpact.literature.impact_damper.story import Pictures, Residual, page
 from vibroimpact.literature.impact_damper.story_circles import point_record
 from vibroimpact.literature.impact_damper.verdicts import Judgement, judge, score, to_json
@@ -46,7 +52,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
-STAGES = 8
+STAGES = 9
 EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
 EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
 PORTRAIT_IMPACTS = 24
@@ -76,6 +82,7 @@ class Findings:
     followed: Mapping[str, Followed]
     panels: Mapping[str, PanelResult]
     circles: tuple[Measured, ...]
+    ensembles: Mapping[str, xr.Dataset]
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
@@ -158,7 +165,24 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     critical = [c for name, found in bifurcated.items() for c in critical_points(name, found)]
     circles = _parallel("circles", lambda c: measure(c, plan), critical, progress)
     by_panel = {r.panel.name: r for r in results}
-    return Findings(plan, sets, bifurcated, followed, by_panel, tuple(circles))
+    ensembles = _ensembles(sets, by_panel, plan, progress)
+    return Findings(plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles)
+
+
+def _ensembles(
+    sets: Mapping[str, ParameterSet], results: Mapping[str, PanelResult], plan: Plan,
+    progress: Progress,
+) -> dict[str, xr.Dataset]:  # fmt: skip
+    """Compute the plane of each set, and basins at a frequency where attractors coexist."""
+    panel = multistable_panel(results)
+
+    def made() -> Iterator[xr.Dataset]:  # one after the other: each uses every core
+        yield from (plane_data(chosen, plan) for chosen in sets.values())
+        if panel:
+            yield basin_data(sets[MULTISTABLE], plan, panel.omega)
+
+    found = progress.track("planes and basins", made(), len(sets) + bool(panel))
+    return {str(data.attrs["figure"]): data for data in found}
 
 
 def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
@@ -249,6 +273,8 @@ def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
     )
     for figure in plan.figures:
         makers[f"figure-{figure}"] = lambda figure=figure: _paper_figure(found, figure)  # type: ignore[misc]
+    for figure, data in found.ensembles.items():
+        makers[figure] = lambda data=data: (data,)  # type: ignore[misc]
     for name in sets:
         makers[f"diagram-{name}"] = lambda name=name: (  # type: ignore[misc]
             datasets.diagram_data(sets[name], plan, found.followed[name]),

@@ -14,6 +14,7 @@ from vibroimpact.literature.impact_damper.judge_motions import numbers_of
 from vibroimpact.literature.impact_damper.misprints import Misprint
 from vibroimpact.literature.impact_damper.panel_results import PanelResult
 from vibroimpact.literature.impact_damper.story_circles import circle_blocks
+from vibroimpact.literature.impact_damper.story_ensembles import ensemble_blocks
 from vibroimpact.literature.impact_damper.verdicts import Judgement, plain, score
 from vibroimpact.report import Figure, Page, Section, Table, Text, Verdict, Word
 from vibroimpact.report.page import Block, Cell
@@ -95,6 +96,7 @@ def page(
             Section("figure-four", "Fig. 4: set B", _panels(found, pictures, "4", "B")),
             Section("figure-five", "Fig. 5: set C", _panels(found, pictures, "5", "C")),
             Section("diagrams", "Attractors along the frequency", _diagrams(found, pictures)),
+            Section("planes", "Around the paper's frequencies", ensemble_blocks(found, pictures)),
             Section("verdicts", "Every claim and its verdict", _verdicts(judgements)),
             Section("misprints", "Misprinted equations", _misprints(residuals)),
             Section("method", "How the figures were made", _method(found)),

@@ -1,0 +1,53 @@
+"""vibroimpact basins: which start leads to which attractor."""
+
+from __future__ import annotations
+
+import argparse
+
+import xarray as xr
+
+from vibroimpact.commands import common, ensemble
+from vibroimpact.ensembles.basins import attractor_state, basins
+from vibroimpact.files import write
+from vibroimpact.plotting import plot_basins
+
+NAME = "basins"
+HELP = "find the attractors from a grid of starts, and which start leads to which"
+EXAMPLE = (
+    "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
+    "--settle 1000 --out basins.png --out basins.nc"
+)
+MATCHING = ("stop", "contact", "tolerance", "most")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_system(parser)
+    ensemble.add_start(parser)
+    ensemble.add_over(parser, "a coordinate of the start, x1, x2, ..., v1, v2, ..., phase, and "
+                      "its values; two of them, the first across")  # fmt: skip
+    common.add_arguments_of(parser, basins, MATCHING)
+    ensemble.add_window(parser, store=False)
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Compute, write, and list the attractors."""
+    targets = common.targets_of(arguments)
+    case = common.case_of(arguments)
+    over = ensemble.over_of(arguments)
+    found = basins(
+        case.system, over=over, start=ensemble.base_of(arguments, case),
+        **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
+    )  # fmt: skip
+    write(targets, data=lambda: found, picture=lambda: plot_basins(found))
+    lines = [str(case.system), ensemble.shape(found, over), ensemble.ends(found), *_listed(found)]
+    return "\n".join(lines) + common.listed(targets)
+
+
+def _listed(found: xr.Dataset) -> list[str]:
+    """A line per attractor."""
+    return [
+        f"{name}: {row['kind'].item()}, {100.0 * row['share'].item():.3g}% of the starts, "
+        f"for example {attractor_state(found, str(name))}"
+        for name, row in ((n, found.isel(label=i)) for i, n in enumerate(found["name"].values))
+    ]

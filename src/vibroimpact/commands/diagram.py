@@ -1,0 +1,56 @@
+"""vibroimpact diagram: section points along a parameter, followed up and down."""
+
+from __future__ import annotations
+
+import argparse
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from vibroimpact.commands import common, ensemble
+from vibroimpact.ensembles.diagram import bifurcation_sweep
+from vibroimpact.files import write
+from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
+
+NAME = "diagram"
+HELP = "draw a bifurcation diagram by brute force, followed up and down or from random starts"
+EXAMPLE = (
+    "  vibroimpact diagram impact-damper/A --over omega=0.92:1.2:400 --variable v1 --out d.png"
+)
+SECTION = ("way", "stop", "contact", "points")
+FIRST = "v1"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_system(parser)
+    ensemble.add_start(parser)
+    ensemble.add_random(parser)
+    ensemble.add_over(parser, "the parameter and its values")
+    ensemble.add_observe(parser, "more than the section: lyapunov, speeds, ...")
+    common.add_arguments_of(parser, bifurcation_sweep, SECTION)
+    parser.add_argument(
+        "--variable", metavar="NAME",
+        help=f"what is drawn: x1, ..., v1, ..., phase, or what was observed (default: {FIRST})",
+    )  # fmt: skip
+    ensemble.add_window(parser, store=False)
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Compute, write, and say how the members ended."""
+    targets = common.targets_of(arguments)
+    over = ensemble.over_of(arguments)
+    case = ensemble.case_of(arguments, over)
+    found = bifurcation_sweep(
+        case.system, over=over, start=ensemble.start_of(arguments, case),
+        observe=ensemble.observed(arguments),
+        **common.given(arguments, SECTION), **ensemble.options_of(arguments),
+    )  # fmt: skip
+    write(targets, data=lambda: found, picture=lambda: _picture(found, arguments.variable or FIRST))
+    lines = [str(case.system), ensemble.shape(found, over), ensemble.ends(found)]
+    return "\n".join(lines) + common.listed(targets)
+
+
+def _picture(found: xr.Dataset, variable: str) -> Axes:
+    points = variable not in found or "point" in found[variable].dims
+    return (plot_bifurcation_diagram if points else plot_along)(found, variable=variable)

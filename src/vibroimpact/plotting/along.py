@@ -1,0 +1,66 @@
+"""One number of each member along a parameter: the largest Lyapunov exponent, impact speeds, ..."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import style
+from vibroimpact.plotting.bifurcation_diagram import looks_of, parameter_of
+from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.plane import label_of
+
+SIZE = 1.8  # points
+
+
+def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None = None) -> Axes:
+    """Draw a number of each member along a parameter.
+
+    Parameters
+    ----------
+    along
+        With ``variable`` over one parameter, and over "direction" or "start" if wanted: a sweep, or
+        what :func:`vibroimpact.bifurcation_sweep` returned.
+    variable
+        Name of the data variable. Of "lyapunov" the line of zero is drawn: above it the motion is
+        chaotic, and where it does not impact there is no point.
+    ax
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        What was drawn on.
+    """
+    if variable not in along:
+        raise InvalidParameterError(
+            f"variable = {variable!r}: must be one of {', '.join(map(str, along.data_vars))}. "
+            f"Others are observed with observe=[{variable!r}, ...]."
+        )
+    array = along[variable]
+    parameter = parameter_of(array)
+    with style.drawing(ax, width=1.6 * style.WIDTH, height=0.9 * style.HEIGHT) as ax:
+        if variable == "lyapunov":
+            ax.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
+        _lines(ax, array, parameter)
+        ax.set(xlabel=parameter_label(parameter), ylabel=label_of(variable))
+    return ax
+
+
+def _lines(ax: Axes, array: xr.DataArray, parameter: str) -> None:
+    value = array[parameter].values
+    if "direction" in array.dims:
+        for name, looks in looks_of(array).items():
+            _points(ax, value, array.sel(direction=name), **looks)
+        style.legend_outside(ax)
+    else:
+        flat = array.transpose(parameter, ...).values.reshape(len(value), -1)
+        _points(ax, np.repeat(value, flat.shape[1]), flat.ravel(), color=style.BLUE)
+
+
+def _points(ax: Axes, value: Any, numbers: Any, **looks: Any) -> None:
+    style.points(ax, value, np.asarray(numbers), **(looks | {"markersize": SIZE}))

@@ -1,0 +1,111 @@
+"""Basins of attraction over two state coordinates, with the attractors marked."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.motions import flags
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import maps, style
+
+COLOURS = (
+    style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
+)  # fmt: skip
+FAILED = "#A08060"
+MARKERS = "oDs^vPX"
+MARKED = 400  # points of an attractor that are marked
+PLACES = 24  # fewer different places, told apart at RESOLUTION of the axes: large marks
+RESOLUTION = 1 / 200
+
+
+def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = True) -> Axes:
+    """Draw which start leads to which attractor.
+
+    Parameters
+    ----------
+    basins
+        What :func:`vibroimpact.basins` returned.
+    ax
+        Where to draw; a new figure if not given.
+    marks
+        Mark the attractors where motions from the starts end: states at whole numbers of forcing
+        periods, at the phase of the starts, projected on the plane. Those outside it are not seen.
+
+    Returns
+    -------
+    Axes
+        What was drawn on. The legend gives the share of the starts.
+    """
+    if "attractor" not in basins:
+        raise InvalidParameterError("basins: have no variable 'attractor'. Make them by vi.basins.")
+    labels = basins["attractor"]
+    across, up = maps.over_two(labels)
+    with style.drawing(ax, width=1.6 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
+        maps.categories(ax, labels, _shades(labels))
+        limits = ax.get_xlim(), ax.get_ylim()
+        if marks:
+            _mark(ax, basins, (across, up))
+        ax.set(xlabel=coordinate_label(across), ylabel=coordinate_label(up))
+        ax.set(xlim=limits[0], ylim=limits[1])
+    return ax
+
+
+def coordinate_label(name: str) -> str:
+    """A state coordinate as a formula: x1, v1, phase."""
+    if name == "phase":
+        return r"$\theta$ [rad]"
+    kind, number = re.fullmatch(r"([xv])(\d+)", name).groups()  # type: ignore[union-attr]
+    return f"$x_{{{number}}}$" if kind == "x" else rf"$\dot x_{{{number}}}$"
+
+
+def _shades(labels: xr.DataArray) -> list[maps.Shade]:
+    words = flags(labels)
+    found = []
+    for code in sorted(words, key=lambda code: (code < 0, abs(code))):
+        share = 100.0 * float((labels.values == code).mean())
+        text = f"{words[code].replace('_', ' ')}, {share:.3g}%"
+        found.append(maps.Shade((code,), text, _colour(code)))
+    return found
+
+
+def _colour(code: int) -> str:
+    if code < 0:
+        return FAILED
+    return COLOURS[code] if code < len(COLOURS) else style.SILVER
+
+
+def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
+    """Where members of each basin end, each attractor with a mark of its own."""
+    ends = [_final(basins, name) for name in names]
+    labels = basins["attractor"].values
+    for code in [code for code in flags(basins["attractor"]) if code >= 0]:
+        here = np.flatnonzero((labels == code).ravel())[:MARKED]
+        x, y = (end[here] for end in ends)
+        few = _places(ax, x, y) <= PLACES
+        ax.plot(
+            x, y, linestyle="none", marker=MARKERS[code % len(MARKERS)] if few else ".",
+            markersize=5.5 if few else 2.0, markerfacecolor=_colour(code) if few else style.BLACK,
+            markeredgecolor=style.BLACK, markeredgewidth=0.9 if few else 0.0, clip_on=True,
+        )  # fmt: skip
+
+
+def _places(ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64]) -> int:
+    """How many different places the reader sees."""
+    sizes = np.ptp([ax.get_xlim(), ax.get_ylim()], axis=1) * RESOLUTION
+    return len(np.unique(np.round(np.column_stack([x, y]) / sizes), axis=0))
+
+
+def _final(basins: xr.Dataset, name: str) -> NDArray[np.float64]:
+    """A coordinate of every member at the end, flat, in the order of the labels."""
+    over = basins["attractor"].dims
+    if name == "phase":
+        array = basins["final_phase"].transpose(*over).values
+    else:
+        kind = "final_position" if name[0] == "x" else "final_velocity"
+        array = basins[kind].transpose(*over, ...).values[..., int(name[1:]) - 1]
+    return np.asarray(array, dtype=float).ravel()

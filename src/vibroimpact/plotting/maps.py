@@ -1,0 +1,89 @@
+"""Fields over a grid of two coordinates: categories with a legend, numbers with a colour bar."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import style
+
+EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
+
+
+class Shade(NamedTuple):
+    """A category as it is drawn: the codes that belong to it, its words and its colour."""
+
+    codes: tuple[int, ...]
+    words: str
+    colour: str
+
+
+def over_two(field: xr.DataArray) -> tuple[str, str]:
+    """The names of the two coordinates, the first across.
+
+    Raises
+    ------
+    InvalidParameterError
+        A field over another number of coordinates.
+    """
+    if field.ndim != 2:
+        raise InvalidParameterError(
+            f"{field.name} has the dims {', '.join(map(str, field.dims)) or 'none'}: must have "
+            "two. Select one value of the others with .isel(...)."
+        )
+    across, up = (str(name) for name in field.dims)
+    return across, up
+
+
+def categories(ax: Axes, field: xr.DataArray, shades: Sequence[Shade]) -> None:
+    """Draw each category in its colour, with a legend beside the axes."""
+    place = {code: i for i, shade in enumerate(shades) for code in shade.codes}
+    values, inverse = np.unique(field.values, return_inverse=True)
+    index = np.array([place[int(value)] for value in values], dtype=float)
+    colours = ListedColormap([shade.colour for shade in shades])
+    norm = BoundaryNorm(np.arange(len(shades) + 1) - 0.5, len(shades))
+    mesh(ax, field.copy(data=index[inverse.reshape(field.shape)]), colours, norm)
+    handles = [
+        Patch(facecolor=s.colour, edgecolor=EDGE, linewidth=0.4, label=s.words) for s in shades
+    ]
+    ax.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3,
+        handlelength=1.0, handleheight=1.0, labelspacing=0.35,
+    )  # fmt: skip
+
+
+def numbers(
+    ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize, label: str, **bar: Any
+) -> None:
+    """Draw numbers with a colour bar; cells without a number keep the colour of the background."""
+    mesh(ax, field, colours, norm)
+    figure = cast(Figure, ax.get_figure(root=True))
+    figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=label, pad=0.02, **bar)
+
+
+def mesh(ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize) -> None:
+    """One cell around each point of the grid, stored as pixels."""
+    across, up = over_two(field)
+    x, y = (np.asarray(field[name].values, dtype=float) for name in (across, up))
+    ax.set_facecolor(style.NOTHING)
+    ax.pcolormesh(edges(x), edges(y), field.values.T, cmap=colours, norm=norm, rasterized=True)
+
+
+def edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges of the cells around points in order: midway to the neighbours."""
+    if len(centres) == 1:
+        half = 0.5 * abs(float(centres[0])) or 0.5
+        return np.array([centres[0] - half, centres[0] + half])
+    middle = (centres[1:] + centres[:-1]) / 2.0
+    first, last = 2.0 * centres[0] - middle[0], 2.0 * centres[-1] - middle[-1]
+    return np.concatenate([[first], middle, [last]])

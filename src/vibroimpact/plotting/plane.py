@@ -1,0 +1,138 @@
+"""A plane of two parameters: what happens where, by category or by number."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, Normalize, TwoSlopeNorm
+from matplotlib.ticker import MaxNLocator
+
+from vibroimpact.ensembles.motions import Category
+from vibroimpact.ensembles.motions import categories as occurring
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting import maps, style
+from vibroimpact.plotting.branch_looks import parameter_label
+
+COLOURS = (
+    style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
+)  # fmt: skip
+OTHER = "other periodic"
+PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF"}
+FAILED = "#A08060"
+SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
+QUANTILE = 0.995  # of the numbers on each side: the rest saturates
+LABELS = {
+    "lyapunov": r"largest Lyapunov exponent $\Lambda$",
+    "impacts": "impacts per forcing period",
+    "period": "period in forcing periods",
+    "attractors": "attractors met",
+}
+
+
+def plot_plane(
+    plane: xr.Dataset, *, variable: str = "motion", ax: Axes | None = None, most: int = 7
+) -> Axes:
+    """Draw a plane of two parameters.
+
+    Parameters
+    ----------
+    plane
+        What :func:`vibroimpact.plane` or :func:`vibroimpact.multistability` returned, or any
+        dataset whose ``variable`` has two dims.
+    variable
+        "motion" (a colour per symbol n-p-q), "period", "impacts" (per forcing period), "lyapunov"
+        (blue below zero, white at zero, red above), "attractors" (how many were met), or another
+        number in the dataset.
+    ax
+        Where to draw; a new figure if not given.
+    most
+        Symbols with a colour of their own, 1 to 7, the most frequent ones; the rest is "other
+        periodic".
+
+    Returns
+    -------
+    Axes
+        What was drawn on. The first dim is drawn across. Cells without a number are grey.
+    """
+    if variable not in plane:
+        raise InvalidParameterError(
+            f"variable = {variable!r}: must be one of {', '.join(map(str, plane.data_vars))}."
+        )
+    if most not in range(1, len(COLOURS) + 1):
+        raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
+    field = plane[variable]
+    across, up = maps.over_two(field)
+    with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
+        _draw(ax, field, variable, most)
+        ax.set(xlabel=parameter_label(across), ylabel=parameter_label(up))
+    return ax
+
+
+def _draw(ax: Axes, field: xr.DataArray, variable: str, most: int) -> None:
+    label = label_of(variable)
+    if "flag_meanings" in field.attrs:
+        maps.categories(ax, field, shades(occurring(field), most))
+    elif field.dtype.kind in "iu":
+        _counts(ax, field, label)
+    elif variable == "lyapunov":
+        norm = _signed(field)
+        maps.numbers(
+            ax, field, colormaps[SIGNED], norm, label, extend="both", ticks=_both_sides(norm)
+        )
+    else:
+        low, high = _ends(field.values)
+        maps.numbers(ax, field, colormaps[RISING], Normalize(low, high), label)
+
+
+def label_of(variable: str) -> str:
+    """A variable in words."""
+    return LABELS.get(variable, variable.replace("_", " "))
+
+
+def shades(present: list[Category], most: int) -> list[maps.Shade]:
+    """Colours of the motions that occur: the most frequent symbols, the other ones, the rest."""
+    symbols = [one for one in present if one.code >= 0]
+    found = [
+        maps.Shade((s.code,), s.words, c) for s, c in zip(symbols[:most], COLOURS, strict=False)
+    ]
+    if symbols[most:]:
+        rest = tuple(one.code for one in symbols[most:])
+        found.append(maps.Shade(rest, OTHER, style.SILVER))
+    others = [one for one in present if one.code < 0]
+    return found + [maps.Shade((o.code,), o.words, PLAIN.get(o.words, FAILED)) for o in others]
+
+
+def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
+    """Whole numbers, a step of colour each; zero and below stay grey."""
+    top = max(int(field.max()), 1)
+    norm = BoundaryNorm(np.arange(0.5, top + 1.0), 256) if top > 1 else Normalize(0.5, 1.5)
+    shown = field.where(field > 0)
+    ticks = MaxNLocator(integer=True, min_n_ticks=1)
+    maps.numbers(ax, shown, colormaps[RISING], norm, label, ticks=ticks)
+
+
+def _signed(field: xr.DataArray) -> TwoSlopeNorm:
+    """Zero in the middle of the colours, each side to its own end."""
+    low, high = _ends(field.values)
+    floor = 1e-3 * max(abs(low), abs(high), np.finfo(float).tiny)
+    return TwoSlopeNorm(0.0, min(low, -floor), max(high, floor))
+
+
+def _both_sides(norm: TwoSlopeNorm) -> list[float]:
+    """Round numbers on both sides of zero, some four on each."""
+    assert norm.vmin is not None
+    assert norm.vmax is not None
+    round_ones = MaxNLocator(4)
+    below, above = round_ones.tick_values(norm.vmin, 0.0), round_ones.tick_values(0.0, norm.vmax)
+    return [t for t in [*below[:-1], *above] if norm.vmin <= t <= norm.vmax]
+
+
+def _ends(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[float, float]:
+    """Quantiles near the ends, so that one wild cell does not decide the colours."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 0.0, 1.0
+    low, high = np.quantile(known, [1.0 - QUANTILE, QUANTILE])
+    return float(low), float(high)

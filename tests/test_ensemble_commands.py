@@ -1,0 +1,198 @@
+"""The commands sweep, diagram, plane and basins: what they say and write is the library's."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibroimpact as vi
+from vibroimpact import cli
+
+CASE = "impact-damper/A"
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
+)
+MIDDLE = vi.State((0.0, 0.0), (0.0, 1.0))
+OMEGA, CLEARANCE = "omega=1.1:1.2:3", "half_clearance=4,5"
+OVER = {"omega": np.linspace(1.1, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
+SHORT = ["--settle", "60", "--periods", "20"]
+WINDOW = {"settle": 60.0, "periods": 20.0, "progress": False}
+WALL = """
+[mechanism]
+mass = [[1.0]]
+damping = [[0.1]]
+stiffness = [[1.0]]
+
+[[mechanism.forces]]
+omega = 0.8
+sine = [1.0]
+
+[[mechanism.contacts]]
+row = [1.0]
+upper = 0.5
+restitution = 0.7
+
+[start]
+position = [0.0]
+velocity = [0.0]
+"""
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    plt.switch_backend("Agg")
+    monkeypatch.chdir(tmp_path)
+    yield
+    plt.close("all")
+
+
+def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    assert cli.main(argv) == cli.DONE
+    return capsys.readouterr().out
+
+
+def opened(path: str) -> xr.Dataset:
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        return data.load()
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    """Equal bits, dimensions and coordinates; attributes hold the system as text."""
+    xr.testing.assert_equal(one, other)
+    assert one.attrs["system"] == other.attrs["system"]
+
+
+# ---- the output is the library's -----------------------------------------------------------------
+
+
+def test_sweep_writes_the_sweep_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["sweep", CASE, "--over", OMEGA, "--over", CLEARANCE, "--observe", "symbol,speeds"]
+    out = said([*argv, *SHORT, "--follow=-omega", "--out", "s.nc"], capsys)
+    expected = vi.sweep(
+        SET_A, over=OVER, start=MIDDLE, observe=["symbol", "speeds"], follow="-omega", **WINDOW
+    )
+    xr.testing.assert_equal(opened("s.nc"), expected)
+    assert "omega 1.1 to 1.2 (3), half_clearance 4 to 5 (2)\n6 members: 6 ok" in out
+    assert out.endswith("wrote s.nc\n")
+
+
+def test_random_starts_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["sweep", CASE, "--over", OMEGA, "--starts", "4", "--seed", "7", "--vary", "x1=-1:2"]
+    out = said([*argv, "--vary", "v2=0:3", *SHORT, "--out", "s.nc"], capsys)
+    starts = vi.RandomStarts(4, 7, {"x1": (-1.0, 2.0), "v2": (0.0, 3.0)}, MIDDLE)
+    expected = vi.sweep(SET_A, over={"omega": OVER["omega"]}, start=starts, **WINDOW)
+    xr.testing.assert_equal(opened("s.nc"), expected)
+    assert "omega 1.1 to 1.2 (3), 4 starts" in out
+
+
+def test_plane_writes_the_plane_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--observe", "lyapunov", *SHORT]
+    out = said([*argv, "--variable", "lyapunov", "--out", "p.nc", "--out", "p.png"], capsys)
+    expected = vi.plane(SET_A, over=OVER, start=MIDDLE, observe="lyapunov", **WINDOW)
+    xr.testing.assert_equal(opened("p.nc"), expected)
+    assert opened("p.nc").motion.attrs["flag_meanings"] == expected.motion.attrs["flag_meanings"]
+    words = expected.motion.attrs["flag_meanings"].split()
+    assert all(word.replace("_", " ") in out for word in words)
+    assert Path("p.png").stat().st_size > 1000
+
+
+def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--starts", "3", "--vary"]
+    out = said([*argv, "v1=-1:1", "--settle", "800", "--out", "p.nc", "--out", "p.svg"], capsys)
+    starts = vi.RandomStarts(3, 0, {"v1": (-1.0, 1.0)}, MIDDLE)
+    expected = vi.multistability(SET_A, over=OVER, start=starts, settle=800, progress=False)
+    xr.testing.assert_equal(opened("p.nc"), expected)
+    assert "attractors met: 1 at 6 points" in out
+
+
+def test_basins_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["basins", CASE, "--omega", "1.2", "--over", "x1=-2:2:4", "--over", "v1=-1:1:3"]
+    out = said([*argv, "--out", "b.nc", "--out", "b.png"], capsys)
+    over = {"x1": np.linspace(-2.0, 2.0, 4), "v1": np.linspace(-1.0, 1.0, 3)}
+    expected = vi.basins(SET_A, over=over, start=MIDDLE, progress=False)
+    xr.testing.assert_equal(opened("b.nc"), expected)
+    state = vi.attractor_state(expected, "1-1-1 a")
+    assert f"1-1-1 a: periodic, 100% of the starts, for example {state}" in out
+    assert vi.attractor_state(opened("b.nc"), "1-1-1 a") == state
+
+
+@pytest.mark.parametrize("variable", ["v1", "phase", "lyapunov"])
+def test_diagram_is_that_of_the_library(variable: str, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["diagram", CASE, "--over", OMEGA, "--way", "down", "--points", "4", *SHORT]
+    argv += ["--observe", "lyapunov", "--variable", variable]
+    said([*argv, "--out", "d.nc", "--out", "d.png"], capsys)
+    expected = vi.bifurcation_sweep(
+        SET_A, over={"omega": OVER["omega"]}, start=MIDDLE, way="down", points=4,
+        observe="lyapunov", **WINDOW,
+    )  # fmt: skip
+    xr.testing.assert_equal(opened("d.nc"), expected)
+
+
+def test_a_mechanism_is_swept_by_path_from_the_start_of_its_file(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("wall.toml").write_text(WALL, encoding="utf-8")
+    argv = ["sweep", "--config", "wall.toml", "--over", "contacts[0].restitution=0.5:0.9:3"]
+    out = said([*argv, *SHORT, "--variable", "n", "--out", "s.png", "--out", "s.nc"], capsys)
+    assert "contacts[0].restitution 0.5 to 0.9 (3)" in out
+    assert opened("s.nc").n.dims == ("contacts[0].restitution",)
+
+
+def test_a_store_resumes_and_refuses_another_question(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("zarr")
+    argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr"]
+    assert "kept in s.zarr" in said(argv, capsys)
+    assert said(argv, capsys)
+    assert cli.main([*argv, "--settle", "61"]) == cli.MISUSE
+    assert "holds another sweep" in capsys.readouterr().err
+
+
+def test_an_interrupted_sweep_says_how_to_go_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    @functools.wraps(vi.sweep)
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt("interrupted; 3 of 9 tiles are kept.")
+
+    monkeypatch.setattr("vibroimpact.commands.sweep.sweep", stopped)
+    assert cli.main(["sweep", CASE, "--over", OMEGA]) == cli.INTERRUPTED
+    assert "interrupted; 3 of 9 tiles are kept." in capsys.readouterr().err
+
+
+# ---- misuse --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        (["sweep", CASE, "--over", "omega=1:2"], "omega=1:2: must be NAME=LOW:HIGH:COUNT"),
+        (["sweep", CASE, "--over", "omega=a:2:3"], "must be NAME=LOW:HIGH:COUNT"),
+        (["sweep", CASE, "--over", "omega=1:2:0"], "COUNT must be a whole number >= 1"),
+        (["sweep", CASE, "--over", OMEGA, "--over", OMEGA], "over = omega: is there twice"),
+        (["sweep", CASE, "--over", OMEGA, "--observe", "sound"], "'sound': must be one of section"),
+        (["sweep", CASE, "--over", OMEGA, "--vary", "x1=0:1"], "vary = x1=0:1: needs --starts"),
+        (["sweep", CASE, "--over", OMEGA, "--out", "s.png"], "variable: missing. Take one of end"),
+        (["sweep", CASE, "--over", OMEGA, "--backend", "fpga"], "backend = 'fpga'"),
+        (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "'nothing': must be one of"),
+        (["plane", CASE, "--over", OMEGA], "must be two parameters"),
+        (["plane", CASE, "--over", OMEGA, "--over", "force=1:2:3", "--out", "p.txt"], "must end"),
+        (["basins", CASE, "--omega", "1", "--over", "x1=0:1:3"], "must be two coordinates"),
+        (["diagram", CASE, "--over", OMEGA, "--way", "left"], "way = 'left'"),
+        (
+            ["diagram", CASE, "--over", OMEGA, *SHORT, "--variable", "x9", "--out", "d.png"],
+            "'x9': must be one of",
+        ),
+    ],
+)  # fmt: skip
+def test_misuse_is_refused_with_what_is_allowed(
+    argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(argv) == cli.MISUSE
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())

@@ -1,0 +1,295 @@
+"""Pictures of ensembles: each cell has the colour of what is in it, and the legend says which."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import combinations
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+import vibroimpact as vi
+from vibroimpact import plotting
+from vibroimpact.ensembles.motions import motions
+from vibroimpact.plotting import basins as basin_look
+from vibroimpact.plotting import plane as plane_look
+from vibroimpact.plotting import style
+from vibroimpact.plotting.maps import edges
+
+OVER = {"omega": np.linspace(0.9, 1.1, 6), "half_clearance": np.array([1.0, 2.0, 4.0, 8.0])}
+DIMS = tuple(OVER)
+OUTCOMES = {
+    "flag_values": np.arange(3, dtype=np.int8),
+    "flag_meanings": "time_reached most_impacts undecided",
+}
+
+
+@pytest.fixture(autouse=True)
+def _no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    plt.switch_backend("Agg")
+    monkeypatch.setattr(plt, "show", lambda *_, **__: pytest.fail("a plot function called show"))
+    yield
+    plt.close("all")
+
+
+def some_plane() -> xr.Dataset:
+    """Periods 0 to 11, one cell that failed, one without impacts."""
+    n = np.arange(24).reshape(6, 4) // 2
+    n[5] = 1
+    end, impacts = np.zeros_like(n), np.ones(n.shape)
+    end[0, 1], impacts[0, 0] = 2, 0.0
+    data = xr.Dataset(
+        {
+            **{name: (DIMS, n.astype(np.int16)) for name in ("n", "p", "q")},
+            "end": (DIMS, end.astype(np.int8), OUTCOMES),
+            "impacts_a": (DIMS, impacts),
+            "impacts_b": (DIMS, impacts),
+            "lyapunov": (DIMS, np.linspace(-0.3, 0.05, 24).reshape(6, 4)),
+            "attractors": (DIMS, (n % 4).astype(np.int16)),
+        },
+        coords=OVER,
+    )
+    return data.assign(motion=motions(data.drop_vars("lyapunov")), period=data.n)
+
+
+def some_basins() -> xr.Dataset:
+    labels = np.array([[0, 0, 1], [0, 2, -5]], dtype=np.int32)
+    meanings = {
+        "flag_values": [0, 1, 2, -5],
+        "flag_meanings": "1-1-1_a 1-1-1_b chaotic_a undecided",
+    }
+    ends = np.arange(12.0).reshape(2, 3, 2)
+    return xr.Dataset(
+        {
+            "attractor": (("x1", "v2"), labels, meanings),
+            "final_position": (("x1", "v2", "coordinate"), ends),
+            "final_velocity": (("x1", "v2", "coordinate"), -ends),
+        },
+        coords={"x1": [0.0, 10.0], "v2": [-11.0, -5.0, 1.0]},
+    )
+
+
+def some_ways() -> xr.Dataset:
+    exponents = np.array([[-0.1, 0.02, np.nan], [-0.1, -0.2, -0.3]])
+    points = np.arange(12.0).reshape(2, 3, 2)
+    return xr.Dataset(
+        {
+            "lyapunov": (("direction", "half_clearance"), exponents),
+            "v1": (("direction", "half_clearance", "point"), points),
+        },
+        coords={"direction": ["up", "down"], "half_clearance": [1.0, 2.0, 3.0]},
+    )
+
+
+PLOTS: dict[str, Callable[[Axes | None], Axes]] = {
+    "motion": lambda ax: plotting.plot_plane(some_plane(), ax=ax),
+    "exponents": lambda ax: plotting.plot_plane(some_plane(), variable="lyapunov", ax=ax),
+    "counts": lambda ax: plotting.plot_plane(some_plane(), variable="attractors", ax=ax),
+    "numbers": lambda ax: plotting.plot_plane(some_plane(), variable="impacts_a", ax=ax),
+    "basins": lambda ax: plotting.plot_basins(some_basins(), ax=ax),
+    "exponent": lambda ax: plotting.plot_along(some_ways(), ax=ax),
+    "diagram": lambda ax: plotting.plot_bifurcation_diagram(some_ways(), ax=ax),
+}
+
+
+def cells(ax: Axes) -> tuple[QuadMesh, NDArray[np.float64]]:
+    """The mesh of the picture and its values, the first dim across."""
+    (mesh,) = (c for c in ax.collections if isinstance(c, QuadMesh))
+    values = np.ma.filled(mesh.get_array().astype(float), np.nan)
+    return mesh, np.asarray(values).reshape(mesh.get_coordinates().shape[0] - 1, -1)
+
+
+def colours(ax: Axes) -> NDArray[np.float64]:
+    """RGB of every cell, shape (up, across, 3)."""
+    mesh, values = cells(ax)
+    return np.asarray(mesh.to_rgba(values))[..., :3]
+
+
+def legend(ax: Axes) -> dict[str, tuple[float, float, float]]:
+    """Words and colours of the legend."""
+    found = ax.get_legend()
+    assert found is not None
+    handles = [h for h in found.legend_handles if isinstance(h, Patch)]
+    texts = [text.get_text() for text in found.get_texts()]
+    return {t: to_rgb(h.get_facecolor()) for t, h in zip(texts, handles, strict=True)}
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_a_plot_draws_where_asked_and_leaves_the_users_settings_alone(name: str) -> None:
+    before = dict(mpl.rcParams)
+    _, ax = plt.subplots()
+    assert PLOTS[name](ax) is ax
+    assert PLOTS[name](None) is not ax
+    assert dict(mpl.rcParams) == before
+    assert "$" in ax.get_xlabel()
+    assert "$" in ax.get_ylabel()
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_the_same_data_give_the_same_file(name: str, tmp_path: Path) -> None:
+    for number in (1, 2):
+        plotting.save(PLOTS[name](None), tmp_path / f"{number}.svg")
+    assert (tmp_path / "1.svg").read_bytes() == (tmp_path / "2.svg").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["motion", "exponents", "counts", "numbers", "basins"])
+def test_cells_are_stored_as_pixels(name: str) -> None:
+    mesh, _ = cells(PLOTS[name](None))
+    assert mesh.get_rasterized()
+
+
+# ---- planes --------------------------------------------------------------------------------------
+
+
+def test_every_cell_has_the_colour_that_the_legend_gives_to_its_symbol() -> None:
+    plane = some_plane()
+    ax = plotting.plot_plane(plane)
+    known, drawn = legend(ax), colours(ax)
+    for i, j in np.ndindex(plane.n.shape):
+        n = int(plane.n[i, j])
+        words = f"{n}-{n}-{n}" if f"{n}-{n}-{n}" in known else "other periodic"
+        if n == 0:
+            words = {(0, 0): "no impacts", (0, 1): "undecided"}[i, j]
+        assert tuple(drawn[j, i]) == pytest.approx(known[words], abs=1e-6), (i, j, words)
+
+
+def test_the_most_frequent_symbols_have_colours_of_their_own() -> None:
+    words = list(legend(plotting.plot_plane(some_plane(), most=3)))
+    assert words[0] == "1-1-1"  # six cells
+    assert len(words) == 6
+    assert words[3:] == ["other periodic", "no impacts", "undecided"]
+
+
+def test_a_cell_reaches_half_way_to_its_neighbours() -> None:
+    mesh, _ = cells(plotting.plot_plane(some_plane()))
+    y = np.asarray(mesh.get_coordinates())[:, 0, 1]
+    np.testing.assert_allclose(y, [0.5, 1.5, 3.0, 6.0, 10.0], rtol=1e-15)
+    assert edges(np.array([2.0])).tolist() == [1.0, 3.0]
+
+
+def test_zero_exponent_is_white_and_its_sign_is_seen() -> None:
+    plane = some_plane()
+    ax = plotting.plot_plane(plane, variable="lyapunov")
+    mesh, values = cells(ax)
+    np.testing.assert_array_equal(values, plane.lyapunov.values.T)
+    red, green, blue = np.moveaxis(colours(ax), -1, 0)
+    middle = np.asarray(mesh.to_rgba(np.zeros(1)))[0, :3]
+    assert middle.min() > 0.95
+    strong = np.abs(values) > 0.02
+    assert np.all((red > blue)[strong] == (values > 0.0)[strong])
+    assert green.max() <= 1.0
+
+
+def test_cells_without_a_number_have_the_colour_of_nothing() -> None:
+    plane = some_plane()
+    plane.lyapunov[2, 1] = np.nan
+    ax = plotting.plot_plane(plane, variable="lyapunov")
+    assert np.isnan(cells(ax)[1][1, 2])
+    assert to_rgb(ax.get_facecolor()) == to_rgb(style.NOTHING)
+
+
+def test_a_plane_without_any_number_is_drawn_empty() -> None:
+    plane = some_plane()
+    plane["lyapunov"] = plane.lyapunov * np.nan
+    assert np.isnan(cells(plotting.plot_plane(plane, variable="lyapunov"))[1]).all()
+
+
+def test_colours_of_symbols_are_told_apart_by_readers_without_red_or_green() -> None:
+    """Distances in the two planes that dichromats see, by the matrices of Vienot et al. 1999."""
+    reduced = {
+        "protan": np.array(
+            [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.0040, -0.0040, 1.0]]
+        ),
+        "deutan": np.array(
+            [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]]
+        ),
+    }
+    shown = [*plane_look.COLOURS, style.SILVER, *plane_look.PLAIN.values(), plane_look.FAILED]
+    for matrix in reduced.values():
+        seen = [matrix @ (np.array(to_rgb(c)) ** 2.2) for c in shown]
+        for one, other in combinations(seen, 2):
+            assert np.linalg.norm(one - other) > 0.02
+
+
+def test_misuse_of_a_plane_is_refused() -> None:
+    plane = some_plane()
+    with pytest.raises(vi.InvalidParameterError, match="'speed': must be one of n, p, q"):
+        plotting.plot_plane(plane, variable="speed")
+    with pytest.raises(vi.InvalidParameterError, match="most = 9: must be 1 to 7"):
+        plotting.plot_plane(plane, most=9)
+    with pytest.raises(vi.InvalidParameterError, match=r"has the dims omega: must have two"):
+        plotting.plot_plane(plane.isel(half_clearance=0))
+
+
+# ---- basins --------------------------------------------------------------------------------------
+
+
+def test_basins_have_the_names_and_shares_of_their_attractors() -> None:
+    known = legend(plotting.plot_basins(some_basins()))
+    assert list(known) == ["1-1-1 a, 50%", "1-1-1 b, 16.7%", "chaotic a, 16.7%", "undecided, 16.7%"]
+    drawn = colours(plotting.plot_basins(some_basins()))
+    assert tuple(drawn[2, 0]) == pytest.approx(known["1-1-1 b, 16.7%"], abs=1e-6)
+    assert tuple(drawn[2, 1]) == pytest.approx(to_rgb(basin_look.FAILED), abs=1e-6)
+
+
+def test_attractors_are_marked_where_their_members_end() -> None:
+    basins = some_basins()
+    lines = plotting.plot_basins(basins).get_lines()
+    assert len(lines) == 3
+    x = np.asarray(lines[0].get_xdata())
+    y = np.asarray(lines[0].get_ydata())
+    np.testing.assert_array_equal(x, [0.0, 2.0, 6.0])  # x1 of members (0, 0), (0, 1), (1, 0)
+    np.testing.assert_array_equal(y, [-1.0, -3.0, -7.0])  # v2
+    assert not plotting.plot_basins(basins, marks=False).get_lines()
+
+
+def test_marks_do_not_move_the_edges_of_the_basins() -> None:
+    ends = [plotting.plot_basins(some_basins(), marks=m).axis() for m in (True, False)]
+    assert ends[0] == ends[1]
+
+
+def test_a_dataset_without_attractors_is_refused() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="no variable 'attractor'"):
+        plotting.plot_basins(some_plane())
+
+
+# ---- along one parameter -------------------------------------------------------------------------
+
+
+def test_exponents_are_drawn_over_their_parameter_in_the_colours_of_the_directions() -> None:
+    zero, up, down = plotting.plot_along(some_ways()).get_lines()
+    assert set(np.asarray(zero.get_ydata())) == {0.0}
+    assert to_rgb(up.get_color()) != to_rgb(down.get_color())
+    np.testing.assert_array_equal(up.get_xdata(), [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(down.get_ydata(), [-0.1, -0.2, -0.3])
+
+
+def test_exponents_of_random_starts_share_a_colour() -> None:
+    given = some_ways().rename(direction="start").drop_vars("start")
+    _, points = plotting.plot_along(given).get_lines()
+    np.testing.assert_array_equal(points.get_xdata(), [1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
+    np.testing.assert_array_equal(points.get_ydata(), [-0.1, -0.1, 0.02, -0.2, np.nan, -0.3])
+
+
+def test_a_diagram_names_any_parameter() -> None:
+    ax = plotting.plot_bifurcation_diagram(some_ways())
+    assert ax.get_xlabel() == r"half clearance $\delta$"
+    assert [len(line.get_xdata()) for line in ax.get_lines()] == [6, 6]
+
+
+def test_misuse_of_pictures_along_a_parameter_is_refused() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="'lyapunov': must be one of attractor"):
+        plotting.plot_along(some_basins())
+    with pytest.raises(vi.InvalidParameterError, match="must have one parameter"):
+        plotting.plot_along(some_plane())
+    with pytest.raises(vi.InvalidParameterError, match="must have one parameter"):
+        plotting.plot_bifurcation_diagram(some_plane(), variable="lyapunov")

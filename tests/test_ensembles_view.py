@@ -1,0 +1,298 @@
+"""Planes, diagrams, basins and counts say what single runs say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibroimpact as vi
+from vibroimpact.ensembles.attractors import labelled
+from vibroimpact.ensembles.motions import flags
+
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
+)
+# set B at a frequency of the paper where three attractors coexist
+SET_B = vi.ImpactDamper(
+    mass_ratio=0.04, omega_n=0.6, zeta=0.025, restitution=0.7, half_clearance=8.0, omega=0.945
+)
+START = vi.State((0.0, 0.0), (0.0, 1.0))
+
+
+def word(codes: xr.DataArray) -> str:
+    """The category of a single member."""
+    return flags(codes)[int(codes)].replace("_", " ")
+
+
+@pytest.fixture(scope="module")
+def basins_b() -> xr.Dataset:
+    axis = np.linspace(-6.0, 6.0, 9)
+    return vi.basins(
+        SET_B, over={"x1": axis, "v1": axis}, start=START, settle=2000, progress=False
+    )  # fmt: skip
+
+
+# ---- planes --------------------------------------------------------------------------------------
+
+
+def test_a_plane_has_the_symbols_that_classify_finds() -> None:
+    over = {"omega": np.array([0.75, 0.85, 1.05, 1.2]), "half_clearance": np.array([4.0, 5.0])}
+    plane = vi.plane(SET_A, over=over, start=START, settle=3000, progress=False)
+    periodic = 0
+    for cell in plane.stack(cell=list(over)).transpose("cell", ...).cell.values:
+        here = plane.sel(omega=cell[0], half_clearance=cell[1])
+        damper = replace(SET_A, omega=cell[0], half_clearance=cell[1])
+        attractor = vi.classify(damper, START, settle=20_000)
+        periodic += attractor.type is not None
+        assert word(here.motion.assign_attrs(plane.motion.attrs)) == str(
+            attractor.type or "not periodic"
+        )
+        if attractor.type is not None:
+            n, a, b = attractor.type
+            assert int(here.period) == n
+            assert float(here.impacts) == pytest.approx((a + b) / n, abs=2 / 50)  # ends of 50
+    assert periodic >= 4
+
+
+def test_a_plane_takes_other_options_of_the_symbol() -> None:
+    from vibroimpact.ensembles.observers import Symbol
+
+    over = {"omega": [1.1, 1.2], "half_clearance": [5.0]}
+    strict = Symbol(tolerance=1e-15)
+    plane = vi.plane(SET_A, over=over, start=START, settle=5, observe=strict, progress=False)
+    assert [word(cell) for cell in plane.motion.squeeze()] == ["not periodic"] * 2
+
+
+def test_a_plane_of_other_than_two_parameters_is_refused() -> None:
+    for over in ({}, {"omega": [1.0]}, [1.0, 2.0]):
+        with pytest.raises(vi.InvalidParameterError, match="must be two parameters"):
+            vi.plane(SET_A, over=over, start=START)  # type: ignore[arg-type]
+
+
+# ---- diagrams ------------------------------------------------------------------------------------
+
+
+def test_a_diagram_goes_up_and_comes_back_from_where_it_ended() -> None:
+    omegas = np.linspace(0.94, 0.96, 5)
+    options = {"settle": 400, "periods": 40, "progress": False}
+    both = vi.bifurcation_sweep(SET_B, over={"omega": omegas}, start=START, points=12, **options)
+    assert dict(both.v1.sizes) == {"direction": 2, "omega": 5, "point": 12}
+    state = START
+    for way, order in (("up", omegas), ("down", omegas[::-1])):
+        for omega in order:
+            damper = replace(SET_B, omega=omega)
+            here = both.sel(direction=way, omega=omega)
+            alone = vi.sweep(
+                damper, over={"omega": [omega]}, start=state, observe="final", settle=400,
+                periods=40, progress=False,
+            ).isel(omega=0)  # fmt: skip
+            np.testing.assert_array_equal(here.final_position, alone.final_position)
+            state = vi.State(
+                tuple(alone.final_position.values), tuple(alone.final_velocity.values),
+                float(alone.final_phase),
+            )  # fmt: skip
+
+
+def test_the_points_of_a_diagram_are_those_of_the_section() -> None:
+    diagram = vi.bifurcation_sweep(
+        SET_A, over={"omega": [1.2]}, start=START, way="up", points=3, observe="lyapunov",
+        progress=False,
+    )  # fmt: skip
+    section = vi.impact_section(SET_A, START, settle=600, points=3)
+    for name, values in {"x1": section.x1, "v1": section.v1, "phase": section.phase}.items():
+        # settled: the orbit attracts by 0.98 per period, 250 periods leave 1e-9 of order 1
+        np.testing.assert_allclose(diagram[name].values.ravel(), values, atol=1e-7)
+    assert float(diagram.lyapunov.item()) < 0.0
+
+
+def test_random_starts_of_a_diagram_are_not_followed() -> None:
+    starts = vi.RandomStarts(3, 1, {"x1": (-1.0, 1.0), "v1": (-1.0, 1.0)}, START)
+    diagram = vi.bifurcation_sweep(
+        SET_A, over={"omega": [1.1, 1.2]}, start=starts, points=4, progress=False
+    )
+    assert dict(diagram.x1.sizes) == {"omega": 2, "start": 3, "point": 4}
+    assert np.isfinite(diagram.x1).all()
+
+
+def test_misuse_of_a_diagram_is_refused() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="must be one parameter"):
+        vi.bifurcation_sweep(SET_A, over={}, start=START)
+    with pytest.raises(vi.InvalidParameterError, match="way = 'left': must be one of up, down"):
+        vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=START, way="left")  # type: ignore[arg-type]
+    with pytest.raises(vi.InvalidParameterError, match="points = 0"):
+        vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=START, points=0)
+
+
+# ---- basins --------------------------------------------------------------------------------------
+
+
+def test_three_attractors_of_set_b_are_found_and_named(basins_b: xr.Dataset) -> None:
+    assert sorted(basins_b.name.values) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]
+    assert float(basins_b.share.sum()) == pytest.approx(1.0, abs=1e-15)
+    shares = basins_b.share.values
+    assert list(shares) == sorted(shares, reverse=True)
+    for label in basins_b.label.values:
+        assert float(basins_b.share[label]) == float((basins_b.attractor == label).mean())
+
+
+def test_every_start_leads_where_it_is_said_to_lead(basins_b: xr.Dataset) -> None:
+    """Against classify from the start itself, longer, with its section points compared."""
+    known = {
+        name: vi.classify(SET_B, vi.attractor_state(basins_b, name), settle=2000, points=64)
+        for name in basins_b.name.values
+    }
+    for i, j in [(0, 0), (1, 5), (3, 7), (4, 4), (6, 2), (8, 3)]:
+        start = vi.State((float(basins_b.x1[i]), 0.0), (float(basins_b.v1[j]), 1.0))
+        reached = vi.classify(SET_B, start, settle=16_000, points=400)
+        name = str(basins_b.name[int(basins_b.attractor[i, j])].item())
+        assert str(reached.type) == name.split()[0]
+        own = known[name].section.x1[-reached.type.impacts_a :]  # type: ignore[union-attr]
+        assert np.abs(own - reached.section.x1[-1]).min() < 1e-4, (i, j, name)
+
+
+def test_mirror_images_are_two_attractors(basins_b: xr.Dataset) -> None:
+    a, b = (vi.classify(SET_B, vi.attractor_state(basins_b, f"8-8-8 {x}")) for x in "ab")
+    image = [-x for x in b.section.x1[-8:]]
+    assert not a.symmetric
+    # points at stop A of one against those at stop A of the other: they differ
+    assert np.abs(np.sort(a.section.x1[-8:]) - np.sort(b.section.x1[-8:])).max() > 0.05
+    other = vi.impact_section(SET_B, a.section.last, stop="B", points=8, settle=0)
+    np.testing.assert_allclose(np.sort(other.x1), np.sort(image), atol=1e-6)
+
+
+def test_the_state_of_an_attractor_leads_to_its_orbit(basins_b: xr.Dataset) -> None:
+    orbit = vi.find_orbit(SET_B, vi.attractor_state(basins_b, "8-8-8 a"))
+    assert orbit.converged
+    assert orbit.symbol == "8-8-8"
+    assert orbit.stable
+    with pytest.raises(vi.InvalidParameterError, match=r"'9-9-9 a': must be one of .*8-8-8 a"):
+        vi.attractor_state(basins_b, "9-9-9 a")
+
+
+def test_labels_do_not_depend_on_the_order_of_the_members(basins_b: xr.Dataset) -> None:
+    turned = basins_b.isel(x1=slice(None, None, -1), v1=slice(None, None, -1))
+    own = turned.drop_vars(["attractor", *(v for v in turned if "label" in turned[v].dims)])
+    labels, found = labelled(SET_B, own, contact=0, stop="A")
+    names = {one.word for one in found}
+    assert names == set(basins_b.name.values)
+    for code, one in enumerate(found):
+        same = basins_b.name.values.tolist().index(one.word)
+        here = (labels == code).values
+        swapped = {"8-8-8 a": "8-8-8 b", "8-8-8 b": "8-8-8 a"}.get(one.word, one.word)
+        other = basins_b.name.values.tolist().index(swapped)
+        assert (here == (turned.attractor == same).values).all() or (
+            here == (turned.attractor == other).values
+        ).all()
+
+
+def test_motions_that_come_to_rest_are_named_by_their_stop() -> None:
+    free = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=[-1.0],
+        forces=(vi.Harmonic(1.0, (0.01,)),),
+        contacts=(vi.Contact((1.0,), lower=0.0, upper=3.0, restitution=0.5),),
+    )  # fmt: skip
+    found = vi.basins(
+        free, over={"x1": [0.5, 1.0, 2.0], "v1": [0.0, 1.0]}, start=vi.State((0.0,), (0.0,)),
+        settle=10, periods=3, stop="B", progress=False,
+    )  # fmt: skip
+    assert found.name.values.tolist() == ["at rest on stop B"]
+    assert float(found.share.item()) == 1.0
+
+
+def test_starts_behind_a_stop_are_no_attractor() -> None:
+    found = vi.basins(
+        SET_A, over={"x1": [-6.0, 0.0, 6.0], "v1": [0.0, 1.0]}, start=START, progress=False
+    )
+    assert found.name.values.tolist() == ["1-1-1 a"]
+    assert flags(found.attractor)[int(found.attractor[0, 0])] == "behind_stop"
+    assert float(found.share.item()) == pytest.approx(1.0 / 3.0)
+
+
+def test_starts_in_chaos_lead_to_one_attractor() -> None:
+    chaos = replace(SET_A, omega=1.2, half_clearance=9.0)
+    axis = np.linspace(-1.0, 1.0, 5)
+    found = vi.basins(chaos, over={"x1": axis, "v2": axis}, start=START, progress=False)
+    impacting = [name for name in found.name.values if "impacts" not in name]
+    assert impacting == ["chaotic a"]
+
+
+def test_members_that_settle_slowly_make_no_attractor_of_their_own() -> None:
+    """The multiplier of the 1-1-1 orbit is 0.9936: 400 periods leave 8%, above the tolerance."""
+    axis = np.linspace(-6.0, 6.0, 4)
+    found = vi.basins(SET_B, over={"x1": axis, "v1": axis}, start=START, settle=400, progress=False)
+    assert sorted(found.name.values) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]
+
+
+def test_motions_that_never_meet_the_section_are_told_apart_by_their_symbol() -> None:
+    wall = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.2]], stiffness=[[1.0]], forces=(vi.Harmonic(0.8, (1.0,)),),
+        contacts=(vi.Contact((1.0,), lower=-50.0, upper=0.5, restitution=0.7),),
+    )  # fmt: skip
+    over = {"x1": [-1.0, 0.0, 0.3], "v1": [-0.5, 0.5]}
+    start = vi.State((0.0,), (0.0,))
+    names = [
+        vi.basins(wall, over=over, start=start, stop=stop, progress=False).name.values.tolist()
+        for stop in ("A", "B")
+    ]
+    assert names[0] == names[1]
+    assert names[0][0].endswith("-0 a")  # impacts at A alone
+
+
+def test_attractors_beyond_the_limit_are_not_matched() -> None:
+    axis = np.linspace(-6.0, 6.0, 5)
+    found = vi.basins(
+        SET_B, over={"x1": axis, "v1": axis}, start=START, settle=2000, most=1, progress=False
+    )
+    assert len(found.name) == 1
+    words = flags(found.attractor)
+    assert words[-1] == "not_matched"
+    assert (found.attractor.values == -1).any()
+
+
+def test_misuse_of_basins_is_refused() -> None:
+    grid = {"x1": [0.0], "v1": [0.0]}
+    with pytest.raises(vi.InvalidParameterError, match="must be two coordinates"):
+        vi.basins(SET_A, over={"x1": [0.0]}, start=START)
+    with pytest.raises(vi.InvalidParameterError, match="must be one of x1, x2, v1, v2, phase"):
+        vi.basins(SET_A, over={"x1": [0.0], "omega": [1.0]}, start=START)
+    with pytest.raises(vi.InvalidParameterError, match=r"tolerance = 0: must be in \(0, 1\)"):
+        vi.basins(SET_A, over=grid, start=START, tolerance=0)
+    with pytest.raises(vi.InvalidParameterError, match="contact = 3: must be 0"):
+        vi.basins(SET_A, over=grid, start=START, contact=3)
+
+
+# ---- counting ------------------------------------------------------------------------------------
+
+
+def test_the_count_is_that_of_the_basins(basins_b: xr.Dataset) -> None:
+    axis = np.linspace(-6.0, 6.0, 9)
+    met = vi.multistability(
+        SET_B, over={"omega": [0.945, 1.0]}, settle=2000, progress=False,
+        start=vi.GridStarts({"x1": axis, "v1": axis}, START),
+    )  # fmt: skip
+    assert int(met.attractors[0]) == len(basins_b.name)
+    assert met.attractors.dims == ("omega",)
+
+
+def test_where_one_orbit_attracts_every_start_one_is_counted() -> None:
+    starts = vi.RandomStarts(6, 2, {"x1": (-3.0, 3.0), "v1": (-3.0, 3.0)}, START)
+    over = {"omega": [1.1, 1.2], "half_clearance": [4.5, 5.0, 5.5]}
+    met = vi.multistability(SET_A, over=over, start=starts, settle=1000, progress=False)
+    np.testing.assert_array_equal(met.attractors, np.ones((2, 3)))
+
+
+def test_motion_without_impacts_counts_as_one() -> None:
+    """The main mass swings by 1 / (1.2^2 - 0.5^2) < 5 and leaves a free mass at rest alone."""
+    starts = vi.GridStarts({"v2": [0.0, 0.001, 1.0], "v1": [0.0, -0.1]}, START)
+    met = vi.multistability(
+        SET_A, over={"omega": [1.2]}, start=starts, settle=6000, periods=100, progress=False
+    )
+    assert met.attractors.values.tolist() == [2]
+
+
+def test_counting_needs_several_starts() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="must be RandomStarts or GridStarts"):
+        vi.multistability(SET_A, over={"omega": [1.0]}, start=START)  # type: ignore[arg-type]

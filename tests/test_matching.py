@@ -1,0 +1,197 @@
+"""Matching of attractors: planted clouds and orbits are joined and kept apart as they should be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.matching import TOLERANCE, distinct, known, scale_of
+from vibroimpact.ensembles.motions import categories, flags, motions
+
+Floats = NDArray[np.float64]
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+NO_SYMBOL = (0, 0, 0)
+
+
+def circle(count: int, *, radius: float = 1.0, first: float = 0.0) -> Floats:
+    """Iterates of a rotation: a closed curve in four dimensions."""
+    turn = 2.0 * np.pi * (first + GOLDEN * np.arange(count))
+    flat = np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.column_stack([radius * flat, np.ones((count, 2))])
+
+
+def henon(count: int, x: float) -> Floats:
+    """Iterates on the Henon attractor, chaotic."""
+    state, points = (x, 0.2), []
+    for k in range(count + 100):
+        state = (1.0 - 1.4 * state[0] ** 2 + state[1], 0.3 * state[0])
+        if k >= 100:
+            points.append(state)
+    return np.array(points)
+
+
+def orbit(period: int, *, at: float = 0.0) -> Floats:
+    turn = 2.0 * np.pi * np.arange(period) / period
+    return np.column_stack([np.cos(turn) + at, np.sin(turn)])
+
+
+# ---- one attractor against members ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("impact", range(3))
+def test_a_periodic_member_is_known_at_whichever_impact_it_ends(impact: int) -> None:
+    here = known(orbit(3), periodic=True)
+    member = np.roll(orbit(3), impact, axis=0)[None]
+    assert here.holds(member + 0.9 * TOLERANCE / np.sqrt(2.0)).all()
+    assert not here.holds(member + 1.1 * TOLERANCE / np.sqrt(2.0)).any()
+
+
+def test_members_on_one_closed_curve_are_joined_wherever_they_are_on_it() -> None:
+    here = known(circle(4000), periodic=False)
+    members = np.array([circle(8, first=f) for f in np.random.default_rng(1).random(500)])
+    assert here.holds(members).all()
+
+
+def test_a_curve_nearby_is_another_one_beyond_the_spacing_of_the_points() -> None:
+    here = known(circle(4000), periodic=False)
+    spacing = 2.0 * np.pi / 4000  # of evenly spaced points; a rotation by GOLDEN leaves twice that
+    assert here.reach < 2.0 * spacing
+    assert not here.holds(circle(8, radius=1.0 + 3.0 * spacing)[None]).any()
+
+
+def test_members_in_chaos_are_joined_although_no_two_points_repeat() -> None:
+    here = known(henon(4000, 0.1), periodic=False)
+    members = np.array([henon(8, x) for x in np.linspace(-0.5, 0.5, 300)])
+    assert here.holds(members).all()
+    assert not here.holds(members + 0.1).any()
+
+
+def test_missing_points_are_left_out_and_a_member_without_any_is_on_nothing() -> None:
+    here = known(circle(1000), periodic=False)
+    few, none = circle(8, first=0.3), np.full((8, 4), np.nan)
+    few[3:] = np.nan
+    assert here.holds(np.array([few, none])).tolist() == [True, False]
+
+
+def test_the_chance_to_be_split_is_that_of_the_binomial() -> None:
+    """With one point instead of eight the rule fails for the one in a hundred that (2) says."""
+    here = known(henon(4000, 0.1), periodic=False)
+    far = ~here.holds(henon(20_000, 0.3)[:, None, :])
+    spread = 3.0 * np.sqrt(0.01 * 0.99 / 4000)  # of the quantile itself, 4000 points
+    assert far.mean() == pytest.approx(0.01, abs=spread)
+
+
+def test_a_single_point_is_known_by_the_tolerance() -> None:
+    here = known(np.zeros((1, 2)), periodic=False, tolerance=0.1)
+    assert here.holds(np.full((1, 3, 2), 0.05)).all()
+
+
+# ---- counting ------------------------------------------------------------------------------------
+
+
+def counted(members: list[tuple[Floats, tuple[int, int, int]]], k: int = 16) -> int:
+    """Each member by its last k points; of shorter records the rest is missing."""
+    points = np.full((len(members), k, members[0][0].shape[1]), np.nan)
+    for row, (record, _) in zip(points, members, strict=True):
+        row[: len(record)] = record[-k:]
+    return distinct(points, np.array([symbol for _, symbol in members]))
+
+
+def repeated(period: int, phase: int = 0, at: float = 0.0) -> Floats:
+    return np.roll(np.tile(orbit(period, at=at), (32, 1)), phase, axis=0)
+
+
+def test_members_on_one_orbit_are_counted_once_in_any_phase() -> None:
+    assert counted([(repeated(3, phase), (3, 3, 3)) for phase in range(3)]) == 1
+
+
+def test_mirror_images_are_two_although_their_symbols_agree() -> None:
+    pair = [(repeated(2, 0, at), (2, 2, 2)) for at in (-0.2, 0.2)]
+    assert counted(pair) == 2
+
+
+def test_impacts_per_period_part_orbits_that_are_next_to_each_other() -> None:
+    near = repeated(1, at=1e-5)
+    assert counted([(repeated(1), (1, 2, 1)), (near, (1, 1, 1))]) == 2
+    assert counted([(repeated(1), (13, 13, 13)), (near, (1, 1, 1))]) == 1  # a slow spiral
+    assert counted([(repeated(2), (2, 2, 2)), (near, (1, 1, 1))]) == 2  # its far point is looked at
+
+
+def test_a_member_that_still_settles_is_counted_with_its_orbit() -> None:
+    spiral = repeated(1) + TOLERANCE * 0.9 ** np.arange(32)[:, None]
+    assert counted([(spiral, NO_SYMBOL), (repeated(1), (1, 1, 1))]) == 1
+    assert counted([(repeated(1), (1, 1, 1)), (spiral, NO_SYMBOL)]) == 1
+
+
+def test_an_orbit_beside_chaos_and_a_curve_are_three() -> None:
+    chaos = [(henon(16, x), NO_SYMBOL) for x in (0.1, 0.3)]
+    curve = (circle(16, radius=0.1)[:, :2] + 5.0, NO_SYMBOL)
+    assert counted([*chaos, curve, (repeated(3, at=-7.0), (3, 3, 3))]) == 3
+
+
+def test_members_without_points_count_nothing() -> None:
+    assert counted([(np.full((16, 2), np.nan), NO_SYMBOL)]) == 0
+
+
+# ---- scale and words -----------------------------------------------------------------------------
+
+
+def members(n: list[int], p: list[int], end: list[int], impacts: list[float]) -> xr.Dataset:
+    meanings = "time_reached most_impacts undecided"
+    flagged = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": meanings}
+    return xr.Dataset(
+        {
+            "n": ("start", np.array(n, dtype=np.int16)),
+            "p": ("start", np.array(p, dtype=np.int16)),
+            "q": ("start", np.array(p, dtype=np.int16)),
+            "end": ("start", np.array(end, dtype=np.int8), flagged),
+            "impacts_a": ("start", np.array(impacts)),
+            "impacts_b": ("start", np.array(impacts)),
+        }
+    )
+
+
+def test_motions_are_coded_from_the_most_frequent_symbol_to_the_outcomes() -> None:
+    given = members([2, 1, 1, 0, 0, 0, 3], [2, 1, 1, 0, 0, 0, 3], [0, 0, 0, 0, 0, 2, 1],
+                    [1.0, 1.0, 1.0, 0.9, 0.0, 0.5, 9.0])  # fmt: skip
+    codes = motions(given)
+    words = [flags(codes)[int(code)] for code in codes]
+    assert words == [
+        *("2-2-2", "1-1-1", "1-1-1", "not_periodic", "no_impacts", "undecided", "most_impacts"),
+    ]
+    listed = [(one.words, one.members) for one in categories(codes)]
+    assert listed[:2] == [("1-1-1", 2), ("2-2-2", 1)]
+    assert sum(count for _, count in listed) == len(given.start)
+
+
+def test_chaos_is_told_from_the_rest_by_the_growth_of_a_tangent() -> None:
+    """e^10 over the window, which is a sixth of the time: exponent 10 / 50."""
+    given = members([0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 0], [0.5, 0.5, 0.5, 0.5])
+    given["time"] = "start", np.full(4, 300.0)
+    given["lyapunov"] = "start", np.array([0.19, 0.21, np.nan, 0.3])
+    codes = motions(given.assign_attrs(settle=250.0, periods=50.0))
+    words = [flags(codes)[int(code)] for code in codes]
+    assert words == ["not_periodic", "chaotic", "not_periodic", "1-1-1"]
+
+
+def test_an_ensemble_in_which_nothing_is_periodic_has_codes_too() -> None:
+    codes = motions(members([0, 0], [0, 0], [0, 0], [0.5, 0.0]))
+    assert [one.words for one in categories(codes)] == ["not periodic", "no impacts"]
+
+
+def test_a_turn_of_the_phase_is_no_distance() -> None:
+    position = np.array([[[2.0]], [[2.0]]])
+    given = xr.Dataset(
+        {
+            "section_position": (("start", "point", "coordinate"), position),
+            "section_velocity": (("start", "point", "coordinate"), -2.0 * position),
+        }
+    )
+    scale = scale_of(given)
+    assert (scale.position, scale.velocity) == (2.0, 4.0)
+    phase = np.array([[1e-9], [2.0 * np.pi - 1e-9]])
+    here, there = scale.points(position, -2.0 * position, phase)
+    np.testing.assert_allclose(here, there, atol=4e-9)
+    assert here.shape == (1, 4)
