@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import shlex
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from benchmarks.peers.compiled import TUNED, compiler
@@ -33,3 +36,20 @@ def describe() -> dict[str, str]:
         "flags": " ".join(TUNED),
         "python": platform.python_version(),
     }
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Keep this process, its threads and the programs it starts on one core, where that is known.
+
+    Just-in-time compilers that spread work over threads are held to one core like the others.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(allowed)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)

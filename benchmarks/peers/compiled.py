@@ -42,7 +42,7 @@ def build(source: Path, flags: tuple[str, ...]) -> Path:
     """Compile one source file and return the program."""
     if not source.exists():
         raise UnavailableError(f"{source.name} does not exist")
-    program = Path(_build_folder().name) / source.stem
+    program = Path(tempfile.mkdtemp(dir=_build_folder().name)) / source.stem
     command = [*shlex.split(compiler()), *flags, str(source), "-o", str(program)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:

@@ -24,13 +24,33 @@ INWARD = 4e-15
 next root of an event function that is exactly zero at the start."""
 
 
+Pair = tuple[float, float]
+
+
+def impact_law(parameters: Parameters) -> tuple[Pair, Pair]:
+    """Return the rows of the matrix that maps (v1, v2) before an impact to after it."""
+    mu, R = parameters.mass_ratio, parameters.restitution
+    return (
+        ((1 - mu * R) / (1 + mu), mu * (1 + R) / (1 + mu)),
+        ((1 + R) / (1 + mu), (mu - R) / (1 + mu)),
+    )
+
+
+def equations(parameters: Parameters) -> tuple[list[tuple[Any, Any]], Any]:
+    """Return the equations of motion for x1, x2, v1, v2, s, c, and u = x2 - x1."""
+    heyoka, p = require("heyoka", "heyoka"), parameters
+    x1, x2, v1, v2, s, c = heyoka.make_vars("x1", "x2", "v1", "v2", "s", "c")
+    acceleration = p.force * s - 2 * p.zeta * p.omega_n * v1 - p.omega_n**2 * x1
+    right_hand_side = [(x1, v1), (x2, v2), (v1, acceleration), (v2, heyoka.expression(0.0)),
+                       (s, p.omega * c), (c, -p.omega * s)]  # fmt: skip
+    return right_hand_side, x2 - x1
+
+
 class _Impact:
     """Callback of both events: record the time, apply the impact law, stop after enough impacts."""
 
     def __init__(self, parameters: Parameters) -> None:
-        mu, R = parameters.mass_ratio, parameters.restitution
-        self.to_main = ((1 - mu * R) / (1 + mu), mu * (1 + R) / (1 + mu))
-        self.to_free = ((1 + R) / (1 + mu), (mu - R) / (1 + mu))
+        self.to_main, self.to_free = impact_law(parameters)
         self.state: Any = None  # a memoryview of the integrator's state: fastest from Python
         self.times: list[float] = []
         self.impacts = 0
@@ -53,25 +73,26 @@ class _Impact:
 @cache
 def _integrator(parameters: Parameters) -> tuple[Any, _Impact]:
     heyoka = require("heyoka", "heyoka")
-    x1, x2, v1, v2, s, c = heyoka.make_vars("x1", "x2", "v1", "v2", "s", "c")
-    p, impact = parameters, _Impact(parameters)
-    acceleration = p.force * s - 2 * p.zeta * p.omega_n * v1 - p.omega_n**2 * x1
-    right_hand_side = [(x1, v1), (x2, v2), (v1, acceleration), (v2, heyoka.expression(0.0)),
-                       (s, p.omega * c), (c, -p.omega * s)]  # fmt: skip
+    (right_hand_side, u), impact = equations(parameters), _Impact(parameters)
+    delta = parameters.half_clearance
     direction = heyoka.event_direction
     events = [
-        heyoka.t_event(x2 - x1 - p.half_clearance, callback=impact, direction=direction.positive),
-        heyoka.t_event(x2 - x1 + p.half_clearance, callback=impact, direction=direction.negative),
+        heyoka.t_event(u - delta, callback=impact, direction=direction.positive),
+        heyoka.t_event(u + delta, callback=impact, direction=direction.negative),
     ]
     integrator = heyoka.taylor_adaptive(right_hand_side, state=[0.0] * 6, t_events=events)
     impact.state = memoryview(integrator.state)
     return integrator, impact
 
 
-def _simulate(integrator: Any, impact: _Impact, start: Floats, impacts: int) -> list[float]:
+def state_of(start: Floats) -> tuple[float, ...]:
+    """Return what the equations start from: a few ulp inside a stop, the forcing as a phasor."""
     x1, x2, v1, v2, phase, contact = start
-    x2 -= contact * INWARD
-    integrator.state[:] = (x1, x2, v1, v2, math.sin(phase), math.cos(phase))
+    return (x1, x2 - contact * INWARD, v1, v2, math.sin(phase), math.cos(phase))
+
+
+def _simulate(integrator: Any, impact: _Impact, start: Floats, impacts: int) -> list[float]:
+    integrator.state[:] = state_of(start)
     integrator.time = 0.0
     integrator.reset_cooldowns()
     impact.restart(impacts)

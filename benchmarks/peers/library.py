@@ -16,13 +16,26 @@ FLIGHT_LIMIT = 1e4
 """A flight without contact for this long is given up, as in ``program.hpp``."""
 
 
-def _problem(starts: Floats, parameters: Parameters) -> tuple[Any, list[Any]]:
-    """Make the damper and its states on or between the stops."""
-    vi = require("vibroimpact", ".")
-    states = [
-        vi.State((x1, x2), (v1, v2), phase=phase) for x1, x2, v1, v2, phase, _ in starts.tolist()
-    ]
-    return vi.ImpactDamper(**asdict(parameters)), states
+def states_of(starts: Floats) -> list[Any]:
+    """Return the starts as states of the library."""
+    state = require("vibroimpact", ".").State
+    return [state((x1, x2), (v1, v2), phase=phase) for x1, x2, v1, v2, phase, _ in starts.tolist()]
+
+
+def damper_of(parameters: Parameters) -> Any:
+    """Return the damper as a system of the library."""
+    return require("vibroimpact", ".").ImpactDamper(**asdict(parameters))
+
+
+def settled(starts: Floats, parameters: Parameters, impacts: int) -> Floats:
+    """Return where so many impacts lead, as starts: steady motion, if there are enough of them."""
+    simulate, damper = require("vibroimpact", ".").simulate, damper_of(parameters)
+    rows = []
+    for state in states_of(starts):
+        run = simulate(damper, state, impacts=impacts)
+        (x1, x2), (v1, v2) = run.last.position, run.last.velocity
+        rows.append((x1, x2, v1, v2, run.last.phase, 1.0 - 2.0 * run.stop[-1]))
+    return np.array(rows)
 
 
 def _simulate(damper: Any, states: list[Any], impacts: int) -> Result:
@@ -48,7 +61,7 @@ class Simulate:
 
     def run(self, starts: Floats, parameters: Parameters, impacts: int) -> Result:
         """Simulate the starts one after another."""
-        return _simulate(*_problem(starts, parameters), impacts)
+        return _simulate(damper_of(parameters), states_of(starts), impacts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +75,7 @@ class Engine:
 
     def run(self, starts: Floats, parameters: Parameters, impacts: int) -> Result:
         """Take the impact times from `simulate`; time the same runs without records."""
-        damper, states = _problem(starts, parameters)
+        damper, states = damper_of(parameters), states_of(starts)
         found = _simulate(damper, states, impacts)
         compiled = require("vibroimpact.hybrid", ".").compile_mechanism(damper.mechanism)
         positions = [require("vibroimpact.simulate", ".").begin(compiled, s) for s in states]
