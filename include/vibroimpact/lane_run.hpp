@@ -140,7 +140,7 @@ private:
         if (why != run_end::none) return finish(i, why);
         if (!go_on) return finish(i, run_end::observer);
         if (slot.so_far.events >= slot.limit.events) return finish(i, run_end::events);
-        resume(i);
+        if (lane(round_.stuck, i)) resume(i); // a landing is in the lane already
     }
 
     void finish(int i, run_end why) {

@@ -97,14 +97,17 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
     const taylor_polynomial u = derivatives(guard, y, n);
+    const double farthest = change_bound(u, span);
     const double terms = plain(magnitude(guard, 0, y, n, m.flow.step));
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
         const double eps = unit_roundoff * (16.0 + 4.0 * applications) * (terms + abs(limit));
-        taylor_polynomial g = gap_on(side, limit, u);
+        const double gap = side * (limit - u.d[0]);
         bool leaving = still && start.touching[i] == side && !guard.closed;
-        if (leaving && applications > 0) still = leaving = abs(g.d[0]) <= eps;
+        if (leaving && applications > 0) still = leaving = abs(gap) <= eps;
+        if (gap > farthest + eps) continue; // not within reach of this step
+        taylor_polynomial g = gap_on(side, limit, u);
         if (leaving) keep_exact(g, guard, i, y, start, n, m.flow.step, applications == 0);
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
         const window_verdict v = first_root(g, span, eps, leaving);

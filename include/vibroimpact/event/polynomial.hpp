@@ -54,6 +54,14 @@ VI_HD inline double fourth_derivative_bound(const taylor_polynomial& g, double s
     return sum;
 }
 
+// |g(s) - g(0)| for 0 <= s <= span is at most this.
+VI_HD inline double change_bound(const taylor_polynomial& g, double span) {
+    double sum = abs(g.d[taylor_order]);
+    for (int m = taylor_order - 1; m >= 1; --m)
+        sum = fma(sum, span * reciprocal[m + 1], abs(g.d[m]));
+    return sum * span;
+}
+
 // Newton's step towards a root far nearer to one end at least halves the bracket: so many halvings
 // lead from the largest double to the smallest.
 inline constexpr int most_halvings = 2200;

@@ -129,7 +129,7 @@ VI_HOT R nearest_place(const R& x) {
 
 // The same from a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
-VI_COLD neighbour<T, R, D> go_nearer(const Mode& m, const vec<T, D> y, const crossing<R> hit,
+VI_HOT neighbour<T, R, D> go_nearer(const Mode& m, const vec<T, D> y, const crossing<R> hit,
                                      neighbour<T, R, D> near) {
     const R parts = R(parts_of_step / m.flow.step);
     for (int tries = 0; tries < most_tries && any(hit.found & !near.close); ++tries) {
@@ -186,7 +186,7 @@ struct prospect {
 
 // What the wide grid left undecided, seen along the narrow one from there.
 template <class T, class Mode, class Shape, class R, int K>
-VI_COLD prospect<T, Shape> look_closer(const Mode& m, const mask_t<T> stuck,
+VI_HOT prospect<T, Shape> look_closer(const Mode& m, const mask_t<T> stuck,
                                        vec<outlook<R>, K> from, prospect<T, Shape> p) {
     const auto& flow = m.flow;
     const int n = flow.dimension();
