@@ -19,6 +19,3 @@
 #else
 #define VI_CALL VI_HD inline
 #endif
-
-// VI_COLD marks what is rarely needed beside an inner loop: kept out of it, and out of its registers.
-#define VI_COLD VI_HD inline __attribute__((noinline, cold))

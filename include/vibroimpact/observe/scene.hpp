@@ -12,6 +12,8 @@
 //     src/bindings/batch.hpp, .cpp  its options, and a table for its results
 //     src/bindings/batch_module.cpp, batch_of.hpp, batch_results.hpp
 //                                   read the options, hand them over, write the results
+//     batch/arrays.hpp, results.hpp, run_member.hpp; src/vibroimpact/ensembles/cuda/layout.py
+//                                   the same for devices
 //     src/vibroimpact/ensembles/kinds.py, observers.py
 //                                   its name and options, and the variables of a dataset
 //     tests/test_observers.py       its results against the record of the same motion

@@ -1,0 +1,105 @@
+// A batch as plain arrays: many systems of one structure, the members that run in them, and where
+// results go. What src/bindings/batch.hpp holds for the processor, in a form that a device can read.
+//
+// Every field is eight bytes wide and stands on a line of its own: hosts in other languages lay the
+// struct out from this text (ensembles/cuda/layout.py).
+#pragma once
+
+#include "vibroimpact/config.hpp"
+
+namespace vi {
+
+struct batch_arrays {
+    // sizes
+    long long systems;
+    long long modes;
+    long long members;
+    long long degrees;
+    long long lines;
+
+    // systems: what _kernel.Batch is told, leading axis the systems
+    const double* omegas;
+    const double* kappas;
+    const double* steps;
+    const double* impulse;
+    const double* mobility;
+    const double* shift;
+    const double* restitution;
+
+    // modes: what add_mode is told, leading axes (mode, system); the free mode is first
+    const int* codes; // (mode)
+    const int* side;  // (mode, contact)
+    const double* k;
+    const double* c;
+    const double* a;
+    const double* rows;
+    const double* gains;
+    const double* lower;
+    const double* upper;
+    const double* to_x;
+    const double* to_v;
+    const double* offset;
+    const double* from_x;
+    const double* from_v;
+    const double* particular;
+
+    // members
+    const int* system;
+    const double* position;
+    const double* velocity;
+    const double* phases;
+    const double* settle;
+    const double* observe;
+    long long most_impacts;
+
+    // observers: observer_bit, and options (src/bindings/batch.hpp)
+    long long wanted;
+    long long contact;
+    long long stop;
+    long long last;
+    long long stride;
+    double symbol_tolerance;
+    long long symbol_returns;
+    double settling_tolerance;
+    long long settling_returns;
+    long long longest;
+    long long extremes_count;
+    const double* extremes_rows;
+    long long averages_count;
+    const double* averages_rows;
+    long long exponents;
+
+    // results, leading axis the members; null where they are not wanted
+    signed char* end;
+    double* time;
+    double* section_position;
+    double* section_velocity;
+    double* section_phase;
+    double* section_time;
+    double* symbol;
+    double* impacts;
+    double* speeds;
+    double* power;
+    double* settling;
+    double* extremes;
+    double* averages;
+    double* shares;
+    double* counts;
+    double* lyapunov;
+    double* spectrum;
+    double* final_position;
+    double* final_velocity;
+    double* final_phase;
+
+    // room for what is built: sizes of one entry by sizes_of_entries (run_member.hpp)
+    void* built_systems;
+    void* built_modes;
+    void* built_from_free;
+    void* built_to_free;
+    void* built_extremes;
+    void* built_averages;
+    void* points;
+    void* kept;
+};
+
+} // namespace vi

@@ -1,0 +1,129 @@
+"""Arrays, options and tables of a batch in the form of include/vibroimpact/batch/arrays.hpp."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.cuda.program import Kernels, include_folder
+
+Floats = NDArray[np.float64]
+
+# In the order of observer_bit (observe/observers.hpp).
+SEEN = (
+    "section", "symbol", "impacts", "speeds", "power", "settling", "extremes", "averages", "shares",
+)  # fmt: skip
+
+_FIELD = re.compile(r"^    (?:const )?([a-z ]+)(\*?) (\w+);", re.MULTILINE)
+_KINDS = {"long long": np.int64, "double": np.float64}
+
+
+@cache
+def batch_arrays() -> np.dtype[np.void]:
+    """The struct of that name: fields of eight bytes, addresses as unsigned integers."""
+    text = (include_folder() / "vibroimpact" / "batch" / "arrays.hpp").read_text()
+    return np.dtype(
+        [(name, np.uint64 if star else _KINDS[kind]) for kind, star, name in _FIELD.findall(text)]
+    )
+
+
+class Sizes(NamedTuple):
+    """Coordinates, contacts and forcing lines of every system."""
+
+    degrees: int
+    contacts: int
+    lines: int
+
+    @property
+    def dimension(self) -> int:
+        """Of a compiled state."""
+        return 2 * (self.degrees + self.lines)
+
+
+class Asked(NamedTuple):
+    """What observers want of the kernels, and how their results look.
+
+    Attributes
+    ----------
+    kernels
+        Which kernels serve.
+    options
+        Fields of the struct.
+    rows
+        Watched rows on the coordinates by observer, shape (rows, n).
+    widths
+        Numbers per member of every table.
+    """
+
+    kernels: Kernels
+    options: dict[str, int | float]
+    rows: dict[str, Floats]
+    widths: dict[str, int]
+
+
+def asked_of(spec: dict[str, Any], sizes: Sizes) -> Asked:
+    """What ``kernel_observers`` of observers.py wrote, for kernels."""
+    wanted = sum(1 << bit for bit, name in enumerate(SEEN) if name in spec)
+    rows = {name: _rows(spec.get(name, []), sizes.degrees) for name in ("extremes", "averages")}
+    widths = _widths(spec, sizes, rows)
+    exponents = widths.get("spectrum", widths.get("lyapunov", 0))
+    tangents = sizes.dimension - 1 if "spectrum" in spec else exponents
+    kernels = Kernels(sizes.dimension, sizes.contacts, tangents, wanted)
+    options = _options(spec) | {
+        "wanted": wanted,
+        "exponents": exponents,
+        **{f"{name}_count": len(one) for name, one in rows.items()},
+    }
+    return Asked(kernels, options, rows, widths)
+
+
+def _options(spec: dict[str, Any]) -> dict[str, int | float]:
+    section = {"contact": 0, "side": 1, "last": 0, "stride": 1} | spec.get("section", {})
+    symbol, settling = ({"tolerance": 0.0, "returns": 1} | spec.get(name, {})
+                        for name in ("symbol", "settling"))  # fmt: skip
+    return {
+        "contact": section["contact"],
+        "stop": section["side"],
+        "last": section["last"],
+        "stride": section["stride"],
+        "symbol_tolerance": symbol["tolerance"],
+        "symbol_returns": symbol["returns"],
+        "settling_tolerance": settling["tolerance"],
+        "settling_returns": settling["returns"],
+        "longest": settling.get("longest", 0),
+    }
+
+
+def _rows(given: list[list[float]], degrees: int) -> Floats:
+    """Watched rows; an empty one stands for a row for every coordinate."""
+    parts = [np.array([row]) if row else np.eye(degrees) for row in given]
+    return np.concatenate([np.empty((0, degrees)), *parts])
+
+
+def _widths(spec: dict[str, Any], sizes: Sizes, rows: dict[str, Floats]) -> dict[str, int]:
+    """By name of a table that is wanted."""
+    n, points = sizes.degrees, spec.get("section", {}).get("last", 0)
+    tables = {
+        "section": {"section_position": points * n, "section_velocity": points * n,
+                    "section_phase": points, "section_time": points},
+        "symbol": {"symbol": 3},
+        "impacts": {"impacts": 2},
+        "speeds": {"speeds": 4},
+        "power": {"power": 1},
+        "settling": {"settling": 1},
+        "extremes": {"extremes": 2 * len(rows["extremes"])},
+        "averages": {"averages": 2 * len(rows["averages"])},
+        "shares": {"shares": 1, "counts": 2},
+        "lyapunov": {"lyapunov": 1},
+        "spectrum": {"spectrum": 2 * n + sizes.lines - 1},
+        "final": {"final_position": n, "final_velocity": n, "final_phase": 1},
+    }  # fmt: skip
+    widths = {"time": 1}
+    for name, table in tables.items():
+        if name in spec:
+            widths |= table
+    return widths
