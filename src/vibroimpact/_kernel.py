@@ -1,8 +1,8 @@
 """The compiled kernel: of the modules that are installed, the best for this processor.
 
-Each module, ``_kernel_avx512``, ``_kernel_avx2``, ``_kernel_baseline``, is the whole kernel compiled
-for one instruction set; all give the same bits. The environment variable ``VIBROIMPACT_TARGET``
-names one to be used instead of the best.
+Each module, ``_kernel_avx512``, ``_kernel_avx2``, ``_kernel_baseline``, is the whole kernel
+compiled for one instruction set; all give the same bits. The environment variable
+``VIBROIMPACT_TARGET`` names one to be used instead of the best.
 """
 
 from __future__ import annotations

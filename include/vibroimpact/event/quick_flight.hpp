@@ -129,8 +129,8 @@ VI_HOT R nearest_place(const R& x) {
 
 // The same from a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
-VI_HOT neighbour<T, R, D> go_nearer(const Mode& m, const vec<T, D> y, const crossing<R> hit,
-                                     neighbour<T, R, D> near) {
+VI_HOT neighbour<T, R, D> go_nearer(const Mode& m, const vec<T, D>& y, const crossing<R>& hit,
+                                    neighbour<T, R, D> near) {
     const R parts = R(parts_of_step / m.flow.step);
     for (int tries = 0; tries < most_tries && any(hit.found & !near.close); ++tries) {
         const R better = nearest_place(fma(near.s, parts, near.part));
@@ -186,8 +186,8 @@ struct prospect {
 
 // What the wide grid left undecided, seen along the narrow one from there.
 template <class T, class Mode, class Shape, class R, int K>
-VI_HOT prospect<T, Shape> look_closer(const Mode& m, const mask_t<T> stuck,
-                                       vec<outlook<R>, K> from, prospect<T, Shape> p) {
+VI_HOT prospect<T, Shape> look_closer(const Mode& m, const mask_t<T>& stuck,
+                                      vec<outlook<R>, K> from, prospect<T, Shape> p) {
     const auto& flow = m.flow;
     const int n = flow.dimension();
     const R before = select(stuck, p.begin, R(0.0));

@@ -43,7 +43,7 @@ VI_HD constexpr wide join(unsigned long long high, unsigned long long low) {
 VI_HD constexpr wide product_of(unsigned long long a, unsigned long long b) {
     constexpr unsigned long long low = (1ull << 27) - 1;
     const unsigned long long middle = (a >> 27) * (b & low) + (a & low) * (b >> 27);
-    return (wide((a >> 27) * (b >> 27)) << 54) + (wide(middle) << 27) + (a & low) * (b & low);
+    return (wide((a >> 27) * (b >> 27)) << 54) + (wide(middle) << 27) + wide((a & low) * (b & low));
 }
 VI_HD constexpr wide shift_left(wide m, int n) { // 0 <= n < 128
     const auto high = high_half(m), low = static_cast<unsigned long long>(m);

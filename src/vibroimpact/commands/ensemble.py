@@ -47,9 +47,7 @@ def add_observe(parser: argparse.ArgumentParser, text: str) -> None:
 
 def add_start(parser: argparse.ArgumentParser) -> None:
     """Add the options that say where to start."""
-    common.add_start(
-        parser, "both masses of a damper in the middle, the free one with velocity 1"
-    )
+    common.add_start(parser, "both masses of a damper in the middle, the free one with velocity 1")
 
 
 def add_random(parser: argparse.ArgumentParser) -> None:
