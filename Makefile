@@ -91,7 +91,7 @@ $(VENV)/.made:
 
 $(VENV)/.package: $(SOURCES) | $(VENV)/.made
 	@.ci/check-compiler $(BIN)/python
-	@echo '== package: build and install (about a minute the first time)'
+	@echo '== package: build and install (two minutes the first time)'
 	@$(PIP) .
 	@touch $@
 
