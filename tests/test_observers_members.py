@@ -113,14 +113,19 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
 
 def test_ctrl_c_ends_a_run_of_members() -> None:
     import _thread
+    import signal
     import threading
 
     case = replace(CASES["chaotic"], observe=1e8)  # a minute
     timer = threading.Timer(0.2, _thread.interrupt_main)
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        case.member("impacts", most_impacts=10**8)
-    timer.join()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            case.member("impacts", most_impacts=10**8)
+        timer.join()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 # ---- the same bits everywhere --------------------------------------------------------------------
@@ -200,6 +205,9 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: resolve([Symbol(), Symbol(returns=3)]), "same names"),
         (lambda: resolve(["rms", Rms(row=(1.0,))]), "different labels"),
         (lambda: Section(points=0), "points = 0"),
+        (lambda: Section(points=10**13), "points = 10000000000000: must be at most 1000000"),
+        (lambda: Section(stride=10**30), "must be at most 1000000"),
+        (lambda: Symbol(tolerance="a"), "tolerance = 'a'"),  # type: ignore[arg-type]
         (lambda: Section(stride=1.5), "stride = 1.5"),  # type: ignore[arg-type]
         (lambda: Section(contact=-1), "contact = -1"),
         (lambda: Section(stop="C"), "stop = 'C'"),  # type: ignore[arg-type]

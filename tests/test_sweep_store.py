@@ -54,7 +54,12 @@ def swept(store: Path | None = None, **options):
 def child(store: Path, before: str = "", progress: str = "False"):
     code = CHILD % (textwrap.dedent(before), progress)
     return subprocess.run(
-        [sys.executable, "-c", code, str(store)], capture_output=True, text=True, check=False
+        [sys.executable, "-c", code, str(store)],
+        capture_output=True,
+        text=True,
+        check=False,
+        # background jobs ignore it
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
@@ -331,6 +336,22 @@ def test_what_is_no_store_is_refused_and_left_alone(tmp_path: Path):
         with pytest.raises(vi.InvalidParameterError, match="is no store of a sweep"):
             swept(path)
     assert (folder / "thesis.tex").read_text() == file.read_text() == "years"
+
+
+def test_a_tilde_is_the_home_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    vi.sweep(DAMPER, **ASKED, store="~/plane.zarr")
+    assert (tmp_path / "plane.zarr" / END).is_dir()
+
+
+def test_a_damaged_chunk_is_computed_again_once_that_of_end_is_gone(tmp_path: Path):
+    path = tmp_path / "plane.zarr"
+    whole = swept(path, tile=3).load()
+    (path / "n" / "c" / "3" / "1").write_bytes(b"damaged")
+    with pytest.raises(RuntimeError):
+        swept(path).load()
+    (path / END / "c" / "3" / "1").unlink()
+    xr.testing.assert_identical(swept(path).load(), whole)
 
 
 def test_a_store_in_no_folder_is_refused(tmp_path: Path):

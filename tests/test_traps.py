@@ -119,3 +119,27 @@ def test_a_far_stop_does_not_blind_the_near_one() -> None:
     assert run.status[0] == vi.Status.IMPACT
     # v^2 - 1 = 2e-8 at the stop
     assert -run.rate_before[0] == pytest.approx(math.sqrt(2e-8), rel=1e-6)
+
+
+def test_a_contact_driven_together_beside_one_at_rest_strikes_before_the_rest_goes_on() -> None:
+    rows = ((-0.7, -1.9, -0.2, -1.1), (2.1, -1.7, -1.2, -0.8), (1.2, 0.4, -0.1, -0.7))
+    bounce = ((0.3, 1.0), (0.0, 0.9), (0.3, 1.0))
+    m = vi.Mechanism(
+        mass=[
+            [6.6, -0.1, -2.1, -0.7],
+            [-0.1, 0.8, 0.8, 0.8],
+            [-2.1, 0.8, 2.6, 1.0],
+            [-0.7, 0.8, 1.0, 2.6],
+        ],
+        damping=np.zeros((4, 4)),
+        stiffness=np.zeros((4, 4)),
+        contacts=tuple(
+            vi.Contact(row, lower=-1e-3, upper=1e-3, restitution=r)
+            for row, r in zip(rows, bounce, strict=True)
+        ),
+        forces=(vi.Harmonic(1.58, (-1.7, -1.4, 0.2, -1.0)),),
+    )
+    run = vi.simulate(m, vi.State((0.0,) * 4, (0.85, 0.0, 0.0, 0.0)), impacts=3000, t_max=119.0)
+    for contact in m.contacts:
+        u = run.position @ np.array(contact.row)
+        assert contact.lower - 1e-13 <= u.min() <= u.max() <= contact.upper + 1e-13

@@ -124,18 +124,6 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     return strike(system, at, end.contact, end.duration);
 }
 
-// Is a touching contact being approached? Only a start given from outside can say so.
-template <class T, class Shape>
-VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
-    for (int i = 0; i < contacts; ++i)
-        if (at.touching[i] != 0.0 && plain(at.rate[i]) < 0.0) return i;
-    return -1;
-}
-
-} // namespace detail
-
-namespace detail {
-
 // What happens next, rest and chatter before flight.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>

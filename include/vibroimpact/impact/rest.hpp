@@ -218,11 +218,21 @@ VI_HD inline T complete_chatter(const hybrid<Flow>& system,
     return t;
 }
 
-// After an event elsewhere the contacts held before may stay closed: the motion goes on in their mode.
+// Is a touching contact being approached? A start given from outside can say so, or the impulses of
+// an impact elsewhere: it strikes next, at the same instant.
+template <class T, class Shape>
+VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
+    for (int i = 0; i < contacts; ++i)
+        if (at.touching[i] != 0.0 && plain(at.rate[i]) < 0.0) return i;
+    return -1;
+}
+
+// After an event elsewhere the contacts held before may stay closed: the motion goes on in their mode,
+// unless another impact comes first.
 template <class T, class Flow>
 VI_HD inline void stay_closed(const hybrid<Flow>& system,
                               trajectory<T, typename Flow::shape_type>& at) {
-    if (at.mode != 0 || at.held == 0) return;
+    if (at.mode != 0 || at.held == 0 || approached(at, system.contacts()) >= 0) return;
     auto plain = detail::values(at, system.dimension(), system.contacts());
     if (closed_set(system, plain) == at.held) enter_mode(system, at, at.held);
 }
