@@ -57,6 +57,14 @@ def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().out
 
 
+def test_the_system_is_said_with_the_ranges_of_the_grid(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["sweep", CASE, "--over", OMEGA, "--over", CLEARANCE, *SHORT]
+    line = said(argv, capsys).split("\n")[0]
+    assert "omega from 1.1 to 1.2" in line
+    assert "half_clearance from 4 to 5" in line
+    assert "omega_n=0.5" in line
+
+
 def opened(path: str) -> xr.Dataset:
     with xr.open_dataset(path, engine="h5netcdf") as data:
         return data.load()

@@ -23,7 +23,7 @@ from vibroimpact.ensembles.motions import motions
 from vibroimpact.plotting import basins as basin_look
 from vibroimpact.plotting import plane as plane_look
 from vibroimpact.plotting import style
-from vibroimpact.plotting.maps import edges
+from vibroimpact.plotting.maps import edges, geometric
 
 OVER = {"omega": np.linspace(0.9, 1.1, 6), "half_clearance": np.array([1.0, 2.0, 4.0, 8.0])}
 DIMS = tuple(OVER)
@@ -170,9 +170,10 @@ def test_the_most_frequent_symbols_have_colours_of_their_own() -> None:
 
 
 def test_a_cell_reaches_half_way_to_its_neighbours() -> None:
-    mesh, _ = cells(plotting.plot_plane(some_plane()))
+    plane = some_plane().assign_coords(half_clearance=[1.0, 2.0, 4.0, 9.0])
+    mesh, _ = cells(plotting.plot_plane(plane))
     y = np.asarray(mesh.get_coordinates())[:, 0, 1]
-    np.testing.assert_allclose(y, [0.5, 1.5, 3.0, 6.0, 10.0], rtol=1e-15)
+    np.testing.assert_allclose(y, [0.5, 1.5, 3.0, 6.5, 11.5], rtol=1e-15)
     assert edges(np.array([2.0])).tolist() == [1.0, 3.0]
 
 
@@ -218,6 +219,15 @@ def test_colours_of_symbols_are_told_apart_by_readers_without_red_or_green() -> 
         seen = [matrix @ (np.array(to_rgb(c)) ** 2.2) for c in shown]
         for one, other in combinations(seen, 2):
             assert np.linalg.norm(one - other) > 0.02
+
+
+def test_an_axis_of_equal_ratios_is_logarithmic_with_edges_between_the_points() -> None:
+    ax = plotting.plot_plane(some_plane(), variable="lyapunov")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
+    # ratios of 2: edges at the points times 2^(-1/2), 2^(1/2), to a few roundings
+    np.testing.assert_allclose(ax.get_ylim(), [2.0**-0.5, 2.0**3.5], rtol=1e-14)
+    for points in ([1.0, 2.0], [1.0, 2.0, 3.0], [-1.0, -2.0, -4.0], [1.0, 2.0, 4.1]):
+        assert not geometric(np.array(points))
 
 
 def test_misuse_of_a_plane_is_refused() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import xarray as xr
 import vibroimpact as vi
 from vibroimpact.ensembles.attractors import labelled
 from vibroimpact.ensembles.motions import flags
+from vibroimpact.ensembles.outcome import Outcome
+from vibroimpact.plotting import plot_basins
 
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
@@ -124,6 +127,28 @@ def test_misuse_of_a_diagram_is_refused() -> None:
         vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=START, way="left")  # type: ignore[arg-type]
     with pytest.raises(vi.InvalidParameterError, match="points = 0"):
         vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=START, points=0)
+    with pytest.raises(vi.InvalidParameterError, match="follow = 'omega': must be left out"):
+        vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=START, follow="omega")
+    grid = vi.GridStarts({"x1": [0.0, 0.5]}, START)
+    with pytest.raises(vi.InvalidParameterError, match="must be a State, which is followed, or"):
+        vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=grid)  # type: ignore[arg-type]
+
+
+def test_both_ways_do_not_fit_into_one_store(tmp_path: Path) -> None:
+    asked = {"over": {"omega": [1.1, 1.2]}, "start": START, "settle": 5, "progress": False}
+    with pytest.raises(vi.InvalidParameterError, match='way = "down" with another store'):
+        vi.bifurcation_sweep(SET_A, store=tmp_path / "both.zarr", **asked)
+    pytest.importorskip("zarr", reason="the extra `store` is not installed")
+    kept = vi.bifurcation_sweep(SET_A, store=tmp_path / "up.zarr", way="up", **asked)
+    xr.testing.assert_equal(kept, vi.bifurcation_sweep(SET_A, way="up", **asked))
+
+
+def test_a_diagram_goes_down_from_the_start_if_nothing_ran_at_the_top() -> None:
+    """The free mass is at 4, the stops are at half_clearance: it is behind them up to 3."""
+    asked = {"start": vi.State((0.0, 4.0), (0.0, 0.0)), "settle": 5, "progress": False}
+    none = vi.bifurcation_sweep(SET_A, over={"half_clearance": [1.0, 3.0]}, **asked)
+    assert (none.end == Outcome.BEHIND_STOP).all()
+    assert none.v1.isnull().all()
 
 
 # ---- basins --------------------------------------------------------------------------------------
@@ -260,8 +285,29 @@ def test_misuse_of_basins_is_refused() -> None:
         vi.basins(SET_A, over={"x1": [0.0], "omega": [1.0]}, start=START)
     with pytest.raises(vi.InvalidParameterError, match=r"tolerance = 0: must be in \(0, 1\)"):
         vi.basins(SET_A, over=grid, start=START, tolerance=0)
+    with pytest.raises(vi.InvalidParameterError, match="observe = 'power': must be left out"):
+        vi.basins(SET_A, over=grid, start=START, observe="power")
     with pytest.raises(vi.InvalidParameterError, match="contact = 3: must be 0"):
         vi.basins(SET_A, over=grid, start=START, contact=3)
+
+
+def test_the_phases_that_were_asked_for_are_an_axis() -> None:
+    phases = np.array([0.0, 1.0, 2.0])
+    found = vi.basins(SET_A, over={"v2": [0.5, 1.0], "phase": phases}, start=START, progress=False)
+    np.testing.assert_array_equal(found["phase"], phases)
+    assert found.attractor.dims == ("v2", "phase")
+    state = vi.attractor_state(found, "1-1-1 a")
+    assert state.phase == float(found.attractor_phase[0])
+    assert str(vi.classify(SET_A, state).type) == "1-1-1"
+
+
+def test_where_every_start_is_behind_a_stop_there_is_no_attractor() -> None:
+    over = {"x1": [0.0, 1.0], "x2": [90.0, 91.0]}
+    found = vi.basins(SET_A, over=over, start=START, progress=False)
+    assert found.attractor_position.shape == found.attractor_velocity.shape == (0, 2)
+    assert [text.get_text() for text in plot_basins(found).get_legend().get_texts()] == [
+        "behind stop, 100%"
+    ]
 
 
 # ---- counting ------------------------------------------------------------------------------------
@@ -296,3 +342,6 @@ def test_motion_without_impacts_counts_as_one() -> None:
 def test_counting_needs_several_starts() -> None:
     with pytest.raises(vi.InvalidParameterError, match="must be RandomStarts or GridStarts"):
         vi.multistability(SET_A, over={"omega": [1.0]}, start=START)  # type: ignore[arg-type]
+    several = vi.GridStarts({"v2": [0.5, 1.0]}, START)
+    with pytest.raises(vi.InvalidParameterError, match="observe = 'power': must be left out"):
+        vi.multistability(SET_A, over={"omega": [1.0]}, start=several, observe="power")

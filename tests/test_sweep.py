@@ -311,7 +311,11 @@ BAD = {
     "an unknown observer": ({"observe": "symbols"}, "symbols"),
     "no state": ({"start": (0.0, 0.0)}, "must be a State"),
     "a state of another system": ({"start": vi.State((0.0,), (0.0,))}, r"shape \(1,\)"),
-    "following no axis": ({"follow": "zeta"}, "follow = 'zeta'"),
+    "following no axis": ({"follow": "zeta"}, "follow = 'zeta': must be None or one of 'omega'"),
+    "following what is no name": ({"follow": 5}, "follow = 5"),
+    "a window for ever": ({"periods": 1e30}, "settle . periods = 1e.30: must be shorter"),
+    "impacts for ever": ({"most_impacts": 10**20}, "must be at most 1125899906842624"),
+    "a store that is no name": ({"store": 5}, "store = 5: must be the name of a folder"),
     "a negative length": ({"settle": -1}, "settle = -1"),
     "no length": ({"periods": 0}, "periods = 0"),
     "no impacts": ({"most_impacts": 0}, "most_impacts = 0"),
@@ -345,6 +349,12 @@ def test_misuse_is_refused_by_name(options, said):
 def test_starts_that_are_none_are_refused_by_name(make, said):
     with pytest.raises(vi.InvalidParameterError, match=said):
         make()
+
+
+def test_following_without_a_parameter_is_refused():
+    starts = vi.GridStarts({"x1": [0.0, 0.5]}, PLAIN)
+    with pytest.raises(vi.InvalidParameterError, match="must be None: over has no parameter"):
+        vi.sweep(DAMPER, over={}, start=starts, follow="x1", **SHORT)
 
 
 def test_two_names_of_one_number_are_refused():

@@ -346,8 +346,9 @@ def test_a_tilde_is_the_home_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def test_a_damaged_chunk_is_computed_again_once_that_of_end_is_gone(tmp_path: Path):
     path = tmp_path / "plane.zarr"
-    whole = swept(path, tile=3).load()
-    (path / "n" / "c" / "3" / "1").write_bytes(b"damaged")
+    whole = swept(path, tile=4).load()  # 4 and 2 of 6 in a row
+    chunk = path / "final_phase" / "c" / "3" / "1"
+    chunk.write_bytes(b"damaged")
     with pytest.raises(RuntimeError):
         swept(path).load()
     (path / END / "c" / "3" / "1").unlink()

@@ -90,6 +90,7 @@ class Diffrax:
     settings: str = f"vmap of {BATCH}, rtol={RTOL:g}, Event with Newton on the gap"
     max_starts: int | None = BATCH
     tolerance: float = 1e-6  # that of SciPy
+    misses_impacts: bool = True  # two of them within one of its steps
 
     def run(self, starts: Floats, parameters: Parameters, impacts: int) -> Result:
         """Simulate the starts in batches; just-in-time compilation is not timed."""

@@ -61,6 +61,7 @@ class SciPy:
     settings: str = f"rtol={RTOL:g}, atol={ATOL:g}, terminal events with direction"
     max_starts: int | None = 2
     tolerance: float = 1e-6  # RTOL times `equality.AMPLIFICATION`, and a factor 10
+    misses_impacts: bool = True  # two of them within one of its steps
 
     def run(self, starts: Floats, parameters: Parameters, impacts: int) -> Result:
         """Simulate the starts one after another."""

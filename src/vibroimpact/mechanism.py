@@ -73,10 +73,12 @@ def fraction(name: str, value: Any) -> float:
     return number
 
 
-def check_count(name: str, value: object, least: int) -> None:
-    """Refuse a count that is no integer or too small."""
+def check_count(name: str, value: object, least: int, most: int | None = None) -> None:
+    """Refuse a count that is no integer, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise InvalidParameterError(f"{name} = {value!r}: must be an integer >= {least}.")
+    if most is not None and value > most:
+        raise InvalidParameterError(f"{name} = {value!r}: must be at most {most}.")
 
 
 def vector(name: str, value: ArrayLike, size: int | None = None) -> tuple[float, ...]:

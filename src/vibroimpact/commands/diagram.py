@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, SECTION), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: _picture(found, arguments.variable or FIRST))
-    lines = [str(case.system), ensemble.shape(found, over), ensemble.ends(found)]
+    lines = [ensemble.system_of(case, over), ensemble.shape(found, over), ensemble.ends(found)]
     return "\n".join(lines) + common.listed(targets)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from vibroimpact.commands import common
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.ensembles.motions import flags
 from vibroimpact.ensembles.starts import RandomStarts
+from vibroimpact.ensembles.store import store_path
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import Case
@@ -164,6 +165,15 @@ def ends(members: xr.Dataset) -> str:
     return f"{total} members: {listed}"
 
 
+def system_of(case: Case, over: dict[str, NDArray[np.float64]]) -> str:
+    """A line that says what moves; of a damper with the range of each parameter in the grid."""
+    text = str(case.system)
+    for name in set(over) & set(DAMPER) if isinstance(case.system, ImpactDamper) else ():
+        ends = f"{name} from {over[name][0]:g} to {over[name][-1]:g}"
+        text = re.sub(rf"\b{name}=[^,)]+", ends, text)
+    return text
+
+
 def shape(members: xr.Dataset, over: dict[str, NDArray[np.float64]]) -> str:
     """A line that says what was varied."""
     parts = [f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})" for name, axis in over.items()]
@@ -173,4 +183,4 @@ def shape(members: xr.Dataset, over: dict[str, NDArray[np.float64]]) -> str:
 
 def kept(store: str | None) -> str:
     """A line that names the store."""
-    return f"\nkept in {Path(store)}" if store else ""
+    return f"\nkept in {store_path(store)}" if store else ""

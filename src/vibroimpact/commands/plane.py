@@ -49,7 +49,8 @@ def run(arguments: argparse.Namespace) -> str:
         observe = ensemble.observed(arguments)
         found = plane(case.system, over=over, start=start, observe=observe, **options)
     write(targets, data=lambda: found, picture=lambda: plot_plane(found, **looks))
-    lines = [str(case.system), ensemble.shape(found, over), ensemble.ends(found), _said(found)]
+    lines = [ensemble.system_of(case, over), ensemble.shape(found, over)]
+    lines += [ensemble.ends(found), _said(found)]
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 

@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> str:
         observe=ensemble.observed(arguments) or "symbol", **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: members, picture=lambda: _picture(arguments, members))
-    lines = [str(case.system), ensemble.shape(members, over), ensemble.ends(members)]
+    lines = [ensemble.system_of(case, over), ensemble.shape(members, over), ensemble.ends(members)]
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 

@@ -1,4 +1,4 @@
-"""What planes, basins and diagrams ask of a sweep: observers of their own, axes, tolerances."""
+"""What planes, basins and diagrams ask of a sweep: observers of their own, axes, options."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from vibroimpact.ensembles.observers import Observer, resolve
 from vibroimpact.errors import InvalidParameterError
 
 Observe = str | Observer | Sequence[str | Observer]
+
+MATCHED = "the matching of attractors fixes what is observed. For other observers: vi.sweep."
 
 
 def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
@@ -24,7 +26,7 @@ def check_axes(over: Any, count: int, what: str, example: str) -> None:
         raise InvalidParameterError(f"over = {over!r}: must be {what}, such as {example}.")
 
 
-def check_tolerance(tolerance: float) -> None:
-    """Refuse a tolerance that is no share."""
-    if not 0.0 < tolerance < 1.0:
-        raise InvalidParameterError(f"tolerance = {tolerance!r}: must be in (0, 1).")
+def refuse(options: Mapping[str, Any], name: str, why: str) -> None:
+    """Refuse an option of a sweep that the question itself decides."""
+    if name in options:
+        raise InvalidParameterError(f"{name} = {options[name]!r}: must be left out; {why}")

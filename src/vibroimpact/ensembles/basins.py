@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.ensembles.asked import check_axes, check_tolerance
+from vibroimpact.ensembles.asked import MATCHED, check_axes, refuse
 from vibroimpact.ensembles.attractors import Found, labelled
+from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.matching import TOLERANCE
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import GridStarts
@@ -56,14 +57,15 @@ def basins(
     Dataset
         ``attractor``: the label of every start, 0 for the most frequent; below zero an outcome, as
         ``flag_meanings`` says. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b", "no impacts"),
-        ``kind``, ``share`` of the starts, ``exponent``, and a state on it, ``position``,
-        ``velocity``, ``phase``, to go on from: :func:`~vibroimpact.attractor_state`. Beside them
-        what the sweep observed.
+        ``kind``, ``share`` of the starts, ``exponent``, and a state on it to go on from,
+        ``attractor_position``, ``attractor_velocity``, ``attractor_phase``:
+        :func:`~vibroimpact.attractor_state`. Where no start leads to an attractor, ``label`` has
+        length 0. Beside them what the sweep observed.
 
     Raises
     ------
     InvalidParameterError
-        Other than two coordinates, no such stop, what ``sweep`` refuses.
+        Other than two coordinates, no such stop, other observers, what ``sweep`` refuses.
 
     Notes
     -----
@@ -89,6 +91,7 @@ def basins(
     check_stop(system, contact, stop)
     check_count("most", most, 1)
     check_tolerance(tolerance)
+    refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
     members = sweep(
         system, over={}, observe=[section, "symbol", "impacts", "final"],
@@ -97,7 +100,7 @@ def basins(
     labels, found = labelled(
         system, members, contact=contact, stop=stop, tolerance=tolerance, most=most
     )
-    return members.assign(attractor=labels, **_table(labels, found))
+    return members.assign(attractor=labels, **_table(labels, found, members.sizes["coordinate"]))
 
 
 def attractor_state(basins: xr.Dataset, name: str) -> State:
@@ -114,21 +117,22 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     if name not in names:
         raise InvalidParameterError(f"name = {name!r}: must be one of {', '.join(names)}.")
     row = basins.isel(label=names.index(name))
-    return State(tuple(row["position"].values), tuple(row["velocity"].values), float(row["phase"]))
+    position, velocity = (row[f"attractor_{kind}"].values for kind in ("position", "velocity"))
+    return State(tuple(position), tuple(velocity), float(row["attractor_phase"]))
 
 
-def _table(labels: xr.DataArray, found: tuple[Found, ...]) -> dict[str, Any]:
+def _table(labels: xr.DataArray, found: tuple[Found, ...], degrees: int) -> dict[str, Any]:
     """The attractors, with dim ``label``."""
     states = [one.state for one in found]
     row = ("label",)
-    both = ("label", "coordinate")
+    both, shape = ("label", "coordinate"), (len(found), degrees)
     return {
         "label": np.arange(len(found)),
         "name": (row, np.array([one.word for one in found], dtype=object)),
         "kind": (row, np.array([one.kind for one in found], dtype=object)),
         "share": (row, [float((labels.values == i).mean()) for i in range(len(found))]),
         "exponent": (row, [one.exponent for one in found]),
-        "position": (both, np.array([s.position for s in states])),
-        "velocity": (both, np.array([s.velocity for s in states])),
-        "phase": (row, [s.phase for s in states]),
+        "attractor_position": (both, np.reshape([s.position for s in states], shape)),
+        "attractor_velocity": (both, np.reshape([s.velocity for s in states], shape)),
+        "attractor_phase": (row, [s.phase for s in states]),
     }

@@ -13,12 +13,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.ensembles.asked import Observe, check_axes, together
+from vibroimpact.ensembles.asked import Observe, check_axes, refuse, together
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Stop
 from vibroimpact.simulate import System
 from vibroimpact.state import State
@@ -44,16 +43,17 @@ def bifurcation_sweep(
     start
         A state at the first value, which is followed; or random starts, the same at every value.
     way
-        "up", "down", or "both": up from ``start``, then down from where that ended. Random starts
-        are not followed.
+        "up", "down", or "both": up from ``start``, then down from where that ended, or from
+        ``start`` again if nothing ran at the last value. Random starts are not followed.
     stop, contact
         The section, as in :func:`~vibroimpact.impact_section`.
     points
-        Last section points kept at every value, >= 1.
+        Last section points kept at every value, 1 to 10^6.
     observe
         More observers, such as "lyapunov".
     **options
-        Of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers, progress.
+        Of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers, progress,
+        store (unless both ways are followed: each is a sweep of its own).
 
     Returns
     -------
@@ -66,7 +66,8 @@ def bifurcation_sweep(
     Raises
     ------
     InvalidParameterError
-        Other than one parameter, no such stop, what ``sweep`` refuses.
+        Other than one parameter, no such stop, a grid of starts, ``follow``, a store for both
+        ways, what ``sweep`` refuses.
 
     Notes
     -----
@@ -88,7 +89,11 @@ def bifurcation_sweep(
     check_axes(over, 1, "one parameter with its values", '{"omega": np.linspace(0.9, 1.1, 400)}')
     if way not in WAYS:
         raise InvalidParameterError(f"way = {way!r}: must be one of {', '.join(WAYS)}.")
-    check_count("points", points, 1)
+    if not isinstance(start, State | RandomStarts):
+        raise InvalidParameterError(
+            f"start = {start!r}: must be a State, which is followed, or RandomStarts."
+        )
+    refuse(options, "follow", 'way = "up" or "down" follows the motion.')
     section = Section(points=points, contact=contact, stop=stop)
     asked = {"over": over, "observe": together([section, "final"], observe)} | options
     if isinstance(start, RandomStarts):
@@ -101,23 +106,27 @@ def _followed(
 ) -> xr.Dataset:
     """One sweep per direction, the second from where the first ended."""
     directions = ("up", "down") if way == "both" else (way,)
-    parts = []
+    if len(directions) > 1 and asked.get("store") is not None:
+        raise InvalidParameterError(
+            f'store = {asked["store"]!r}, way = "both": a store holds one sweep. Take way = "up", '
+            'then way = "down" with another store.'
+        )
+    parts: list[xr.Dataset] = []
     for direction in directions:
         sign = "" if direction == "up" else "-"
-        parts.append(sweep(system, start=start, follow=sign + name, **asked))
-        start = _last(parts[-1], name, direction)
+        begin = _top(parts[-1], name, start) if parts else start
+        parts.append(sweep(system, start=begin, follow=sign + name, **asked))
     joined = xr.concat(parts, "direction", combine_attrs="override")
     return joined.assign_coords(direction=list(directions))
 
 
-def _last(part: xr.Dataset, name: str, direction: str) -> State:
-    """Where the motion ended at the last value."""
-    values = part[name].values
-    row = part.isel({name: int(np.argmax(values) if direction == "up" else np.argmin(values))})
-    return State(
-        tuple(row["final_position"].values), tuple(row["final_velocity"].values),
-        float(row["final_phase"]),
-    )  # fmt: skip
+def _top(part: xr.Dataset, name: str, start: State) -> State:
+    """Where the motion ended at the greatest value; ``start`` if none ran there."""
+    row = part.isel({name: int(np.argmax(part[name].values))})
+    position, velocity, phase = (row[f"final_{kind}"].values for kind in SECTION)
+    if not np.isfinite([*position, *velocity, phase]).all():
+        return start
+    return State(tuple(position), tuple(velocity), float(phase))
 
 
 def _columns(members: xr.Dataset) -> xr.Dataset:

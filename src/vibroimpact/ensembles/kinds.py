@@ -35,8 +35,16 @@ class Observer(Protocol):
         """By name: what it returns of a member."""
 
 
-def _refuse_tolerance(tolerance: float) -> None:
-    if not 0.0 < tolerance < 1.0:
+MOST = 10**6  # of a count: so many section points of two coordinates are 48 MB per member
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse a tolerance that is no share."""
+    try:
+        share = bool(0.0 < tolerance < 1.0)
+    except (TypeError, ValueError):
+        share = False
+    if not share:
         raise InvalidParameterError(f"tolerance = {tolerance!r}: must be in (0, 1).")
 
 
@@ -47,9 +55,9 @@ class Section:
     Parameters
     ----------
     points
-        How many are kept, >= 1; NaN stands for those that did not come.
+        How many are kept, 1 to 10^6; NaN stands for those that did not come.
     stride
-        Every stride-th impact is a point, >= 1, from the first in the window on.
+        Every stride-th impact is a point, 1 to 10^6, from the first in the window on.
     contact, stop
         As in :func:`~vibroimpact.impact_section`.
     """
@@ -61,8 +69,8 @@ class Section:
     stop: Stop = "A"
 
     def __post_init__(self) -> None:
-        check_count("points", self.points, 1)
-        check_count("stride", self.stride, 1)
+        check_count("points", self.points, 1, MOST)
+        check_count("stride", self.stride, 1, MOST)
         check_count("contact", self.contact, 0)
         if self.stop not in ("A", "B"):
             raise InvalidParameterError(f'stop = {self.stop!r}: must be "A" or "B".')
@@ -94,7 +102,7 @@ class Symbol:
         omega is the inverse of the kernel's step.
     returns
         It is periodic if it returns at every multiple of its period to the end of the window, and
-        at least so often, >= 1.
+        at least so often, 1 to 10^6.
 
     Notes
     -----
@@ -108,8 +116,8 @@ class Symbol:
     returns: int = 2
 
     def __post_init__(self) -> None:
-        _refuse_tolerance(self.tolerance)
-        check_count("returns", self.returns, 1)
+        check_tolerance(self.tolerance)
+        check_count("returns", self.returns, 1, MOST)
 
     def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
         """``n``, ``p``, ``q``."""
@@ -286,7 +294,7 @@ class Settling:
     tolerance, returns
         As in :class:`Symbol`.
     longest
-        Most impacts of the orbit, >= 1.
+        Most impacts of the orbit, 1 to 10^6.
     """
 
     name: ClassVar[str] = "settling"
@@ -295,9 +303,9 @@ class Settling:
     longest: int = 64
 
     def __post_init__(self) -> None:
-        _refuse_tolerance(self.tolerance)
-        check_count("returns", self.returns, 1)
-        check_count("longest", self.longest, 1)
+        check_tolerance(self.tolerance)
+        check_count("returns", self.returns, 1, MOST)
+        check_count("longest", self.longest, 1, MOST)
 
     def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
         """``settling``."""

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.ensembles.asked import Observe, check_axes, check_tolerance, together
+from vibroimpact.ensembles.asked import MATCHED, Observe, check_axes, refuse, together
+from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.matching import TOLERANCE, distinct, scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, motions
 from vibroimpact.ensembles.observers import Section
@@ -105,7 +106,7 @@ def multistability(
     tolerance
         As for :func:`~vibroimpact.basins`.
     **options
-        Of :func:`~vibroimpact.sweep`, as for :func:`~vibroimpact.plane`.
+        Of :func:`~vibroimpact.sweep`, as for :func:`~vibroimpact.plane`; not ``observe``.
 
     Returns
     -------
@@ -116,7 +117,7 @@ def multistability(
     Raises
     ------
     InvalidParameterError
-        A single start, what ``sweep`` refuses.
+        A single start, other observers, what ``sweep`` refuses.
 
     Notes
     -----
@@ -131,6 +132,7 @@ def multistability(
             "one parameter. Of one system: vi.basins."
         )
     check_tolerance(tolerance)
+    refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts"], start=start, **options

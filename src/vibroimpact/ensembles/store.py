@@ -34,6 +34,13 @@ SHOWN = 6  # differences between two questions that a message lists
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
 
 
+def store_path(store: str | os.PathLike[str]) -> Path:
+    """The folder that a user names, ``~`` replaced."""
+    if not isinstance(store, str | os.PathLike):
+        raise InvalidParameterError(f"store = {store!r}: must be the name of a folder.")
+    return Path(os.path.expanduser(store))
+
+
 class Store:
     """A store that is open for writing; one process at a time.
 

@@ -21,7 +21,7 @@ from vibroimpact.ensembles.plan import Plan, Window
 from vibroimpact.ensembles.question import Question, question_of
 from vibroimpact.ensembles.schema import Schema, schema_of
 from vibroimpact.ensembles.starts import GridStarts, RandomStarts, starts_of
-from vibroimpact.ensembles.store import Store, opened
+from vibroimpact.ensembles.store import Store, opened, store_path
 from vibroimpact.ensembles.tiles import (
     Tile,
     compiled_bytes,
@@ -38,6 +38,7 @@ from vibroimpact.state import State
 
 MOST_PER_PERIOD = 100  # impacts per contact: chatter is summed, so more are rarely of interest
 FEWEST_IMPACTS = 1000  # that end a member by default
+MOST_IMPACTS = 2**50  # the kernel counts events, some four per impact, in doubles
 
 Told = Callable[[int, int], None]
 
@@ -84,10 +85,11 @@ def sweep(
         line), >= 0 and > 0. In units of time for a system without forcing.
     most_impacts
         Impacts (at all stops) that end a run; the outcome is then CAP. By default 100 per contact
-        and forcing period, at least 1000.
+        and forcing period, at least 1000; at most 2^50.
     store
         A folder to keep results in, in Zarr's format (needs the extra ``store``): for sweeps
-        bigger than memory or longer than patience. If it is there, the sweep resumes.
+        bigger than memory or longer than patience. If it is there, the sweep resumes. ``~`` is
+        the home folder.
     backend
         "threads" of this process; "dask", a cluster (needs the extra ``cluster``); "cuda", a GPU
         (needs the extra ``cuda``, see docs/gpu.md).
@@ -139,6 +141,7 @@ def sweep(
     {'omega': 2, 'half_clearance': 3}
     """
     plan = plan_of(system, over, start, observe, follow, settle, periods, most_impacts)
+    path = None if store is None else store_path(store)
     compute_tiles = backend_of(backend)
     for name, value in (("workers", workers), ("tile", tile)):
         if value is not None:
@@ -146,7 +149,7 @@ def sweep(
     question = question_of(plan)
     schema = schema_of(plan, question)
     sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)
-    with _sink(store, schema, question, sizes, strict=tile is not None) as sink:
+    with _sink(path, schema, question, sizes, strict=tile is not None) as sink:
         missing = sink.missing
         try:
             with (
@@ -177,16 +180,27 @@ def plan_of(
     starts = starts_of(start, mechanism.degrees)
     if not axes and not starts.dims:
         raise InvalidParameterError("over = {}: names no parameter, and there is one start only.")
-    if follow is not None and follow.removeprefix("-") not in axes:
-        names = ", ".join(f"{name!r}, {'-' + name!r}" for name in axes) or "None"
-        raise InvalidParameterError(f"follow = {follow!r}: must be one of {names}.")
+    _check_follow(follow, axes)
     length = nonnegative("settle", settle) + positive("periods", periods)
     if most_impacts is None:
         most = MOST_PER_PERIOD * length * len(mechanism.contacts)
+        if most > MOST_IMPACTS:
+            raise InvalidParameterError(
+                f"settle + periods = {length:g}: must be shorter, or give most_impacts."
+            )
         most_impacts = max(math.ceil(most), FEWEST_IMPACTS)
-    check_count("most_impacts", most_impacts, 1)
+    check_count("most_impacts", most_impacts, 1, MOST_IMPACTS)
     window = Window(float(settle), float(periods), int(most_impacts))
     return Plan(first, axes, starts, resolve(observe), window, follow)
+
+
+def _check_follow(follow: str | None, axes: Mapping[str, object]) -> None:
+    """Refuse to follow what is no axis of parameters."""
+    known = [sign + name for name in axes for sign in ("", "-")]
+    if follow is None or follow in known:
+        return
+    allowed = " or one of " + ", ".join(map(repr, known)) if known else ": over has no parameter"
+    raise InvalidParameterError(f"follow = {follow!r}: must be None{allowed}.")
 
 
 def _members(plan: Plan, schema: Schema) -> int:
@@ -199,7 +213,7 @@ def _members(plan: Plan, schema: Schema) -> int:
 
 @contextmanager
 def _sink(
-    path: str | os.PathLike[str] | None,
+    path: Path | None,
     schema: Schema,
     question: Question,
     sizes: tuple[int, ...],
@@ -210,7 +224,7 @@ def _sink(
     if path is None:
         yield Memory(schema, sizes)
     else:
-        with opened(Path(path), schema, question, sizes, strict=strict) as store:
+        with opened(path, schema, question, sizes, strict=strict) as store:
             yield store
 
 

@@ -18,6 +18,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
+ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
 
 
 class Shade(NamedTuple):
@@ -76,11 +77,33 @@ def mesh(ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize) -> N
     across, up = over_two(field)
     x, y = (np.asarray(field[name].values, dtype=float) for name in (across, up))
     ax.set_facecolor(style.NOTHING)
+    for points, set_scale in ((x, ax.set_xscale), (y, ax.set_yscale)):
+        if geometric(points):
+            set_scale("log")
     ax.pcolormesh(edges(x), edges(y), field.values.T, cmap=colours, norm=norm, rasterized=True)
 
 
+def geometric(points: NDArray[np.float64]) -> bool:
+    """Whether three or more positive points have equal ratios and no equal steps."""
+    if len(points) < 3 or min(points) <= 0.0 or _even(points):
+        return False
+    return _even(np.log(points))
+
+
+def _even(points: NDArray[np.float64]) -> bool:
+    """Equal steps within rounding."""
+    size = float(np.abs(points).max()) + 1.0
+    return bool(np.ptp(np.diff(points)) <= ROUNDING * size)
+
+
 def edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges of the cells around points in order: midway to the neighbours."""
+    """Edges of the cells around points in order: midway to the neighbours on their scale."""
+    if geometric(centres):
+        return np.asarray(np.exp(_midway(np.log(centres))))
+    return _midway(centres)
+
+
+def _midway(centres: NDArray[np.float64]) -> NDArray[np.float64]:
     if len(centres) == 1:
         half = 0.5 * abs(float(centres[0])) or 0.5
         return np.array([centres[0] - half, centres[0] + half])

@@ -54,7 +54,8 @@ def plot_plane(
     Returns
     -------
     Axes
-        What was drawn on. The first dim is drawn across. Cells without a number are grey.
+        What was drawn on. The first dim is drawn across, an axis of equal ratios (``np.geomspace``)
+        on a logarithmic scale. Cells without a number are grey.
     """
     if variable not in plane:
         raise InvalidParameterError(
