@@ -5,7 +5,7 @@
 //             its end by one stored propagator. Where it lands in the next interval, the root is
 //             predicted by the parabola through three times of the grid; one stored propagator
 //             leads next to it, the inverse series of the gap to within a millionth of a step  (1)
-//             of it by Taylor expansion, and one step of third order with the gap there onto it. (2)
+//             of it, and from the state there one step of third order with the gap onto it.     (2)
 //             No elementary function is called.
 //             Whatever is not proved this way (several contacts in an interval, slow departure, a
 //             near graze, the horizon) is left to certified_flight, from where the flight got to.
@@ -87,12 +87,15 @@ VI_HOT vec<R, taylor_rows> expand_gap(const Mode& m, const vec<R, D>& y, const c
     return gap;
 }
 
-// (1) to its third power.
+// (1) to its third power, and one Newton step on the cubic: its slope g1 (1 + q) is divided by as
+// 1 - q + q^2.
 template <class R>
 VI_HOT R nearby_root(const vec<R, taylor_rows>& g) {
     const R scale = 1.0 / g[1];
     const R e = -(g[0] * scale), a = g[2] * scale, b = g[3] * scale;
-    return e * fnma(e, fnma(e, fma(2.0 * a, a, -b), a), 1.0);
+    const R s = e * fnma(e, fnma(e, fma(2.0 * a, a, -b), a), 1.0);
+    const R miss = fma(s, fma(s, fma(s, b, a), 1.0), -e), q = s * fma(3.0 * s, b, 2.0 * a);
+    return fnma(miss, fma(q, q, 1.0 - q), s);
 }
 
 // A state of the grid next to the root, so many parts of a step on, and the root beyond it.
