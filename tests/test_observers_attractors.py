@@ -74,7 +74,7 @@ def test_an_elastic_ball_repeats_itself_without_forcing_periods() -> None:
     assert math.isnan(found["impacts_b"])
 
 
-@pytest.mark.parametrize("omega", [1.2, 1.28])
+@pytest.mark.parametrize("omega", [1.2, 1.21])
 def test_settling_is_the_time_of_the_last_impact_off_the_orbit(omega: float) -> None:
     case = damper_case(omega, settle=500.0)
     record, found = case.record(), case.member(Settling(tolerance=1e-4), "symbol")
