@@ -2,8 +2,8 @@
 //
 // Method      All lanes fly a round at a time (event/quick_flight.hpp), those that have landed with
 //             the impact that ends their flight. A lane that a round cannot bring on, or that is at
-//             rest on a stop, takes the scalar certified step. Both are what the scalar engine does
-//             with that trajectory, operation for operation: equal bits.
+//             rest on a stop, is left to the scalar certified step. Both are what the scalar engine
+//             does with that trajectory, operation for operation: equal bits.
 // Assumes     the free modes of all lanes have the same sizes
 #pragma once
 
@@ -184,17 +184,6 @@ VI_HOT void fly(const lane_systems<N, Shape>& systems, lane_states<N, Shape>& al
         all.at.touching[k] = select(r.end.moved, pack<N>(0.0), all.at.touching[k]);
     r.rate_after = quick_impact(systems.free, systems.laws, systems.lines,
                                 systems.inverse_omega_squared, r.end, all.at, r.before);
-}
-
-// The certified step of one lane that is stuck.
-template <int N, class Shape>
-inline event<double, Shape> step_alone(const lane_systems<N, Shape>& systems,
-                                       lane_states<N, Shape>& all, int i, double horizon) {
-    const auto& system = *systems.of[i];
-    auto t = take_trajectory(all, i, system.dimension(), system.contacts());
-    const auto e = detail::go_on(system, t, t.y, lane(all.flown, i), horizon);
-    put_trajectory(all, i, t, system.dimension(), system.contacts());
-    return e;
 }
 
 } // namespace vi

@@ -69,14 +69,19 @@ private:
         return here.wants_tangents() ? vi::begin_of_tangents(here.window()) : vi::infinity();
     }
 
+    // From when on events are to be shown: an impact that nobody watches costs nothing.
+    static double watched_from(berth<Flow>& here) {
+        const auto& all = here.observers();
+        if (all.wants(vi::sees_flights)) return 0.0;
+        return all.wants(~0u) ? vi::min(here.window().settle, until(here)) : until(here);
+    }
+
     static void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here) {
         slot.system = &here.hybrid();
         slot.at = here.member().at;
         slot.so_far = {};
         slot.limit = vi::limits_of(here.window());
-        slot.watch = here.observers().wants(vi::sees_flights)
-                         ? 0.0
-                         : vi::min(here.window().settle, until(here));
+        slot.watch = watched_from(here);
     }
 
     const members& members_;
