@@ -92,7 +92,7 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     using Shape = typename Flow::shape_type;
     const bool was_closed = end.contact >= 0 && system.modes[at.mode].guards[end.contact].closed;
     at.y = end.y;
-    renormalise_forcing(at.y, system.dimension(), system.lines, system.inverse_omega_squared);
+    renormalise_forcing(at.y, system.dimension(), system.lines(), system.inverse_omega_squared);
     if (end.end == flight_end::horizon || end.end == flight_end::undecided) {
         for (int i = 0; i < system.contacts(); ++i)
             if (side_in_code(at.held, i) == 0.0 && plain(end.duration) > 0.0) at.touching[i] = 0.0;
@@ -161,13 +161,14 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
 
 // Apply the impact that ends a quick flight, in every lane where it was proved.
 template <class T, class Mode, class Law, class Shape, class Rates>
-VI_HOT T quick_impact(const Mode& m, const Law* laws, int lines, const Rates& rates,
+VI_HOT T quick_impact(const Mode& m, const Law* laws, const Rates& rates,
                       const quick_landing<T, Shape>& end, trajectory<T, Shape>& at,
                       vec<T, Shape::max_dimension>& before) {
     const int n = m.flow.dimension();
-    before = end.y;
-    renormalise_forcing(before, n, lines, rates);
-    auto y = before;
+    m.flow.each_coordinate([&](auto j) { before[j] = end.y[j]; });
+    renormalise_forcing(before, n, m.flow.lines(), rates);
+    vec<T, Shape::max_dimension> y;
+    m.flow.each_coordinate([&](auto j) { y[j] = before[j]; });
     T after = T(0.0);
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const mask_t<T> mine = end.landed & (end.contact == static_cast<double>(i));
@@ -180,7 +181,7 @@ VI_HOT T quick_impact(const Mode& m, const Law* laws, int lines, const Rates& ra
         at.rate[i] = select(end.landed, leaving, at.rate[i]);
         at.flat[i] = select(end.landed, real_t<T>(0.0), at.flat[i]);
     }
-    detail::select_state(end.landed, at.y, y, n);
+    detail::select_state(end.landed, at.y, y, m.flow);
     return after;
 }
 
@@ -196,8 +197,8 @@ VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Sha
     e.code = 0;
     e.duration = end.duration;
     e.rate_before = end.rate;
-    e.rate_after = quick_impact(system.modes[0], system.laws, system.lines,
-                                system.inverse_omega_squared, end, at, e.before);
+    e.rate_after =
+        quick_impact(system.modes[0], system.laws, system.inverse_omega_squared, end, at, e.before);
     return e;
 }
 

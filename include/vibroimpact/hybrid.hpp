@@ -64,7 +64,6 @@ struct hybrid : sizes<typename Flow::shape_type> {
     const int* codes; // codes[m]: which contacts mode m holds closed
     int mode_count;
     contact_law<double, max_dimension, max_contacts> laws[max_contacts];
-    int lines;
     double inverse_omega_squared[max_lines];
 
     // The mode with this code, or -1 if it has not been built.

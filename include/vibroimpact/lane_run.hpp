@@ -156,7 +156,7 @@ private:
         }
     }
 
-    static constexpr block_steps<double, Flow::max_blocks> nothing_{};
+    static constexpr typename Flow::stored nothing_{};
 
     Host& host_;
     lane_slot<Flow> slots_[N];

@@ -12,22 +12,17 @@
 
 namespace vi {
 
-inline constexpr int lane_orders = 2; // derivatives of u that the quick flight reads as rows
+inline constexpr int lane_orders = 4; // derivatives of u that the quick flight reads as rows
 
-// Block j of the table entry of every lane.
+// Numbers at, at + 1 of the table entry of every lane.
 template <int N, class Entry>
-VI_HOT block_step<pack<N>> pick_block(const table_rows<N, Entry>& rows, int j) {
-    block_step<pack<N>> b;
-    const auto zip = [&](int at, pack<N>& first, pack<N>& second) {
-        const double* from[N];
-        for (int i = 0; i < N; ++i)
-            from[i] = &rows.of[i]->block[j].qq + at;
-        zip_pairs(from, first, second);
-    };
-    zip(0, b.qq, b.qv);
-    zip(2, b.qs, b.vq);
-    zip(4, b.vv, b.vs);
-    return b;
+VI_HOT two<pack<N>> pick_two(const table_rows<N, Entry>& rows, int at) {
+    const double* from[N];
+    for (int i = 0; i < N; ++i)
+        from[i] = rows.of[i]->x + at;
+    two<pack<N>> out;
+    zip_pairs(from, out.first, out.second);
+    return out;
 }
 
 template <int N, class Shape>
@@ -41,7 +36,6 @@ struct lane_systems {
     mode<real, flow, lane_orders> free;
     contact_law<real, D, K> laws[K];
     real inverse_omega_squared[max_lines];
-    int lines;
 };
 
 // Where the lanes are: in a flight that began `flown` ago, or just after an event.
@@ -60,7 +54,9 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
                       int i) {
     to.dimension_ = from.dimension_;
     to.contacts_ = from.contacts_;
+    to.lines_ = from.lines_;
     set_lane(to.step, i, from.step);
+    to.pushed = to.pushed | from.pushed;
     for (int j = 0; j < from.blocks(); ++j) {
         set_lane(to.k[j], i, from.k[j]);
         set_lane(to.c[j], i, from.c[j]);
@@ -90,11 +86,15 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
             set_lane(to.rows[m][j], i, from.rows[m][j]);
         set_lane(to.gains[m], i, from.gains[m]);
     }
+    for (int j = 0; j < n; ++j)
+        set_lane(to.weights[j], i, from.weights[j]);
     for (int g = 0; g < grids; ++g)
         fill_rows(to.ahead[g], from.ahead[g], n, i);
     fill_rows(to.expansion, from.expansion, n, i);
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
+    set_lane(to.least_terms, i, from.least_terms);
+    set_lane(to.least_fourth, i, from.least_fourth);
     set_lane(to.reach, i, from.reach);
     to.closed = from.closed;
 }
@@ -115,14 +115,13 @@ template <int N, class Shape>
 inline void put_system(lane_systems<N, Shape>& to, int i,
                        const hybrid<modal_flow<double, Shape>>& system) {
     to.of[i] = &system;
-    to.lines = system.lines;
     const int n = system.dimension();
     detail::fill_flow(to.free.flow, system.modes[0].flow, i);
     for (int k = 0; k < system.contacts(); ++k) {
         detail::fill_guard(to.free.guards[k], system.modes[0].guards[k], n, i);
         detail::fill_law(to.laws[k], system.laws[k], n, i);
     }
-    for (int l = 0; l < system.lines; ++l)
+    for (int l = 0; l < system.lines(); ++l)
         set_lane(to.inverse_omega_squared[l], i, system.inverse_omega_squared[l]);
 }
 
@@ -173,17 +172,17 @@ template <int N, class Shape>
 VI_HOT void fly(const lane_systems<N, Shape>& systems, lane_states<N, Shape>& all,
                 const pack<N>& horizon, const pack_mask<N>& going, lane_round<N, Shape>& r) {
     const auto& flow = systems.free.flow;
-    r.end.y = all.at.y;
+    flow.each_coordinate([&](auto j) { r.end.y[j] = all.at.y[j]; });
     r.end.duration = all.flown;
     const auto able = going & all.quick & may_go_on(flow, all.flown, horizon);
     fly_round(systems.free, all.at.touching, all.at.rate, able, r.end);
     r.stuck = going & !r.end.landed & !r.end.moved;
-    all.at.y = r.end.y;
+    flow.each_coordinate([&](auto j) { all.at.y[j] = r.end.y[j]; });
     all.flown = select(r.end.landed, pack<N>(0.0), r.end.duration);
     for (int k = 0; k < flow.contacts(); ++k)
         all.at.touching[k] = select(r.end.moved, pack<N>(0.0), all.at.touching[k]);
-    r.rate_after = quick_impact(systems.free, systems.laws, systems.lines,
-                                systems.inverse_omega_squared, r.end, all.at, r.before);
+    r.rate_after = quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, r.end,
+                                all.at, r.before);
 }
 
 } // namespace vi

@@ -1,37 +1,88 @@
 // Sizes, and the small arrays that have them.
 //
-// A system is compiled for a shape: how many coordinates y has, and how many contacts there are.
-// fixed<D, N> means exactly that many, known to the compiler; bounded<D, N> at most that many, the
-// numbers being read from the system. Loops run in the same order in both, so a system gives the
-// same bits in either shape.
+// A system is compiled for a shape: how many coordinates y has, how many of their last pairs are
+// forcing lines, and how many contacts there are. fixed<D, L, N> means exactly that many, known to
+// the compiler; bounded<D, N> at most that many, the numbers being read from the system. Loops run in
+// the same order in both, so a system gives the same bits in either shape.
 #pragma once
 
 #include "vibroimpact/scalar/concepts.hpp"
 
 namespace vi {
 
-template <int Dimension, int Contacts, bool Exact>
+template <int Dimension, int Lines, int Contacts, bool Exact>
 struct shape {
     static constexpr int max_dimension = Dimension;
+    static constexpr int exact_lines = Lines;
     static constexpr int max_contacts = Contacts;
     static constexpr bool exact = Exact;
 };
+template <int Dimension, int Lines, int Contacts>
+using fixed = shape<Dimension, Lines, Contacts, true>;
 template <int Dimension, int Contacts>
-using fixed = shape<Dimension, Contacts, true>;
-template <int Dimension, int Contacts>
-using bounded = shape<Dimension, Contacts, false>;
+using bounded = shape<Dimension, 0, Contacts, false>;
+
+// A whole number that the compiler knows.
+template <int I>
+struct constant {
+    VI_HD constexpr operator int() const { return I; }
+};
+
+// body(i) for i = From, ..., To - 1, each known to the compiler: what arrays hold at such places
+// stays in registers.
+template <int From, int To, class F>
+VI_HOT constexpr void unrolled(const F& body) {
+    if constexpr (From < To) {
+        body(constant<From>{});
+        unrolled<From + 1, To>(body);
+    }
+}
 
 // The sizes in use; a fixed shape ignores what is stored.
 template <class Shape>
 struct sizes {
     int dimension_ = Shape::max_dimension;
+    int lines_ = Shape::exact_lines;
     int contacts_ = Shape::max_contacts;
 
     VI_HD constexpr int dimension() const {
         return Shape::exact ? Shape::max_dimension : dimension_;
     }
+    VI_HD constexpr int lines() const { return Shape::exact ? Shape::exact_lines : lines_; }
     VI_HD constexpr int blocks() const { return dimension() / 2; }
+    VI_HD constexpr int oscillators() const { return blocks() - lines(); }
     VI_HD constexpr int contacts() const { return Shape::exact ? Shape::max_contacts : contacts_; }
+
+    // Loops, unrolled in a fixed shape.
+    template <class F>
+    VI_HOT constexpr void each_coordinate(const F& body) const {
+        loop<0, Shape::max_dimension>(0, dimension_, body);
+    }
+    template <class F>
+    VI_HOT constexpr void each_oscillator(const F& body) const {
+        loop<0, first_line>(0, oscillators(), body);
+    }
+    template <class F>
+    VI_HOT constexpr void each_line(const F& body) const {
+        loop<first_line, Shape::max_dimension / 2>(oscillators(), blocks(), body);
+    }
+    template <class F>
+    VI_HOT constexpr void each_contact(const F& body) const {
+        loop<0, Shape::max_contacts>(0, contacts_, body);
+    }
+
+private:
+    static constexpr int first_line = Shape::max_dimension / 2 - Shape::exact_lines;
+
+    template <int From, int To, class F>
+    VI_HOT static constexpr void loop(int from, int to, const F& body) {
+        if constexpr (Shape::exact) {
+            unrolled<From, To>(body);
+        } else {
+            for (int i = from; i < to; ++i)
+                body(i);
+        }
+    }
 };
 
 template <class T, int N>

@@ -107,7 +107,7 @@ public:
         const auto options = read(observers);
         auto out = [&] {
             const nb::gil_scoped_release release;
-            const bool small = data_.dimension == 6 && data_.contacts == 1;
+            const bool small = data_.dimension == 6 && data_.lines == 1 && data_.contacts == 1;
             return data_.dense ? run_dense(data_, all, options)
                    : small     ? run_modal_small(data_, all, options)
                                : run_modal(data_, all, options);

@@ -163,7 +163,7 @@ private:
     void leave(vi::member_end end, const vi::growth<W>& tangents) {
         const double time = member_.so_far.now.time(), omega = all_.symbol.omega;
         const double period = omega > 0.0 ? 2.0 * vi::pi / omega : vi::not_a_number();
-        const member_results<Flow> results(out_, i_, system_->system().physical(), hybrid().lines,
+        const member_results<Flow> results(out_, i_, system_->system().physical(), hybrid().lines(),
                                            period, time - window_.settle);
         out_.time.row(i_)[0] = time;
         results.write(all_);

@@ -51,7 +51,7 @@ public:
                   double step, const nb::list& laws) {
         const auto data =
             read_system(dimension, degrees, std::move(omegas), std::move(kappas), step, laws);
-        const bool small = dimension == 6 && data.contacts.size() == 1;
+        const bool small = dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
         system_ = dense   ? binding::make_dense(data)
                   : small ? binding::make_modal_small(data)
                           : binding::make_modal(data);

@@ -25,7 +25,7 @@ public:
           lines_(static_cast<int>(data.omegas.size())), physical_(n_, degrees_, data.kappas) {
         hybrid_.dimension_ = n_;
         hybrid_.contacts_ = static_cast<int>(data.contacts.size());
-        hybrid_.lines = lines_;
+        hybrid_.lines_ = lines_;
         for (int l = 0; l < lines_; ++l)
             hybrid_.inverse_omega_squared[l] = 1.0 / (data.kappas[l] * data.kappas[l]);
         for (int i = 0; i < hybrid_.contacts(); ++i) {
@@ -215,6 +215,7 @@ private:
         auto& flow = m.flow;
         flow.dimension_ = n_;
         flow.contacts_ = hybrid_.contacts();
+        flow.lines_ = lines_;
         flow.step = data_.step;
         if constexpr (vi::is_modal<Flow>) {
             std::copy(data.k.begin(), data.k.end(), flow.k.x);

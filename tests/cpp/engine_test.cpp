@@ -15,7 +15,7 @@
 
 namespace {
 
-using shape = vi::fixed<6, 1>;
+using shape = vi::fixed<6, 1, 1>;
 using flow = vi::modal_flow<double, shape>;
 using system_type = binding::system_of<flow>;
 using starts_type = std::vector<binding::start_data>;

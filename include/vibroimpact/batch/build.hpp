@@ -151,8 +151,7 @@ VI_HD inline void build_system(const batch_arrays& b, long long s) {
     h.to_free = static_cast<const map_type*>(b.built_to_free) + s * b.modes;
     h.codes = b.codes;
     h.mode_count = static_cast<int>(b.modes);
-    h.lines = static_cast<int>(b.lines);
-    for (int l = 0; l < h.lines; ++l) {
+    for (int l = 0; l < h.lines(); ++l) {
         const double kappa = b.kappas[s * b.lines + l];
         h.inverse_omega_squared[l] = 1.0 / (kappa * kappa);
     }

@@ -77,8 +77,19 @@ VI_HD inline piece_verdict classify(const taylor_polynomial& g, double length, d
 
 } // namespace detail
 
+namespace detail {
+
+// How long the first piece is to be: just beyond the return of a hop, g = d1 s + d2 s^2 / 2.
+VI_HD inline double first_piece(const taylor_polynomial& g, double span) {
+    if (!(g.d[0] == 0.0 && g.d[1] > 0.0 && g.d[2] < 0.0)) return span;
+    const double beyond = -2.5 * g.d[1] / g.d[2];
+    return beyond < span && beyond > span * 0x1p-20 ? beyond : span;
+}
+
+} // namespace detail
+
 VI_HD inline window_verdict first_root(taylor_polynomial g, double span, double eps, bool leaving) {
-    double from = 0.0, length = span;
+    double from = 0.0, length = detail::first_piece(g, span);
     while (from < span) {
         const auto verdict = detail::classify(g, length, eps, leaving);
         if (verdict.what == detail::piece::root) return {finding::root, from + verdict.s};

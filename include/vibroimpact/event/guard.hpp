@@ -39,10 +39,28 @@ struct guard {
     R gains[Orders + 1];
     affine_rows<R, Dimension, grid_times> ahead[grids]; // of a modal flow: u at the times of a grid
     affine_rows<R, Dimension, taylor_rows> expansion;   // u^(k) / k!
-    R lower, upper;                                     // infinite where there is no stop
-    R reach;                                            // the largest finite |limit|
-    int closed; // side held in this mode, or no_side: then rows give the force, not the gap
+    // What event/lookahead.hpp bounds with: terms of u within a step, per |y_j|; the share of the
+    // limits and forcing lines in them, and of the lines in the bound of |u''''|.
+    vec<R, Dimension> weights;
+    R least_terms, least_fourth;
+    R lower, upper; // infinite where there is no stop
+    R reach;        // the largest finite |limit|
+    int closed;     // side held in this mode, or no_side: then rows give the force, not the gap
 };
+
+// What bounds need of the rows; the forcing lines, being (sin, omega cos), add the same always.
+template <class R, int Dimension, int Orders, class Flow>
+VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flow) {
+    g.least_terms = g.reach;
+    g.least_fourth = R(0.0);
+    for (int j = 0; j < flow.dimension(); ++j)
+        g.weights[j] = abs(g.rows[0][j]) + flow.step * abs(g.rows[1][j]);
+    for (int j = 2 * flow.oscillators(); j < flow.dimension(); j += 2) {
+        const R k = flow.k[j / 2], w3 = g.rows[3][j], w4 = g.rows[4][j]; // at theta = pi / 2
+        g.least_fourth = g.least_fourth + sqrt(w4 * w4 + k * (w3 * w3));
+        g.least_terms = g.least_terms + (g.weights[j] + g.weights[j + 1] * sqrt(k));
+    }
+}
 
 // Fill rows 1, 2, ... and what lies ahead from row 0.
 template <class R, int Dimension, int Orders, class Flow>
@@ -54,12 +72,13 @@ VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow
     if constexpr (is_modal<Flow>)
         for (int i = 0; i < grids; ++i)
             for (int k = 0; k < grid_times; ++k) {
-                const auto& e = flow.ahead.entry[(k + 1) * grid_parts[i]];
+                const auto e = flow.whole((k + 1) * grid_parts[i]);
                 const auto row = flow.row_before(e, g.rows[0]);
                 for (int j = 0; j < flow.dimension(); ++j)
                     g.ahead[i].rows[j][k] = row[j];
                 g.ahead[i].gains[k] = flow.gain_before(e, g.rows[0]) + g.gains[0];
             }
+    if constexpr (is_modal<Flow>) prepare_bounds(g, flow);
     double factorial = 1.0;
     for (int k = 0; k < taylor_rows; ++k) {
         for (int j = 0; j < flow.dimension(); ++j)
@@ -105,36 +124,34 @@ VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimensi
 }
 
 // All of several affine functions at y.
-template <class T, class R, int Dimension, int Count>
+template <class T, class R, int Dimension, int Count, class Shape>
 VI_HOT vec<T, Count> watch_all(const affine_rows<R, Dimension, Count>& p,
-                               const vec<T, Dimension>& y, int n) {
+                               const vec<T, Dimension>& y, const sizes<Shape>& size) {
     vec<T, Count> sum;
-    for (int k = 0; k < Count; ++k) {
+    unrolled<0, Count>([&](auto k) {
         T one = T(p.gains[k]);
-        for (int j = 0; j < n; ++j)
-            one = fma(p.rows[j][k], y[j], one);
+        size.each_coordinate([&](auto j) { one = fma(p.rows[j][k], y[j], one); });
         sum[k] = one;
-    }
+    });
     return sum;
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
 // The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
-template <int Dimension, int Count>
+template <int Dimension, int Count, class Shape>
 VI_HOT vec<double, Count> watch_all(const affine_rows<double, Dimension, Count>& p,
-                                    const vec<double, Dimension>& y, int n) {
+                                    const vec<double, Dimension>& y, const sizes<Shape>& size) {
     using pair = pack<2>;
     const auto at = [](const vec<double, Count>& row, int k) {
-        pair two;
-        __builtin_memcpy(&two.v, row.x + k, sizeof two.v);
-        return two;
+        pair both;
+        __builtin_memcpy(&both.v, row.x + k, sizeof both.v);
+        return both;
     };
     vec<double, Count> sum;
     for (int k = 0; k < Count; k += 2) {
-        pair two = at(p.gains, k);
-        for (int j = 0; j < n; ++j)
-            two = fma(at(p.rows[j], k), pair(y[j]), two);
-        __builtin_memcpy(sum.x + k, &two.v, sizeof two.v);
+        pair both = at(p.gains, k);
+        size.each_coordinate([&](auto j) { both = fma(at(p.rows[j], k), pair(y[j]), both); });
+        __builtin_memcpy(sum.x + k, &both.v, sizeof both.v);
     }
     return sum;
 }

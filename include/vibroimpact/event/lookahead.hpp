@@ -1,19 +1,20 @@
 // Where a flight first meets a stop, proved without marching: a grid of future times at once.
 //
 // Method      u at each time of a grid of the flow is one row times the state, so all of them are
-//             known after one product. With M >= |u''| over the flight and 0, 1 the ends of an
-//             interval of length h (theory T15, T16):
-//               u stays below the upper limit if  u0 + u1 < 2 upper - M h^2 / 2 and u1 < upper  (1)
-//               (an interior maximum exceeds the mean of the ends by at most M h^2 / 4), and
-//               likewise above the lower one. On a stop u0 is that limit exactly.
-//               u crosses once if u1 is past the limit and |u1 - u0| > M h^2 / 2              (2)
-//               (u' differs from its mean over the interval by at most M h / 2).
-//             M: each block's share w of u has w' a solution of the homogeneous equation, whose
-//             energy decays, so |w''| <= sqrt(w''(0)^2 + k w'(0)^2).                            (3)
-//             The interval to look at is found from the signs alone; (1) then has to hold for all
+//             known after one product. Over an interval of length h with 0, 1 its ends,
+//               u'' h^2 lies between min(D0, D1) - e and max(D0, D1) + e,  e = 5/24 M h^4      (1)
+//             with D_k = u_{k+1} - 2 u_k + u_{k-1} (u'' h^2 itself at the start) and M >= |u''''|
+//             over the flight (theory T16a). So (theory T15, T16), lo and hi the bounds (1),
+//               u stays below the upper limit if  2 (u0 + u1) - lo < 4 upper and u1 < upper    (2)
+//             and likewise above the lower one. On a stop u0 is that limit exactly.
+//               u crosses once if u0 is before the limit, u1 past it, and u' or u'' keeps its
+//               sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0.                        (3)
+//             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
+//             energy decays, so |w''''| <= sqrt(w''''(0)^2 + k w'''(0)^2).                     (4)
+//             The interval to look at is found from the signs alone; (2) then has to hold for all
 //             before it. So nothing waits for M.
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; touching contacts leave: rate >= 0
-// Accuracy    margin 2^-30 of the terms in (1), (2), far above rounding
+// Accuracy    margin 2^-30 of the terms in (2), (3), far above rounding
 // Fails       says how far it is clear, and nothing of what follows
 // Reference   theory.md, "First contact"
 #pragma once
@@ -27,46 +28,51 @@ inline constexpr double proof_margin = 0x1p-30;
 
 namespace detail {
 
-// A contact as seen from where a flight is: u there, M for all that follows, the margin of proofs.
+// A contact as seen from where a flight is: u and u'' there, M for all that follows, the margin of
+// proofs.
 template <class R>
 struct outlook {
-    R u, curvature, margin;
+    R u, second, fourth, margin;
 };
 
 template <class R, class G, class Flow, int D>
 VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side) {
-    R curvature = R(0.0), terms = R(0.0);
+    const int n = flow.dimension();
+    R fourth = g.least_fourth, terms = g.least_terms;
     const auto share = [&](int order, int j) { // of block j in u^(order)
-        return fma(g.rows[order][2 * j + 1], y[2 * j + 1], g.rows[order][2 * j] * y[2 * j]);
+        const R moved =
+            fma(g.rows[order][2 * j], y[2 * j], g.rows[order - 1][2 * j + 1] * flow.a[j]);
+        return fma(g.rows[order][2 * j + 1], y[2 * j + 1], moved);
     };
-    for (int j = 0; j < flow.blocks(); ++j) {
-        const R w1 = fma(g.rows[0][2 * j + 1], flow.a[j], share(1, j));
-        const R w2 = fma(g.rows[1][2 * j + 1], flow.a[j], share(2, j));
-        curvature = curvature + sqrt(fma(w2, w2, flow.k[j] * (w1 * w1))); // (3)
-        terms = terms + (abs(g.rows[0][2 * j] * y[2 * j]) +
-                         abs(g.rows[0][2 * j + 1] * y[2 * j + 1]) + flow.step * abs(w1));
-    }
-    const R u = watch(g, 0, y, flow.dimension());
-    return {select(side == 0.0, u, select(side > 0.0, R(g.upper), R(g.lower))), curvature,
-            proof_margin * (terms + g.reach)};
+    flow.each_oscillator([&](auto j) {
+        const R w3 = share(3, j), w4 = share(4, j);
+        fourth = fourth + sqrt(fma(w4, w4, flow.k[j] * (w3 * w3))); // (4)
+        terms = fma(g.weights[2 * j], abs(y[2 * j]),
+                    fma(g.weights[2 * j + 1], abs(y[2 * j + 1]), terms));
+    });
+    const R u = watch(g, 0, y, n);
+    return {select(side == 0.0, u, select(side > 0.0, R(g.upper), R(g.lower))), watch(g, 2, y, n),
+            fourth, proof_margin * terms};
 }
 
-// (1) as limits: both ends' sum and the far end must lie between them.
+// (2) as limits: twice the sum of the ends less the bend, and the far end must lie between them.
 template <class R>
 struct corridor {
-    R bulge, sum_low, sum_high, low, high;
+    R slack, sum_low, sum_high, low, high;
 
-    VI_HD mask_t<R> clear(const R& u0, const R& u1) const {
-        const R sum = u0 + u1;
-        return (sum < sum_high) & (sum > sum_low) & (u1 < high) & (u1 > low);
+    template <class G>
+    VI_HOT void lead(const G& g, const outlook<R>& o, const R& h2) {
+        slack = fma(5.0 / 24 * o.fourth, h2 * h2, 2.0 * o.margin);
+        sum_low = 4.0 * g.lower + slack;
+        sum_high = 4.0 * g.upper - slack;
+        low = g.lower + o.margin;
+        high = g.upper - o.margin;
+    }
+    VI_HOT mask_t<R> clear(const R& u0, const R& u1, const R& least, const R& most) const {
+        const R sum = u0 + u1, twice = sum + sum;
+        return (twice - least < sum_high) & (twice - most > sum_low) & (u1 < high) & (u1 > low);
     }
 };
-template <class R, class G>
-VI_HOT corridor<R> between_stops(const G& g, const outlook<R>& o, const R& h) {
-    const R bulge = 0.5 * o.curvature * (h * h) + o.margin;
-    return {bulge, 2.0 * g.lower + bulge, 2.0 * g.upper - bulge, g.lower + o.margin,
-            g.upper - o.margin};
-}
 
 // What a look along a grid finds: so many intervals are clear, then comes one in which a contact,
 // seen as u0, u1 at its ends and u2 one interval later, crosses its limit once, or is not proved to.
@@ -80,33 +86,27 @@ struct sight {
 // The last interval of a grid serves only to look one time further.
 inline constexpr int grid_intervals = grid_times - 1;
 
+// An interval of one contact: D0 at its start, u at its ends and one interval later.
 template <class R>
-struct three {
-    R u0, u1, u2;
+struct interval {
+    R bend, u0, u1, u2;
 };
 
-// u of one contact at the start of a grid and at its times.
-template <class R>
-using foresight = vec<R, grid_times + 1>;
-template <class R, class P, int D>
-VI_HOT foresight<R> foresee(const P& ahead, const R& u0, const vec<R, D>& y, int n) {
-    const auto sum = watch_all(ahead, y, n);
-    foresight<R> u;
-    u[0] = u0;
-    for (int k = 0; k < grid_times; ++k)
-        u[k + 1] = sum[k];
-    return u;
-}
-
-// (2) for one contact.
+// (3) for one contact.
 template <class R, class G>
-VI_HOT void note_crossing(const G& g, int i, const corridor<R>& free, const three<R>& u,
+VI_HOT void note_crossing(const G& g, int i, const corridor<R>& free, const interval<R>& u,
                           mask_t<R>& once, mask_t<R>& single, sight<R>& s) {
-    const R sum = u.u0 + u.u1, rise = u.u1 - u.u0;
-    const mask_t<R> up = (u.u1 > g.upper) & (rise > free.bulge) & (sum > free.sum_low);
-    const mask_t<R> down = (u.u1 < g.lower) & (-rise > free.bulge) & (sum < free.sum_high);
+    const R sum = u.u0 + u.u1, twice = sum + sum, rise = u.u1 - u.u0;
+    const R next = (u.u2 - u.u1) - rise;
+    const R least = min(u.bend, next), most = max(u.bend, next);
+    const R steep = max(most, -least) + free.slack;
+    const mask_t<R> bent = (least > free.slack) | (most < -free.slack);
+    const mask_t<R> up = (u.u1 > g.upper) & (u.u0 < g.upper) & ((2.0 * rise > steep) | bent) &
+                         (twice - most > free.sum_low);
+    const mask_t<R> down = (u.u1 < g.lower) & (u.u0 > g.lower) & ((-2.0 * rise > steep) | bent) &
+                           (twice - least < free.sum_high);
     const mask_t<R> mine = up | down;
-    single = single & (free.clear(u.u0, u.u1) | (mine & !once));
+    single = single & (free.clear(u.u0, u.u1, least, most) | (mine & !once));
     once = once | mine;
     s.contact = i == 0 ? R(0.0) : select(mine, R(static_cast<double>(i)), s.contact);
     s.side = i == 0 ? select(down, R(-1.0), R(1.0))
@@ -118,37 +118,65 @@ VI_HOT void note_crossing(const G& g, int i, const corridor<R>& free, const thre
     s.u2 = i == 0 ? u.u2 : select(mine, u.u2, s.u2);
 }
 
-// `from` holds u at the start of the grid; at the end, at the start of the interval in question.
-template <int Which, class R, class Mode, int D, int K>
-VI_HOT sight<R> look_along(const Mode& m, vec<outlook<R>, K>& from, const vec<R, D>& y) {
-    const auto& flow = m.flow;
-    const int n = flow.dimension();
-    const R h = R(flow.step * (grid_parts[Which] * (1.0 / parts_of_step)));
-    foresight<R> u[K];
-    corridor<R> free[K];
-    three<R> now[K];
-    for (int i = 0; i < flow.contacts(); ++i) {
-        u[i] = foresee(m.guards[i].ahead[Which], from[i].u, y, n);
-        free[i] = between_stops(m.guards[i], from[i], h);
-        now[i] = {u[i][0], u[i][1], u[i][2]};
+// A contact along a grid, interval by interval.
+template <class R>
+struct along_grid {
+    R u[grid_times + 1]; // at the start of the grid and at its times
+    corridor<R> free;
+    interval<R> now; // the first interval that is not clear
+    R bend, rise;    // D0 and u1 - u0 of the interval in turn
+
+    template <class G, class P, int D, class S>
+    VI_HOT void begin(const G& g, const outlook<R>& from, const P& ahead, const R& h2,
+                      const vec<R, D>& y, const S& size) {
+        const auto sum = watch_all(ahead, y, size);
+        u[0] = from.u;
+        unrolled<0, grid_times>([&](auto k) { u[k + 1] = sum[k]; });
+        free.lead(g, from, h2);
+        bend = from.second * h2;
+        rise = u[1] - u[0];
+        now.bend = bend;
+        now.u0 = u[0];
+        now.u1 = u[1];
+        now.u2 = u[2];
     }
+    // Whether interval k is clear; the next one comes in turn.
+    VI_HOT mask_t<R> pass(int k) {
+        const R next_rise = u[k + 2] - u[k + 1], next = next_rise - rise;
+        const auto clear = free.clear(u[k], u[k + 1], min(bend, next), max(bend, next));
+        bend = next;
+        rise = next_rise;
+        return clear;
+    }
+    VI_HOT void look_at(const mask_t<R>& open, int k) {
+        now.bend = select(open, bend, now.bend);
+        now.u0 = select(open, u[k], now.u0);
+        now.u1 = select(open, u[k + 1], now.u1);
+        now.u2 = select(open, u[k + 2], now.u2);
+    }
+};
+
+template <int Which, class R, class Mode, int D, int K>
+VI_HOT sight<R> look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y) {
+    const auto& flow = m.flow;
+    const R h = R(flow.step * (grid_parts[Which] * (1.0 / parts_of_step))), h2 = h * h;
+    along_grid<R> all[K];
+    for (int i = 0; i < flow.contacts(); ++i)
+        all[i].begin(m.guards[i], from[i], m.guards[i].ahead[Which], h2, y, flow);
     sight<R> s;
     s.clear = R(0.0);
     mask_t<R> open = R(0.0) == R(0.0);
-    for (int k = 0; k < grid_intervals; ++k) {
+    unrolled<0, grid_intervals>([&](auto k) {
         for (int i = 0; i < flow.contacts(); ++i)
-            open = open & free[i].clear(u[i][k], u[i][k + 1]);
+            open = open & all[i].pass(k);
         s.clear = s.clear + select(open, R(1.0), R(0.0));
-        if (k + 1 == grid_intervals) break;
-        for (int i = 0; i < flow.contacts(); ++i)
-            now[i] = {select(open, u[i][k + 1], now[i].u0), select(open, u[i][k + 2], now[i].u1),
-                      select(open, u[i][k + 3], now[i].u2)};
-    }
+        if constexpr (k + 1 != grid_intervals)
+            for (int i = 0; i < flow.contacts(); ++i)
+                all[i].look_at(open, k + 1);
+    });
     mask_t<R> once = R(0.0) != R(0.0), single = !once;
-    for (int i = 0; i < flow.contacts(); ++i) {
-        note_crossing(m.guards[i], i, free[i], now[i], once, single, s);
-        from[i].u = now[i].u0;
-    }
+    for (int i = 0; i < flow.contacts(); ++i)
+        note_crossing(m.guards[i], i, all[i].free, all[i].now, once, single, s);
     s.found = once & single & !open;
     return s;
 }

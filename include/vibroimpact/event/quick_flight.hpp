@@ -37,10 +37,10 @@ struct quick_landing {
 
 namespace detail {
 
-template <class M, class T, int D>
-VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from, int n) {
-    for (int i = 0; i < n; ++i)
-        to[i] = select(mask, from[i], to[i]);
+template <class M, class T, int D, class Shape>
+VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from,
+                         const sizes<Shape>& size) {
+    size.each_coordinate([&](auto j) { to[j] = select(mask, from[j], to[j]); });
 }
 
 // Where in (0, 1) the parabola through g0 > 0 > g1, g2 at 0, 1, 2 vanishes: x = -g0 / rise +
@@ -76,14 +76,13 @@ template <class R, class Mode, int D>
 VI_HOT vec<R, taylor_rows> expand_gap(const Mode& m, const vec<R, D>& y, const crossing<R>& hit) {
     vec<R, taylor_rows> gap;
     for (int i = 0; i < m.flow.contacts(); ++i) {
-        const auto u = watch_all(m.guards[i].expansion, y, m.flow.dimension());
+        const auto u = watch_all(m.guards[i].expansion, y, m.flow);
         const mask_t<R> mine = hit.contact == static_cast<double>(i);
-        for (int k = 0; k < taylor_rows; ++k)
-            gap[k] = i == 0 ? u[k] : select(mine, u[k], gap[k]);
+        unrolled<0, taylor_rows>(
+            [&](auto k) { gap[k] = i == 0 ? u[k] : select(mine, u[k], gap[k]); });
     }
     gap[0] = gap[0] - hit.limit;
-    for (int k = 0; k < taylor_rows; ++k)
-        gap[k] = -hit.side * gap[k];
+    unrolled<0, taylor_rows>([&](auto k) { gap[k] = -hit.side * gap[k]; });
     return gap;
 }
 
@@ -164,7 +163,7 @@ VI_HOT void land(const Mode& m, const crossing<real_t<T>>& hit,
     out.side = hit.side;
     const auto end_state = flow.nudge(y, shift);
     out.rate = gap_at(m, 1, end_state, hit);
-    select_state(out.landed, out.y, end_state, flow.dimension());
+    select_state(out.landed, out.y, end_state, flow);
     out.duration = select(out.landed, (out.duration + from) + s, out.duration);
 }
 
@@ -172,43 +171,43 @@ VI_HOT void land(const Mode& m, const crossing<real_t<T>>& hit,
 template <class T, class Mode, class Shape>
 VI_HOT void sharpen(const Mode& m, const crossing<real_t<T>>& hit, quick_landing<T, Shape>& at) {
     const T shift = with_value(-gap_at(m, 0, at.y, hit) / value(at.rate), real_t<T>(0.0));
-    select_state(at.landed, at.y, m.flow.template short_flight<3>(at.y, shift), m.flow.dimension());
+    select_state(at.landed, at.y, m.flow.template short_flight<3>(at.y, shift), m.flow);
     at.duration = select(at.landed, at.duration + shift, at.duration);
     at.rate = with_value(gap_at(m, 1, at.y, hit), value(at.rate));
 }
 
-// Where a round starts, and what is seen from there.
-template <class T, class Shape>
-struct prospect {
-    using real = real_t<T>;
-    vec<T, Shape::max_dimension> y;
-    T duration;
-    sight<real> seen;
-    real begin, length;
+// What the wide grid left undecided, seen along the narrow one from the state y, so much later.
+template <class T, class R, int D>
+struct closer_look {
+    sight<R> seen;
+    vec<T, D> y;
 };
+template <class T, class Mode, class R, int D, int K>
+VI_HOT closer_look<T, R, D> look_closer(const Mode& m, const R& before, const vec<T, D>& y,
+                                        vec<outlook<R>, K> from) {
+    closer_look<T, R, D> close;
+    close.y = m.flow.apply_ahead(place_of(before), y);
+    const int n = m.flow.dimension();
+    const auto z = values_of(close.y, n);
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        from[i].u = select(before == 0.0, from[i].u, watch(m.guards[i], 0, z, n));
+        from[i].second = watch(m.guards[i], 2, z, n);
+    }
+    close.seen = look_along<1>(m, from, z);
+    return close;
+}
 
-// What the wide grid left undecided, seen along the narrow one from there.
-template <class T, class Mode, class Shape, class R, int K>
-VI_HOT prospect<T, Shape> look_closer(const Mode& m, const mask_t<T>& stuck,
-                                      vec<outlook<R>, K> from, prospect<T, Shape> p) {
-    const auto& flow = m.flow;
-    const int n = flow.dimension();
-    const R before = select(stuck, p.begin, R(0.0));
-    select_state(stuck, p.y, flow.apply_ahead(place_of(before), p.y), n);
-    p.duration = p.duration + before * (flow.step * (1.0 / parts_of_step));
-    const auto close = look_along<1>(m, from, values_of(p.y, n));
-    const auto take = [&](R& to, const R& x) { to = select(stuck, x, to); };
-    take(p.seen.clear, close.clear);
-    take(p.seen.contact, close.contact);
-    take(p.seen.side, close.side);
-    take(p.seen.limit, close.limit);
-    take(p.seen.u0, close.u0);
-    take(p.seen.u1, close.u1);
-    take(p.seen.u2, close.u2);
-    p.seen.found = p.seen.found | (stuck & close.found);
-    take(p.begin, close.clear * double(grid_parts[1]));
-    take(p.length, R(double(grid_parts[1])));
-    return p;
+template <class R>
+VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& from) {
+    const auto take = [&](R& x, const R& y) { x = select(mask, y, x); };
+    take(to.clear, from.clear);
+    take(to.contact, from.contact);
+    take(to.side, from.side);
+    take(to.limit, from.limit);
+    take(to.u0, from.u0);
+    take(to.u1, from.u1);
+    take(to.u2, from.u2);
+    to.found = to.found | (mask & from.found);
 }
 
 } // namespace detail
@@ -222,41 +221,37 @@ VI_HOT void fly_round(const Mode& m, const vec<real_t<T>, Shape::max_contacts>& 
     using R = real_t<T>;
     const auto& flow = m.flow;
     const int n = flow.dimension();
+    const R part = R(flow.step * (1.0 / parts_of_step));
     vec<detail::outlook<R>, Shape::max_contacts> from;
     for (int i = 0; i < flow.contacts(); ++i) {
         from[i] = detail::look_out(m.guards[i], flow, values_of(out.y, n), touching[i]);
-        // slower departures are left to the certified flight: chatter may have to be summed
-        const R leaving = value(rate[i]);
-        const R slow = (8.0 * unit_roundoff / proof_margin) * (from[i].curvature * from[i].margin);
-        going = going & ((touching[i] == 0.0) | ((leaving > 0.0) & (leaving * leaving > slow)));
+        going = going & ((touching[i] == 0.0) | (value(rate[i]) > 0.0));
     }
-    detail::prospect<T, Shape> p;
-    p.seen = detail::look_along<0>(m, from, values_of(out.y, n));
-    p.begin = p.seen.clear * double(grid_parts[0]);
-    p.length = R(double(grid_parts[0]));
-    const mask_t<T> stuck = going & !p.seen.found & (p.seen.clear < double(detail::grid_intervals));
+    auto s = detail::look_along<0>(m, from, values_of(out.y, n));
+    R length = R(double(grid_parts[0])), begin = s.clear * length;
+    const mask_t<T> stuck = going & !s.found & (s.clear < double(detail::grid_intervals));
     if (any(stuck)) {
-        p.y = out.y;
-        p.duration = out.duration;
-        p = detail::look_closer(m, stuck, from, p);
-        out.y = p.y;
-        out.duration = p.duration;
+        const R before = select(stuck, begin, R(0.0));
+        const auto close = detail::look_closer(m, before, out.y, from);
+        out.duration = out.duration + before * part;
+        detail::select_state(stuck, out.y, close.y, flow);
+        detail::select_sight(stuck, s, close.seen);
+        length = select(stuck, R(double(grid_parts[1])), length);
+        begin = select(stuck, s.clear * length, begin);
     }
-    const auto& s = p.seen;
     const detail::crossing<R> hit{
-        mask_t<R>(s.found & going), s.contact, s.side, s.limit, p.begin, p.length};
+        mask_t<R>(s.found & going), s.contact, s.side, s.limit, begin, length};
     const R x = detail::crossing_point(s.side * (s.limit - s.u0), s.side * (s.limit - s.u1),
                                        s.side * (s.limit - s.u2));
-    const R part = select(hit.found, detail::nearest_place(fma(p.length, x, p.begin)),
-                          select(going, p.begin, R(0.0)));
-    auto near = detail::go_near(m, out.y, hit, part);
+    const R guess = select(hit.found, detail::nearest_place(fma(length, x, begin)),
+                           select(going, begin, R(0.0)));
+    auto near = detail::go_near(m, out.y, hit, guess);
     if (any(hit.found & !near.close)) near = detail::go_nearer(m, out.y, hit, near);
-    out.moved = going & !hit.found & (p.begin > 0.0);
+    out.moved = going & !hit.found & (begin > 0.0);
     detail::land(m, hit, near, out);
     if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m, hit, out);
-    detail::select_state(out.moved, out.y, near.y, n);
-    const R flown = p.begin * (flow.step * (1.0 / parts_of_step));
-    out.duration = out.duration + select(out.moved, flown, R(0.0));
+    detail::select_state(out.moved, out.y, near.y, flow);
+    out.duration = out.duration + select(out.moved, begin * part, R(0.0));
 }
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.

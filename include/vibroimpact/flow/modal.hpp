@@ -35,6 +35,13 @@ inline constexpr int places = parts_of_step * grid_times + 1;
 inline constexpr int nearby_order = 8;
 inline constexpr double nearby = 5.0 / 64;
 
+VI_HD constexpr double inverse_factorial(int n) {
+    double product = 1.0;
+    for (int i = 2; i <= n; ++i)
+        product = product * i;
+    return 1.0 / product;
+}
+
 template <class R, class Shape>
 struct modal_flow : sizes<Shape> {
     using shape_type = Shape;
@@ -45,17 +52,20 @@ struct modal_flow : sizes<Shape> {
     using state = vec<T, max_dimension>;
 
     using propagator = block_steps<R, max_blocks>;
+    // C and S of every block in turn, then I a of every block: the rest of exp(B t) follows.
+    using stored = vec<lane_t<R>, 3 * max_blocks + max_blocks % 2>;
 
     vec<R, max_blocks> k, c, a;
-    R step;              // a short number, so that n * step is exact for n < 2^29
-    propagator once;     // exp(B step)
-    propagator rungs[2]; // exp(B rung step), exp(B rung^2 step)
-    table<R, block_steps<lane_t<R>, max_blocks>, places> ahead; // exp(B j step / parts_of_step)
+    R step;                         // a short number, so that n * step is exact for n < 2^29
+    propagator once;                // exp(B step)
+    propagator rungs[2];            // exp(B rung step), exp(B rung^2 step)
+    table<R, stored, places> ahead; // exp(B j step / parts_of_step)
+    bool pushed = false;            // whether any a is not zero
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
     VI_HOT constexpr state<T> apply(const propagator& e, const state<T>& y) const {
-        state<T> out = y;
+        state<T> out;
         for (int j = 0; j < this->blocks(); ++j) {
             const T q = y[2 * j], v = y[2 * j + 1];
             const block_step<R>& b = e.block[j];
@@ -68,14 +78,21 @@ struct modal_flow : sizes<Shape> {
     // exp(B j step / parts_of_step) y, each lane at its own place.
     template <class T>
     VI_HOT constexpr state<T> apply_ahead(const place_t<R>& at, const state<T>& y) const {
-        state<T> out = y;
+        state<T> out;
         const auto rows = ahead.at(at);
-        for (int j = 0; j < this->blocks(); ++j) {
+        const int push = this->dimension(); // where I a begins
+        this->each_oscillator([&](auto j) {
+            const auto [full, velocity] = pick_two(rows, 2 * j); // C, S
+            const R position = pushed ? pick_two(rows, push + j - j % 2).at(j % 2) : R(0.0);
             const T q = y[2 * j], v = y[2 * j + 1];
-            const block_step<R> b = pick_block(rows, j);
-            out[2 * j] = fma(b.qq, q, fma(b.qv, v, b.qs));
-            out[2 * j + 1] = fma(b.vq, q, fma(b.vv, v, b.vs));
-        }
+            out[2 * j] = fma(full, q, fma(velocity, v, position));
+            out[2 * j + 1] = fma(velocity, pull(j, q, v), full * v);
+        });
+        this->each_line([&](auto j) {
+            const auto [cosine, sine] = pick_two(rows, 2 * j);
+            out[2 * j] = fma(cosine, y[2 * j], sine * y[2 * j + 1]);
+            out[2 * j + 1] = fnma(sine, k[j] * y[2 * j], cosine * y[2 * j + 1]);
+        });
         return out;
     }
 
@@ -93,29 +110,39 @@ struct modal_flow : sizes<Shape> {
     // exp(B s) y for |s| <= step, by (1) and (2).
     template <int Order, class T, class Time>
     VI_HOT constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
-        state<T> out = y;
-        const auto sums = integrals<Order>(s);
-        for (int j = 0; j < this->blocks(); ++j) {
-            const Time velocity = s * sums[2 * j], position = s * s * sums[2 * j + 1]; // S, I
+        state<T> out;
+        const Time square = s * s;
+        const auto sums = integrals<Order>(s, square);
+        this->each_oscillator([&](auto j) {
+            const Time velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
             const T q = y[2 * j], v = y[2 * j + 1];
-            const T pull = fnma(k[j], q, a[j]);
-            out[2 * j] = fma(v, velocity, fma(pull, position, q));
-            out[2 * j + 1] = fma(fnma(c[j], v, pull), velocity, v * fnma(k[j], position, R(1.0)));
-        }
+            const T still = fnma(k[j], q, a[j]);
+            out[2 * j] = fma(v, velocity, fma(still, position, q));
+            out[2 * j + 1] = fma(fnma(c[j], v, still), velocity, v * fnma(k[j], position, R(1.0)));
+        });
+        this->each_line([&](auto j) {
+            const auto wave = waves<Order>(k[j] * square);
+            const Time sine = s * wave.second;
+            out[2 * j] = fma(wave.first, y[2 * j], sine * y[2 * j + 1]);
+            out[2 * j + 1] = fnma(sine, k[j] * y[2 * j], wave.first * y[2 * j + 1]);
+        });
         return out;
     }
 
     // The same to second order, for the smallest s.
     template <class T, class Time>
     VI_HOT constexpr state<T> nudge(const state<T>& y, const Time& s) const {
-        state<T> out = y;
-        for (int j = 0; j < this->blocks(); ++j) {
+        state<T> out;
+        const auto move = [&](int j, const T& rate, const T& jerk) { // jerk with the other sign
             const T q = y[2 * j], v = y[2 * j + 1];
-            const T pull = fnma(c[j], v, fnma(k[j], q, a[j]));
-            const T jerk = fma(c[j], pull, k[j] * v); // with the other sign
-            out[2 * j] = fma(s, fma(0.5 * s, pull, v), q);
-            out[2 * j + 1] = fma(s, fnma(0.5 * s, jerk, pull), v);
-        }
+            out[2 * j] = fma(s, fma(0.5 * s, rate, v), q);
+            out[2 * j + 1] = fma(s, fnma(0.5 * s, jerk, rate), v);
+        };
+        this->each_oscillator([&](auto j) {
+            const T rate = pull(j, y[2 * j], y[2 * j + 1]);
+            move(j, rate, fma(c[j], rate, k[j] * y[2 * j + 1]));
+        });
+        this->each_line([&](auto j) { move(j, -(k[j] * y[2 * j]), k[j] * y[2 * j + 1]); });
         return out;
     }
 
@@ -156,11 +183,25 @@ struct modal_flow : sizes<Shape> {
             const propagator whole = at_time(i * (step / parts_of_step));
             for (int p = 0; p < parts_of_step && i + p < places; ++p)
                 for (int j = 0; j < this->blocks(); ++j)
-                    ahead.entry[i + p].block[j] = after(whole.block[j], parts[p].block[j]);
+                    store(ahead.entry[i + p], j, after(whole.block[j], parts[p].block[j]));
         }
-        once = ahead.entry[parts_of_step];
-        for (int j = 0; j < this->blocks(); ++j)
+        once = at_time(step);
+        for (int j = 0; j < this->blocks(); ++j) {
+            pushed = pushed || a[j] != 0.0;
             expand(j);
+        }
+    }
+    // The stored propagator at a place of the table.
+    VI_HD propagator whole(int place) const
+        requires is_same<R, double>
+    {
+        propagator e{};
+        const auto& from = ahead.entry[place];
+        for (int j = 0; j < this->blocks(); ++j) {
+            const R full = from[2 * j], s = from[2 * j + 1], i = from[this->dimension() + j];
+            e.block[j] = {full, s, i, -(k[j] * s), fnma(c[j], s, full), s * a[j]};
+        }
+        return e;
     }
 
     // row -> row B: the next time derivative of a row, and the constant it gains.
@@ -210,24 +251,53 @@ private:
         }
     }
 
-    // S / s and I / s^2 of every block, in turn: the first terms of the series, an even number of
-    // them. Row m of the series holds the coefficients of s^(2 m), then those of s^(2 m + 1): even
+    // C, S and I a, of which `e` is made.
+    VI_HD void store(stored& to, int j, const block_step<R>& e) {
+        to[2 * j] = e.qq;
+        to[2 * j + 1] = e.qv;
+        to[this->dimension() + j] = e.qs;
+    }
+
+    // q'' of an oscillator.
+    template <class T>
+    VI_HOT constexpr T pull(int j, const T& q, const T& v) const {
+        return fnma(c[j], v, fnma(k[j], q, a[j]));
+    }
+
+    // S / s and I / s^2 of every oscillator, in turn: the first terms of the series, an even number
+    // of them. Row m of the series holds the coefficients of s^(2 m), then those of s^(2 m + 1): even
     // and odd powers are summed apart, which halves the time until the result is there.
     template <int Order, class Time>
-    VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s) const {
+    VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square) const {
         constexpr int rows = (Order + 1) / 2;
-        const int n = this->dimension();
-        const Time square = s * s;
-        vec<Time, 2 * max_dimension> sums{};
-        for (int i = 0; i < 2 * n; ++i)
-            sums[i] = Time(series[rows - 1][i]);
-        for (int m = rows - 2; m >= 0; --m)
-            for (int i = 0; i < 2 * n; ++i)
-                sums[i] = fma(sums[i], square, series[m][i]);
-        vec<Time, max_dimension> out{};
-        for (int i = 0; i < n; ++i)
-            out[i] = fma(sums[n + i], s, sums[i]);
+        const int odd = this->dimension();
+        vec<Time, max_dimension> out;
+        this->each_oscillator([&](auto j) {
+            for (int i = 2 * j; i < 2 * j + 2; ++i) {
+                Time even = Time(series[rows - 1][i]), more = Time(series[rows - 1][odd + i]);
+                unrolled<0, rows - 1>([&](auto term) {
+                    constexpr int m = rows - 2 - term;
+                    even = fma(even, square, series[m][i]);
+                    more = fma(more, square, series[m][odd + i]);
+                });
+                out[i] = fma(more, s, even);
+            }
+        });
         return out;
+    }
+
+    // cos z and sin z / z of a line, x = z^2: as many terms.
+    template <int Order, class Time>
+    VI_HOT static constexpr two<Time> waves(const Time& x) {
+        constexpr int rows = (Order + 1) / 2;
+        two<Time> sum{Time(inverse_factorial(2 * rows)), Time(inverse_factorial(2 * rows - 1))};
+        unrolled<0, rows>([&](auto m) {
+            sum.first = fnma(sum.first, x, R(inverse_factorial(2 * (rows - 1 - m))));
+        });
+        unrolled<0, rows - 1>([&](auto m) {
+            sum.second = fnma(sum.second, x, R(inverse_factorial(2 * (rows - 2 - m) + 1)));
+        });
+        return sum;
     }
 };
 

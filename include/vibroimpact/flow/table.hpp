@@ -5,7 +5,6 @@
 //             instructions per pack of four instead of seven.
 #pragma once
 
-#include "vibroimpact/flow/block.hpp"
 #include "vibroimpact/shape.hpp"
 
 namespace vi {
@@ -51,10 +50,15 @@ struct table<double, Entry, Places> {
     }
 };
 
-// Block j of the entry of every lane.
+// Numbers at, at + 1 of the entry of every lane.
+template <class R>
+struct two {
+    R first, second;
+    VI_HOT constexpr const R& at(int i) const { return i == 0 ? first : second; }
+};
 template <class Entry>
-VI_HOT constexpr const block_step<double>& pick_block(const table_rows<1, Entry>& rows, int j) {
-    return rows.of[0]->block[j];
+VI_HOT constexpr two<double> pick_two(const table_rows<1, Entry>& rows, int at) {
+    return {rows.of[0]->x[at], rows.of[0]->x[at + 1]};
 }
 
 } // namespace vi

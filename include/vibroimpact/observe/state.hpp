@@ -40,8 +40,8 @@ VI_HD inline physical_state<Flow::max_dimension> physical(const physical_rows& r
         out.of[i] = times(to_x) + rows.offset[i];
         out.of[degrees + i] = times(to_v);
     }
-    for (int l = 0; l < s.system.lines; ++l) {
-        const int at = n - 2 * s.system.lines + 2 * l;
+    for (int l = 0; l < s.system.lines(); ++l) {
+        const int at = n - 2 * s.system.lines() + 2 * l;
         out.of[2 * degrees + 2 * l] = y[at];
         out.of[2 * degrees + 2 * l + 1] = y[at + 1] / rows.kappas[l];
     }

@@ -25,7 +25,7 @@ struct pack_mask {
     typedef long long vector __attribute__((vector_size(8 * N)));
     vector v;
 
-    pack_mask() : v{} {}
+    pack_mask() = default;
     explicit pack_mask(bool b) : v(vector{} - static_cast<long long>(b)) {}
     explicit pack_mask(const vector& lanes) : v(lanes) {}
 
@@ -74,7 +74,7 @@ struct pack {
     using mask = pack_mask<N>;
     vector v;
 
-    pack() : v{} {}
+    pack() = default;
     pack(double x) : v(x - vector{}) {} // x - 0 is x, also for -0
     explicit pack(const vector& lanes) : v(lanes) {}
     static pack from_bits(const bit_vector& b) { return pack(vector(b)); }
@@ -98,9 +98,7 @@ struct pack {
 
     friend pack fma(const pack& a, const pack& b, const pack& c) { return fused(a, b, c); }
     friend pack fnma(const pack& a, const pack& b, const pack& c) { return fused_away(a, b, c); }
-    friend pack select(const mask& m, const pack& a, const pack& b) {
-        return pack(m.v ? a.v : b.v);
-    }
+    friend pack select(const mask& m, const pack& a, const pack& b) { return chosen(m, a, b); }
 };
 
 template <int N>
@@ -127,6 +125,15 @@ pack<N> fused_away(const pack<N>& a, const pack<N>& b, const pack<N>& c) {
     if constexpr (N == 4) return pack<N>(_mm256_fnmadd_pd(a.v, b.v, c.v));
 #endif
     return fused(-a, b, c);
+}
+
+// GCC compares a mask that it did not just compute with zero again, unless told.
+template <int N>
+pack<N> chosen(const pack_mask<N>& m, const pack<N>& a, const pack<N>& b) {
+#if defined(__AVX__)
+    if constexpr (N == 4) return pack<N>(_mm256_blendv_pd(b.v, a.v, __m256d(m.v)));
+#endif
+    return pack<N>(m.v ? a.v : b.v);
 }
 
 template <int N>

@@ -72,7 +72,7 @@ def asked_of(spec: dict[str, Any], sizes: Sizes) -> Asked:
     widths = _widths(spec, sizes, rows)
     exponents = widths.get("spectrum", widths.get("lyapunov", 0))
     tangents = sizes.dimension - 1 if "spectrum" in spec else exponents
-    kernels = Kernels(sizes.dimension, sizes.contacts, tangents, wanted)
+    kernels = Kernels(sizes.dimension, sizes.lines, sizes.contacts, tangents, wanted)
     options = _options(spec) | {
         "wanted": wanted,
         "exponents": exponents,

@@ -30,7 +30,7 @@ class Kernels(NamedTuple):
 
     Attributes
     ----------
-    dimension, contacts
+    dimension, lines, contacts
         Sizes of the compiled systems.
     tangents
         Tangent vectors carried along; 0 for none.
@@ -39,6 +39,7 @@ class Kernels(NamedTuple):
     """
 
     dimension: int
+    lines: int
     contacts: int
     tangents: int
     observers: int
