@@ -39,14 +39,9 @@ public:
 
     // Lend rows to observers; again after every build.
     void lend(vi::observers<Flow>& all) const {
-        const auto& free = system_.physical()[0];
         const auto omegas = batch_.omegas.data() + s_ * batch_.lines;
-        const vi::physical_rows rows{free.to_x.data(),
-                                     free.to_v.data(),
-                                     free.offset.data(),
-                                     batch_.kappas.data() + s_ * batch_.lines,
-                                     batch_.lines ? omegas[0] : 1.0 / batch_.steps[s_],
-                                     static_cast<int>(batch_.degrees)};
+        const vi::physical_rows rows{system_.physical()[0],
+                                     batch_.lines ? omegas[0] : 1.0 / batch_.steps[s_]};
         for (auto* symbol : {&all.symbol, &all.settling.orbit}) {
             symbol->rows = rows;
             symbol->omega = batch_.lines ? omegas[0] : 0.0;
@@ -68,16 +63,15 @@ private:
 
     // row . x as a row on the coordinates of the mode that was added last.
     void watch(std::vector<guard>& to, const numbers& rows) const {
-        const int m = system_.hybrid().mode_count - 1, degrees = static_cast<int>(batch_.degrees);
-        const auto& map = system_.physical()[m];
+        const int m = system_.hybrid().mode_count - 1, n = system_.hybrid().dimension();
+        const auto p = system_.physical()[m];
         for (int r = 0; r < count_of(rows); ++r) {
             guard g{};
-            for (int i = 0; i < degrees; ++i) {
-                const double factor = entry(rows, r, i, degrees);
-                for (int j = 0; j < static_cast<int>(batch_.dimension); ++j)
-                    g.rows[0][j] +=
-                        factor * entry(map.to_x, i, j, static_cast<int>(batch_.dimension));
-                g.gains[0] += factor * map.offset[i];
+            for (int i = 0; i < p.degrees; ++i) {
+                const double factor = rows[static_cast<std::size_t>(r * p.degrees + i)];
+                for (int j = 0; j < n; ++j)
+                    g.rows[0][j] += factor * p.to_x[i * n + j];
+                g.gains[0] += factor * p.offset[i];
             }
             vi::differentiate(g, system_.hybrid().modes[m].flow);
             to.push_back(g);
@@ -163,8 +157,8 @@ private:
     void leave(vi::member_end end, const vi::growth<W>& tangents) {
         const double time = member_.so_far.now.time(), omega = all_.symbol.omega;
         const double period = omega > 0.0 ? 2.0 * vi::pi / omega : vi::not_a_number();
-        const member_results<Flow> results(out_, i_, system_->system().physical(), hybrid().lines(),
-                                           period, time - window_.settle);
+        const member_results<Flow> results(out_, i_, system_->system().physical(),
+                                           hybrid().dimension(), period, time - window_.settle);
         out_.time.row(i_)[0] = time;
         results.write(all_);
         results.write(tangents);

@@ -18,9 +18,9 @@ class member_results {
 
 public:
     // `period` of the forcing, NaN without; `duration` that was observed.
-    member_results(observed& out, std::size_t i, const physical_maps<D>& physical, int lines,
+    member_results(observed& out, std::size_t i, const physical_maps& physical, int dimension,
                    double period, double duration)
-        : out_(out), i_(i), physical_(physical), lines_(lines), period_(period),
+        : out_(out), i_(i), physical_(physical), n_(dimension), period_(period),
           duration_(duration > 0.0 ? duration : nan) {}
 
     void write(const vi::observers<Flow>& all) const {
@@ -49,12 +49,12 @@ public:
 
 private:
     void state(int mode, const vi::vec<double, D>& y, double* x, double* v, double* phase) const {
-        numbers both;
-        physical_.append(both, mode, y);
-        const auto degrees = static_cast<std::ptrdiff_t>(both.size() / 2);
-        std::copy(both.begin(), both.begin() + degrees, x);
-        std::copy(both.begin() + degrees, both.end(), v);
-        *phase = lines_ > 0 ? physical_.phase(y, 0) : 0.0;
+        const auto p = physical_[mode];
+        for (int i = 0; i < p.degrees; ++i) {
+            x[i] = vi::position_of(p, i, y, n_);
+            v[i] = vi::velocity_of(p, i, y, n_);
+        }
+        *phase = p.lines > 0 ? vi::phase_of(p, 0, y, n_) : 0.0;
     }
 
     void write(const vi::section<Shape>& section) const {
@@ -105,8 +105,8 @@ private:
 
     observed& out_;
     std::size_t i_;
-    const physical_maps<D>& physical_;
-    int lines_;
+    const physical_maps& physical_;
+    int n_;
     double period_, duration_;
 };
 

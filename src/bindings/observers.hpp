@@ -9,8 +9,7 @@ namespace binding {
 
 template <class Shape>
 struct recorder {
-    static constexpr int D = Shape::max_dimension;
-    const physical_maps<D>& physical;
+    const physical_maps& physical;
     int n, lines;
     record out{};
 
@@ -28,7 +27,7 @@ struct recorder {
         physical.append(out.before, 0, e.before);
         physical.append(out.after, at.mode, at.y);
         for (int l = 0; l < lines; ++l)
-            out.phase.push_back(physical.phase(at.y, l));
+            out.phase.push_back(vi::phase_of(physical[0], l, at.y, n));
         return true;
     }
 };

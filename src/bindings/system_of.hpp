@@ -41,7 +41,7 @@ public:
     }
 
     const vi::hybrid<Flow>& hybrid() const { return hybrid_; }
-    const physical_maps<D>& physical() const { return physical_; }
+    const physical_maps& physical() const { return physical_; }
 
     // So many modes can be added without moving those that are there.
     void reserve_modes(std::size_t count) { modes_.reserve(count); }
@@ -52,8 +52,8 @@ public:
         modes_.push_back(compile(data));
         codes_.push_back(data.code);
         const int m = static_cast<int>(modes_.size()) - 1;
-        from_free_.push_back(physical_.between(0, m));
-        to_free_.push_back(physical_.between(m, 0));
+        from_free_.push_back(vi::map_between<D>(physical_[0], physical_[m], n_));
+        to_free_.push_back(vi::map_between<D>(physical_[m], physical_[0], n_));
         hybrid_.modes = modes_.data();
         hybrid_.codes = codes_.data();
         hybrid_.from_free = from_free_.data();
@@ -74,16 +74,12 @@ public:
             for (std::size_t i = 0; i < p.size(); ++i)
                 for (int j = 0; j < tangent_width && first + j < columns; ++j)
                     p[i].d[j] = seeds[i * columns + first + j];
-        std::vector<T> waves(2 * lines_, T(0.0));
-        for (int l = 0; l < lines_; ++l) {
-            const auto wave = vi::sincos(p[2 * degrees_ + l]);
-            waves[2 * l] = wave.s;
-            waves[2 * l + 1] = wave.c;
-        }
+        const T *x = p.data(), *v = x + degrees_, *phases = v + degrees_;
+        const auto free = physical_[0];
         trajectory<T> out{};
-        out.y = physical_.free_from(p.data(), p.data() + degrees_, waves.data());
+        out.y = vi::from_physical<D>(free, x, v, vi::forcing_at(free, phases), n_);
         for (int i = 0; i < hybrid_.contacts(); ++i)
-            touch(out, i, p.data() + degrees_);
+            touch(out, i, v);
         return out;
     }
 
@@ -157,7 +153,7 @@ public:
         const auto rates = modes_[0].flow.derivative(begin<double>(data).y);
         numbers out;
         for (int i = 0; i < degrees_; ++i)
-            out.push_back(physical_.row_times(physical_[0].to_v, i, rates));
+            out.push_back(vi::velocity_of(physical_[0], i, rates, n_));
         return out;
     }
 
@@ -180,18 +176,18 @@ public:
     // (v before) -> (v after) as an (n, n) matrix, row-major.
     numbers impact_matrix(int contact, int side) const override {
         numbers out(static_cast<std::size_t>(degrees_) * degrees_);
+        const auto free = physical_[0];
         const auto& law = hybrid_.laws[contact];
         const double bounce = 1.0 + vi::restitution_at(hybrid_, contact, side);
         for (int j = 0; j < degrees_; ++j) {
             state y{};
             for (int i = 0; i < n_; ++i)
-                y[i] = entry(physical_[0].from_v, i, j, degrees_);
+                y[i] = free.from_v[i * degrees_ + j];
             const double rate = side * vi::dot(modes_[0].guards[contact].rows[1], y, n_);
             vi::push_away(y, n_, law, static_cast<double>(side),
                           bounce * rate / law.mobility[contact]);
             for (int i = 0; i < degrees_; ++i)
-                out[static_cast<std::size_t>(i) * degrees_ + j] =
-                    physical_.row_times(physical_[0].to_v, i, y);
+                out[static_cast<std::size_t>(i) * degrees_ + j] = vi::velocity_of(free, i, y, n_);
         }
         return out;
     }
@@ -248,7 +244,7 @@ private:
         const auto& row = modes_[0].guards[contact].rows[0];
         double sum = 0.0;
         for (int i = 0; i < n_; ++i)
-            sum += row[i] * entry(physical_[0].from_x, i, k, degrees_);
+            sum += row[i] * physical_[0].from_x[i * degrees_ + k];
         return sum;
     }
 
@@ -280,17 +276,17 @@ private:
         out.events = see.events;
         out.why = static_cast<int>(end.why);
         out.code = end.code;
-        const auto& p = physical_[at.mode];
+        const auto p = physical_[at.mode];
         const auto put = [&](int row, int j, double x) {
             out.columns[row * count + first + j] = x;
         };
         for (int j = 0; j < std::min(tangent_width, count - first); ++j) {
             for (int i = 0; i < degrees_; ++i) {
-                put(i, j, physical_.row_times(p.to_x, i, at.y).d[j]);
-                put(degrees_ + i, j, physical_.row_times(p.to_v, i, at.y).d[j]);
+                put(i, j, vi::position_of(p, i, at.y, n_).d[j]);
+                put(degrees_ + i, j, vi::velocity_of(p, i, at.y, n_).d[j]);
             }
             for (int l = 0; l < lines_; ++l) { // dtheta = cos d(sin) - sin d(cos)
-                const jet s = physical_.sine(at.y, l), c = physical_.cosine(at.y, l);
+                const jet s = vi::sine_of(p, l, at.y, n_), c = vi::cosine_of(p, l, at.y, n_);
                 put(2 * degrees_ + l, j, c.v * s.d[j] - s.v * c.d[j]);
             }
             out.durations[first + j] = see.duration.d[j];
@@ -298,7 +294,14 @@ private:
     }
 
     numbers flown(const numbers& p, double dt) const {
-        const auto y = physical_.free_from(p.data(), p.data() + degrees_, p.data() + 2 * degrees_);
+        const auto free = physical_[0];
+        const double *x = p.data(), *v = x + degrees_, *waves = v + degrees_;
+        vi::forcing_pairs<double> pairs{};
+        for (int l = 0; l < lines_; ++l) {
+            pairs[2 * l] = waves[2 * l];
+            pairs[2 * l + 1] = free.kappas[l] * waves[2 * l + 1];
+        }
+        const auto y = vi::from_physical<D>(free, x, v, pairs, n_);
         numbers out;
         physical_.append(out, 0, modes_[0].flow.flight(y, dt));
         return out;
@@ -330,7 +333,7 @@ private:
 
     system_data data_;
     int n_, degrees_, lines_;
-    physical_maps<D> physical_;
+    physical_maps physical_;
     vi::hybrid<Flow> hybrid_{};
     std::vector<vi::mode<double, Flow>> modes_;
     std::vector<map_type> from_free_, to_free_;

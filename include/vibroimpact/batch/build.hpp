@@ -7,20 +7,16 @@
 #pragma once
 
 #include "vibroimpact/batch/arrays.hpp"
-#include "vibroimpact/hybrid.hpp"
+#include "vibroimpact/mode_coordinates.hpp"
 #include "vibroimpact/run.hpp"
 
 namespace vi {
 
-// Row-major matrices of one mode: (x, v) from y and back.
-struct mode_coordinates {
-    const double *to_x, *to_v, *offset, *from_x, *from_v, *particular;
-};
-
 VI_HD inline mode_coordinates coordinates_of(const batch_arrays& b, long long mode, long long s) {
     const long long n = b.degrees, d = 2 * (n + b.lines), at = mode * b.systems + s;
-    return {b.to_x + at * n * d,   b.to_v + at * n * d,   b.offset + at * n,
-            b.from_x + at * d * n, b.from_v + at * d * n, b.particular + at * d * 2 * b.lines};
+    return {b.to_x + at * n * d,    b.to_v + at * n * d,   b.offset + at * n,
+            b.from_x + at * d * n,  b.from_v + at * d * n, b.particular + at * d * 2 * b.lines,
+            b.kappas + s * b.lines, static_cast<int>(n),   static_cast<int>(b.lines)};
 }
 
 // Typed views of the memory that is lent.
@@ -59,32 +55,11 @@ VI_HD inline void build_guard(const batch_arrays& b, long long m, long long s, i
     differentiate(g, to.flow);
 }
 
-// The map y_a -> y_b through physical coordinates; forcing pairs pass unchanged.
-template <class Map>
-VI_HD inline void build_map(const mode_coordinates& from, const mode_coordinates& to, int n,
-                            int degrees, int lines, Map& out) {
-    out = {};
-    const int first_line = n - 2 * lines;
-    for (int i = 0; i < first_line; ++i) {
-        for (int k = 0; k < degrees; ++k) {
-            const double x = to.from_x[i * degrees + k], v = to.from_v[i * degrees + k];
-            for (int j = 0; j < n; ++j)
-                out.matrix[i][j] += x * from.to_x[k * n + j] + v * from.to_v[k * n + j];
-            out.shift[i] += x * (from.offset[k] - to.offset[k]);
-        }
-        for (int l = 0; l < 2 * lines; ++l)
-            out.matrix[i][first_line + l] += to.particular[i * 2 * lines + l];
-    }
-    for (int l = first_line; l < n; ++l)
-        out.matrix[l][l] = 1.0;
-}
-
 // Rows on the coordinates as rows on y of a mode: `count` of them, watched by an observer.
 template <class Flow>
 VI_HD inline void build_watched(const double* rows, long long count, const mode_coordinates& from,
-                                int degrees, const Flow& flow,
-                                guard<double, Flow::max_dimension>* to) {
-    const int n = flow.dimension();
+                                const Flow& flow, guard<double, Flow::max_dimension>* to) {
+    const int n = flow.dimension(), degrees = from.degrees;
     for (long long r = 0; r < count; ++r) {
         auto& g = to[r];
         g = {};
@@ -122,7 +97,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s) {
     using watched = guard<double, Flow::max_dimension>;
     auto& to = modes_of<Flow>(b, s)[m];
     auto& flow = to.flow;
-    const int n = flow.dimension(), degrees = static_cast<int>(b.degrees);
+    const int n = flow.dimension();
     const long long at = s * b.modes + m, half = (m * b.systems + s) * (n / 2);
     flow.step = b.steps[s];
     detail::copy(flow.k.x, b.k + half, n / 2);
@@ -132,12 +107,12 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s) {
     for (int i = 0; i < flow.contacts(); ++i)
         detail::build_guard(b, m, s, i, to);
     const auto free = coordinates_of(b, 0, s), here = coordinates_of(b, m, s);
-    const int lines = static_cast<int>(b.lines);
-    detail::build_map(free, here, n, degrees, lines, static_cast<map_type*>(b.built_from_free)[at]);
-    detail::build_map(here, free, n, degrees, lines, static_cast<map_type*>(b.built_to_free)[at]);
-    detail::build_watched(b.extremes_rows, b.extremes_count, here, degrees, flow,
+    constexpr int D = Flow::max_dimension;
+    static_cast<map_type*>(b.built_from_free)[at] = map_between<D>(free, here, n);
+    static_cast<map_type*>(b.built_to_free)[at] = map_between<D>(here, free, n);
+    detail::build_watched(b.extremes_rows, b.extremes_count, here, flow,
                           static_cast<watched*>(b.built_extremes) + at * b.extremes_count);
-    detail::build_watched(b.averages_rows, b.averages_count, here, degrees, flow,
+    detail::build_watched(b.averages_rows, b.averages_count, here, flow,
                           static_cast<watched*>(b.built_averages) + at * b.averages_count);
 }
 

@@ -94,25 +94,14 @@ private:
         ((*to++ = static_cast<double>(numbers)), ...);
     }
 
-    VI_HD double times(const double* row, const vec<double, D>& y) const {
-        double sum = row[0] * y[0];
-        for (int j = 1; j < D; ++j)
-            sum = sum + row[j] * y[j];
-        return sum;
-    }
-
     VI_CALL void state(int mode, const vec<double, D>& y, double* x, double* v,
                        double* phase) const {
         const auto p = coordinates_of(b_, mode, s_);
-        for (int i = 0; i < n_; ++i) {
-            x[i] = times(p.to_x + i * D, y) + p.offset[i];
-            v[i] = times(p.to_v + i * D, y);
+        for (int i = 0; i < p.degrees; ++i) {
+            x[i] = position_of(p, i, y, D);
+            v[i] = velocity_of(p, i, y, D);
         }
-        *phase = 0.0;
-        if (b_.lines == 0) return;
-        const int line = D - 2 * static_cast<int>(b_.lines);
-        const double angle = atan2(y[line], y[line + 1] / b_.kappas[s_ * b_.lines]);
-        *phase = angle < 0.0 ? angle + 2.0 * pi : angle;
+        *phase = p.lines > 0 ? phase_of(p, 0, y, D) : 0.0;
     }
 
     VI_HD void write(const section<Shape>& seen) const {

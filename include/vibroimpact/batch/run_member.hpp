@@ -38,14 +38,8 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long i, double s
     using Shape = typename Flow::shape_type;
     using watched = guard<double, Flow::max_dimension>;
     const long long s = b.system[i];
-    const auto free = coordinates_of(b, 0, s);
     const double omega = b.lines ? b.omegas[s * b.lines] : 0.0;
-    const physical_rows physical{free.to_x,
-                                 free.to_v,
-                                 free.offset,
-                                 b.kappas + s * b.lines,
-                                 b.lines ? omega : 1.0 / b.steps[s],
-                                 static_cast<int>(b.degrees)};
+    const physical_rows physical{coordinates_of(b, 0, s), b.lines ? omega : 1.0 / b.steps[s]};
     all.wanted = static_cast<unsigned>(b.wanted);
     all.settle = settle;
     all.section.contact = static_cast<int>(b.contact);

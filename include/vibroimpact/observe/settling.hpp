@@ -58,7 +58,7 @@ struct settling {
             orbit.kept[(orbit.seen - 1 - (impacts - count - later)) % orbit.longest];
         const auto here = physical(orbit.orbit.rows, scene<Flow>{system, e, at, now.time()});
         if (there.contact != e.contact || there.side != e.side ||
-            !same_state(there.state, here, orbit.orbit.rows, system.lines(), orbit.orbit.tolerance))
+            !same_state(there.state, here, orbit.orbit.rows, orbit.orbit.tolerance))
             last_outside = now.time();
         return true;
     }

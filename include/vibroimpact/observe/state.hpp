@@ -5,16 +5,15 @@
 //             tolerance * w * size, sine and cosine of each forcing line by tolerance     (2)
 #pragma once
 
+#include "vibroimpact/mode_coordinates.hpp"
 #include "vibroimpact/observe/scene.hpp"
 
 namespace vi {
 
-// Rows that lead from the free coordinates to (x, v), lent by the host; row-major, degrees rows.
+// What states are compared in.
 struct physical_rows {
-    const double *to_x = nullptr, *to_v = nullptr, *offset = nullptr;
-    const double* kappas = nullptr; // the forcing pairs are (sin, kappa cos)
-    double frequency = 1.0;         // w of (1)
-    int degrees = 0;
+    mode_coordinates free{};
+    double frequency = 1.0; // w of (1)
 };
 
 // x, v, then the forcing pairs (sin, cos).
@@ -26,24 +25,17 @@ struct physical_state {
 template <class Flow>
 VI_HD inline physical_state<Flow::max_dimension> physical(const physical_rows& rows,
                                                           const scene<Flow>& s) {
-    const int n = s.system.dimension(), degrees = rows.degrees;
+    const auto& p = rows.free;
+    const int n = s.system.dimension();
     const auto y = s.at.mode > 0 ? s.system.to_free[s.at.mode](s.at.y, n) : s.at.y;
-    const auto times = [&](const double* row) {
-        double sum = row[0] * y[0];
-        for (int j = 1; j < n; ++j)
-            sum = sum + row[j] * y[j];
-        return sum;
-    };
     physical_state<Flow::max_dimension> out{};
-    const double *to_x = rows.to_x, *to_v = rows.to_v;
-    for (int i = 0; i < degrees; ++i, to_x += n, to_v += n) {
-        out.of[i] = times(to_x) + rows.offset[i];
-        out.of[degrees + i] = times(to_v);
+    for (int i = 0; i < p.degrees; ++i) {
+        out.of[i] = position_of(p, i, y, n);
+        out.of[p.degrees + i] = velocity_of(p, i, y, n);
     }
-    for (int l = 0; l < s.system.lines(); ++l) {
-        const int at = n - 2 * s.system.lines() + 2 * l;
-        out.of[2 * degrees + 2 * l] = y[at];
-        out.of[2 * degrees + 2 * l + 1] = y[at + 1] / rows.kappas[l];
+    for (int l = 0; l < p.lines; ++l) {
+        out.of[2 * (p.degrees + l)] = sine_of(p, l, y, n);
+        out.of[2 * (p.degrees + l) + 1] = cosine_of(p, l, y, n);
     }
     return out;
 }
@@ -51,8 +43,8 @@ VI_HD inline physical_state<Flow::max_dimension> physical(const physical_rows& r
 // (2)
 template <int D>
 VI_HD inline bool same_state(const physical_state<D>& a, const physical_state<D>& b,
-                             const physical_rows& rows, int lines, double tolerance) {
-    const int n = rows.degrees;
+                             const physical_rows& rows, double tolerance) {
+    const int n = rows.free.degrees, lines = rows.free.lines;
     for (int i = 2 * n; i < 2 * (n + lines); ++i)
         if (!(abs(a.of[i] - b.of[i]) <= tolerance)) return false;
     double size = 0.0, apart = 0.0;

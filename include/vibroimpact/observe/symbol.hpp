@@ -80,7 +80,7 @@ private:
     template <class Flow>
     VI_HD bool is_back(const scene<Flow>& s) const {
         return s.e.contact == contact && s.e.side == side &&
-               same_state(reference, physical(rows, s), rows, s.system.lines(), tolerance);
+               same_state(reference, physical(rows, s), rows, tolerance);
     }
 
     VI_HD bool always_returns(int k) const { // (1)
