@@ -12,6 +12,7 @@
 
 #include "vibroimpact/observe/growth.hpp"
 #include "vibroimpact/observe/observers.hpp"
+#include "vibroimpact/start.hpp"
 
 namespace vi {
 
@@ -64,22 +65,6 @@ struct member {
     trajectory<T, typename Flow::shape_type> at;
     run_progress so_far{};
 };
-
-// Does a start lie behind a stop, by more than rounding?
-template <class Flow>
-VI_HD inline bool behind_stop(const hybrid<Flow>& system,
-                              const trajectory<double, typename Flow::shape_type>& at) {
-    const int n = system.dimension();
-    for (int i = 0; i < system.contacts(); ++i) {
-        const auto& g = system.modes[0].guards[i];
-        const double u = watch(g, 0, at.y, n);
-        const double below = g.upper - u, above = u - g.lower;
-        const double gap = min(below, above), nearer = above < below ? g.lower : g.upper;
-        if (gap < -rounding_at(nearer, magnitude(g, 0, at.y, n, system.modes[0].flow.step)))
-            return true;
-    }
-    return false;
-}
 
 // What a run shows its events to: tangents if there are any, then the observers.
 template <class Flow, int W>

@@ -36,7 +36,8 @@ system_data system_at(const batch_data& batch, std::size_t s) {
         const double* r = batch.restitution.data() + 2 * (s * contacts + i);
         out.contacts.push_back({slice(batch.impulse, s, count, i, contacts),
                                 slice(batch.mobility, s, count, i, contacts),
-                                slice(batch.shift, s, count, i, contacts), r[0], r[1]});
+                                slice(batch.shift, s, count, i, contacts),
+                                {r[0], r[1]}});
     }
     return out;
 }

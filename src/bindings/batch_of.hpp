@@ -63,19 +63,10 @@ private:
 
     // row . x as a row on the coordinates of the mode that was added last.
     void watch(std::vector<guard>& to, const numbers& rows) const {
-        const int m = system_.hybrid().mode_count - 1, n = system_.hybrid().dimension();
-        const auto p = system_.physical()[m];
-        for (int r = 0; r < count_of(rows); ++r) {
-            guard g{};
-            for (int i = 0; i < p.degrees; ++i) {
-                const double factor = rows[static_cast<std::size_t>(r * p.degrees + i)];
-                for (int j = 0; j < n; ++j)
-                    g.rows[0][j] += factor * p.to_x[i * n + j];
-                g.gains[0] += factor * p.offset[i];
-            }
-            vi::differentiate(g, system_.hybrid().modes[m].flow);
-            to.push_back(g);
-        }
+        const int m = system_.hybrid().mode_count - 1, degrees = static_cast<int>(batch_.degrees);
+        for (int r = 0; r < count_of(rows); ++r)
+            vi::set_watched(to.emplace_back(), rows.data() + r * degrees, system_.physical()[m],
+                            system_.hybrid().modes[m].flow);
     }
 
     const batch_data& batch_;

@@ -32,7 +32,7 @@ binding::system_data read_system(int dimension, int degrees, numbers omegas, num
     for (nb::handle law : laws) {
         const auto t = nb::cast<std::tuple<numbers, numbers, numbers, double, double>>(law);
         data.contacts.push_back(
-            {std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), std::get<4>(t)});
+            {std::get<0>(t), std::get<1>(t), std::get<2>(t), {std::get<3>(t), std::get<4>(t)}});
     }
     return data;
 }

@@ -11,7 +11,7 @@ using numbers = std::vector<double>;
 
 struct contact_data {
     numbers impulse, mobility, shift;
-    double restitution_lower, restitution_upper;
+    double restitution[2]; // lower, upper
 };
 
 struct guard_data {

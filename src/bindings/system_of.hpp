@@ -2,10 +2,11 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "observers.hpp"
+#include "vibroimpact/assemble.hpp"
 #include "vibroimpact/flow/dense.hpp"
+#include "vibroimpact/start.hpp"
 
 namespace binding {
 
@@ -25,18 +26,12 @@ public:
           lines_(static_cast<int>(data.omegas.size())), physical_(n_, degrees_, data.kappas) {
         hybrid_.dimension_ = n_;
         hybrid_.contacts_ = static_cast<int>(data.contacts.size());
-        hybrid_.lines_ = lines_;
-        for (int l = 0; l < lines_; ++l)
-            hybrid_.inverse_omega_squared[l] = 1.0 / (data.kappas[l] * data.kappas[l]);
+        vi::set_lines(hybrid_, data.kappas.data(), lines_);
         for (int i = 0; i < hybrid_.contacts(); ++i) {
-            auto& law = hybrid_.laws[i];
             const auto& from = data.contacts[i];
-            std::copy(from.impulse.begin(), from.impulse.end(), law.impulse.x);
-            std::copy(from.mobility.begin(), from.mobility.end(), law.mobility);
-            law.effective_mass = 1.0 / law.mobility[i];
-            std::copy(from.shift.begin(), from.shift.end(), law.shift.x);
-            law.restitution_lower = from.restitution_lower;
-            law.restitution_upper = from.restitution_upper;
+            vi::set_law(
+                hybrid_, i,
+                {from.impulse.data(), from.mobility.data(), from.shift.data(), from.restitution});
         }
     }
 
@@ -75,12 +70,7 @@ public:
                 for (int j = 0; j < tangent_width && first + j < columns; ++j)
                     p[i].d[j] = seeds[i * columns + first + j];
         const T *x = p.data(), *v = x + degrees_, *phases = v + degrees_;
-        const auto free = physical_[0];
-        trajectory<T> out{};
-        out.y = vi::from_physical<D>(free, x, v, vi::forcing_at(free, phases), n_);
-        for (int i = 0; i < hybrid_.contacts(); ++i)
-            touch(out, i, v);
-        return out;
+        return vi::start_at(hybrid_, physical_[0], x, v, phases);
     }
 
     start_result start(const start_data& data) const override {
@@ -88,13 +78,10 @@ public:
         start_result out;
         out.at = packed(at, vi::clock{});
         for (int i = 0; i < hybrid_.contacts(); ++i) {
-            const auto& g = modes_[0].guards[i];
-            const double u = vi::watch(g, 0, at.y, n_);
-            out.gap_lower.push_back(u - g.lower);
-            out.gap_upper.push_back(g.upper - u);
-            const double terms = vi::magnitude(g, 0, at.y, n_, modes_[0].flow.step);
-            const double nearer = std::abs(u - g.lower) < std::abs(u - g.upper) ? g.lower : g.upper;
-            out.eps.push_back(vi::rounding_at(nearer, terms));
+            const auto gap = vi::gap_at_start(hybrid_, at, i);
+            out.gap_lower.push_back(gap.lower);
+            out.gap_upper.push_back(gap.upper);
+            out.eps.push_back(gap.rounding);
         }
         return out;
     }
@@ -208,62 +195,17 @@ private:
 
     vi::mode<double, Flow> compile(const mode_data& data) const {
         vi::mode<double, Flow> m{};
-        auto& flow = m.flow;
-        flow.dimension_ = n_;
-        flow.contacts_ = hybrid_.contacts();
-        flow.lines_ = lines_;
-        flow.step = data_.step;
-        if constexpr (vi::is_modal<Flow>) {
-            std::copy(data.k.begin(), data.k.end(), flow.k.x);
-            std::copy(data.c.begin(), data.c.end(), flow.c.x);
-            std::copy(data.a.begin(), data.a.end(), flow.a.x);
-        } else {
-            for (int i = 0; i < n_; ++i)
-                std::copy_n(data.b.begin() + static_cast<std::ptrdiff_t>(i) * n_, n_, flow.b[i].x);
-            std::copy(data.constant.begin(), data.constant.end(), flow.constant.x);
+        m.flow.dimension_ = n_;
+        m.flow.contacts_ = hybrid_.contacts();
+        m.flow.lines_ = lines_;
+        vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
+                              data.b.data(), data.constant.data()});
+        for (int i = 0; i < hybrid_.contacts(); ++i) {
+            const auto& from = data.guards[i];
+            vi::set_guard(m.guards[i],
+                          {from.row.data(), from.gain, from.lower, from.upper, from.side}, m.flow);
         }
-        flow.prepare();
-        for (int i = 0; i < hybrid_.contacts(); ++i)
-            fill_guard(m.guards[i], data.guards[i], flow);
         return m;
-    }
-
-    static void fill_guard(vi::guard<double, D>& guard, const guard_data& from, const Flow& flow) {
-        const auto finite = [](double x) { return std::isfinite(x) ? std::abs(x) : 0.0; };
-        std::copy(from.row.begin(), from.row.end(), guard.rows[0].x);
-        guard.gains[0] = from.gain;
-        guard.lower = from.lower;
-        guard.upper = from.upper;
-        guard.closed = from.side;
-        guard.reach = std::max(finite(from.lower), finite(from.upper));
-        vi::differentiate(guard, flow);
-    }
-
-    // d u / d x_k of a contact.
-    double gradient(int contact, int k) const {
-        const auto& row = modes_[0].guards[contact].rows[0];
-        double sum = 0.0;
-        for (int i = 0; i < n_; ++i)
-            sum += row[i] * physical_[0].from_x[i * degrees_ + k];
-        return sum;
-    }
-
-    // Whether a start stands on a stop of this contact. Its rate is taken from the velocities v as
-    // given, which y has mixed with larger numbers; within their rounding it is rest.
-    template <class T>
-    void touch(trajectory<T>& at, int i, const T* v) const {
-        const auto& g = modes_[0].guards[i];
-        const double u = vi::plain(vi::watch(g, 0, at.y, n_));
-        at.touching[i] = vi::side_within(g, u, vi::magnitude(g, 0, at.y, n_, modes_[0].flow.step));
-        T rate = T(0.0);
-        double terms = 0.0;
-        for (int k = 0; k < degrees_; ++k) {
-            rate = rate + gradient(i, k) * v[k];
-            terms += std::abs(gradient(i, k) * vi::plain(v[k]));
-        }
-        at.rate[i] = -at.touching[i] * rate;
-        if (std::abs(vi::plain(rate)) <= 8.0 * degrees_ * vi::unit_roundoff * terms)
-            at.rate[i] = vi::with_value(at.rate[i], 0.0);
     }
 
     void tangent_block(const start_data& data, const numbers& seeds, int first, int count,

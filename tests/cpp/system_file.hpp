@@ -43,8 +43,8 @@ inline binding::system_data read_system(reader& in) {
         c.impulse = in.numbers();
         c.mobility = in.numbers();
         c.shift = in.numbers();
-        c.restitution_lower = in.number();
-        c.restitution_upper = in.number();
+        c.restitution[0] = in.number();
+        c.restitution[1] = in.number();
     }
     return data;
 }

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "vibroimpact/batch/results.hpp"
-#include "vibroimpact/batch/start.hpp"
+#include "vibroimpact/start.hpp"
 
 namespace vi {
 
@@ -30,6 +30,15 @@ VI_HD inline void sizes_of_entries(long long* out) {
 }
 
 namespace detail {
+
+// The start of member i, in the free mode.
+template <class Flow>
+VI_CALL trajectory<double, typename Flow::shape_type>
+start_of(const batch_arrays& b, const hybrid<Flow>& system, long long i) {
+    const long long first = i * b.degrees;
+    return start_at(system, coordinates_of(b, 0, b.system[i]), b.position + first,
+                    b.velocity + first, b.phases + i * b.lines);
+}
 
 // Options, and memory of member i, for its observers.
 template <class Flow>
@@ -71,7 +80,7 @@ VI_HD inline void run_member(const batch_arrays& b, long long i) {
     const auto& system = system_in<Flow>(b, b.system[i]);
     const member_rows<Flow> rows(b, i);
     rows.clear();
-    const auto start = start_of(b, system, i);
+    const auto start = detail::start_of(b, system, i);
     if (behind_stop(system, start)) {
         b.end[i] = static_cast<signed char>(member_end::behind_stop);
         return;

@@ -1,0 +1,79 @@
+// Where a motion starts: a trajectory in the free mode from positions, velocities and phases.
+//
+// Method      y by (2) of mode_coordinates.hpp. A contact touches if u lies on a stop within its
+//             rounding. Its rate is taken from the velocities as given, which y has mixed with
+//             larger numbers; within their rounding it is rest.
+// Fails       a start may lie behind a stop, which the caller has to ask for: behind_stop
+#pragma once
+
+#include "vibroimpact/event/certified_flight.hpp"
+#include "vibroimpact/mode_coordinates.hpp"
+
+namespace vi {
+
+// Gaps of a contact to its stops, and the rounding of the smaller one.
+struct start_gap {
+    double lower, upper, rounding;
+};
+template <class Flow>
+VI_HD inline start_gap gap_at_start(const hybrid<Flow>& system,
+                                    const trajectory<double, typename Flow::shape_type>& at,
+                                    int contact) {
+    const auto& g = system.modes[0].guards[contact];
+    const int n = system.dimension();
+    const double u = watch(g, 0, at.y, n);
+    const double above = u - g.lower, below = g.upper - u;
+    const double terms = magnitude(g, 0, at.y, n, system.modes[0].flow.step);
+    return {above, below, rounding_at(above < below ? g.lower : g.upper, terms)};
+}
+
+// By more than rounding?
+template <class Flow>
+VI_HD inline bool behind_stop(const hybrid<Flow>& system,
+                              const trajectory<double, typename Flow::shape_type>& at) {
+    for (int i = 0; i < system.contacts(); ++i) {
+        const auto gap = gap_at_start(system, at, i);
+        if (min(gap.lower, gap.upper) < -gap.rounding) return true;
+    }
+    return false;
+}
+
+namespace detail {
+
+template <class T, class Flow>
+VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordinates& p, int i,
+                                 const T* v, trajectory<T, typename Flow::shape_type>& at) {
+    const auto& free = system.modes[0];
+    const auto& g = free.guards[i];
+    const int n = system.dimension();
+    const double u = plain(watch(g, 0, at.y, n));
+    at.touching[i] = side_within(g, u, magnitude(g, 0, at.y, n, free.flow.step));
+    T rate = T(0.0);
+    double terms = 0.0;
+    for (int k = 0; k < p.degrees; ++k) {
+        double gradient = 0.0; // du / dx_k
+        for (int j = 0; j < n; ++j)
+            gradient += g.rows[0][j] * p.from_x[j * p.degrees + k];
+        rate = rate + gradient * v[k];
+        terms += abs(gradient * plain(v[k]));
+    }
+    at.rate[i] = -at.touching[i] * rate;
+    if (abs(plain(rate)) <= 8.0 * p.degrees * unit_roundoff * terms)
+        at.rate[i] = with_value(at.rate[i], 0.0);
+}
+
+} // namespace detail
+
+// `p` of the free mode; one phase per forcing line.
+template <class T, class Flow>
+VI_HD inline trajectory<T, typename Flow::shape_type>
+start_at(const hybrid<Flow>& system, const mode_coordinates& p, const T* x, const T* v,
+         const T* phases) {
+    trajectory<T, typename Flow::shape_type> at{};
+    at.y = from_physical<Flow::max_dimension>(p, x, v, forcing_at(p, phases), system.dimension());
+    for (int i = 0; i < system.contacts(); ++i)
+        detail::touch_at_start(system, p, i, v, at);
+    return at;
+}
+
+} // namespace vi
