@@ -13,8 +13,8 @@ namespace vi {
 
 struct flow_numbers {
     double step;
-    const double *k, *c, *a;    // modal, one per block
-    const double *b, *constant; // dense
+    const double *k = nullptr, *c = nullptr, *a = nullptr; // modal, one per block
+    const double *b = nullptr, *constant = nullptr;        // dense
 };
 struct guard_numbers {
     const double* row;

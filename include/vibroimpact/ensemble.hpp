@@ -12,7 +12,6 @@
 
 #include "vibroimpact/observe/growth.hpp"
 #include "vibroimpact/observe/observers.hpp"
-#include "vibroimpact/start.hpp"
 
 namespace vi {
 

@@ -1,9 +1,10 @@
 #include "batch_of.hpp"
+#include "vibroimpact/flow/dense.hpp"
 
 namespace binding {
 
-observed run_dense(const batch_data& batch, const members& all, const observer_options& options) {
-    return run_alone<vi::dense_flow<double, vi::bounded<32, 8>>>(batch, all, options);
+void run_dense(const vi::batch_arrays& b, question ask) {
+    run_alone<vi::dense_flow<double, vi::bounded<32, 8>>>(b, ask);
 }
 
 } // namespace binding

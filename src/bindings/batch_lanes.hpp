@@ -19,24 +19,22 @@ inline constexpr int lanes_of_target = 2;
 template <class Flow>
 class lane_host {
 public:
-    lane_host(const batch_data& batch, const members& all, const observer_options& options,
-              observed& out)
-        : members_(all) {
+    lane_host(const vi::batch_arrays& b, question ask) : b_(b), ask_(ask) {
         berths_.reserve(lanes_of_target);
         for (int i = 0; i < lanes_of_target; ++i)
-            berths_.emplace_back(batch, all, options, out);
+            berths_.emplace_back(b, ask);
     }
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
         auto& here = berths_[i];
-        while (!stopped_ && next_ < members_.count()) {
+        while (!stopped_ && next_ < b_.members) {
             if (next_ % members_between_questions == 0 && interrupted()) return false;
             if (!here.board(next_++)) continue;
-            if (until(here) > 0.0) {
+            if (here.until() > 0.0) {
                 fill(slot, here);
                 return true;
             }
-            here.leave_with_tangents();
+            here.finish(vi::run_end::observer);
         }
         return false;
     }
@@ -45,7 +43,7 @@ public:
              const vi::trajectory<double, typename Flow::shape_type>& at, const vi::clock& now) {
         auto& here = berths_[i];
         here.observers().see(here.hybrid(), e, at, now);
-        return now.time() < until(here);
+        return now.time() < here.until();
     }
 
     bool build(int i, int code) { return berths_[i].build(code); }
@@ -53,27 +51,20 @@ public:
     void end(int i, const vi::lane_slot<Flow>& slot, vi::run_end why) {
         auto& here = berths_[i];
         here.member() = {slot.at, slot.so_far};
-        if (why == vi::run_end::observer)
-            here.leave_with_tangents();
-        else
-            here.leave(vi::end_of_member(why));
+        here.finish(why);
     }
 
     bool interrupted() {
-        stopped_ = stopped_ || members_.interrupted();
+        stopped_ = stopped_ || ask_();
         return stopped_;
     }
 
 private:
-    static double until(const berth<Flow>& here) {
-        return here.wants_tangents() ? vi::begin_of_tangents(here.window()) : vi::infinity();
-    }
-
     // From when on events are to be shown: an impact that nobody watches costs nothing.
     static double watched_from(berth<Flow>& here) {
         const auto& all = here.observers();
         if (all.wants(vi::sees_flights)) return 0.0;
-        return all.wants(~0u) ? vi::min(here.window().settle, until(here)) : until(here);
+        return all.wants(~0u) ? vi::min(here.window().settle, here.until()) : here.until();
     }
 
     static void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here) {
@@ -84,19 +75,17 @@ private:
         slot.watch = watched_from(here);
     }
 
-    const members& members_;
+    const vi::batch_arrays& b_;
+    question ask_;
     std::vector<berth<Flow>> berths_;
-    std::size_t next_ = 0;
+    long long next_ = 0;
     bool stopped_ = false;
 };
 
 template <class Flow>
-observed run_in_lanes(const batch_data& batch, const members& all,
-                      const observer_options& options) {
-    observed out(batch, options, all.count());
-    lane_host<Flow> host(batch, all, options, out);
+void run_in_lanes(const vi::batch_arrays& b, question ask) {
+    lane_host<Flow> host(b, ask);
     vi::lane_run<lanes_of_target, Flow, lane_host<Flow>>(host).run();
-    return out;
 }
 
 } // namespace binding

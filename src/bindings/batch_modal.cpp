@@ -2,8 +2,8 @@
 
 namespace binding {
 
-observed run_modal(const batch_data& batch, const members& all, const observer_options& options) {
-    return run_in_lanes<vi::modal_flow<double, vi::bounded<32, 8>>>(batch, all, options);
+void run_modal(const vi::batch_arrays& b, question ask) {
+    run_in_lanes<vi::modal_flow<double, vi::bounded<32, 8>>>(b, ask);
 }
 
 } // namespace binding

@@ -1,14 +1,13 @@
 #include "batch_module.hpp"
 
+#include <cstdint>
 #include <stdexcept>
-#include <string>
 
 #include <nanobind/stl/vector.h>
 
-#include "arrays.hpp"
 #include "batch.hpp"
 #include "interrupt.hpp"
-#include "vibroimpact/ensemble.hpp"
+#include "owned_arrays.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -19,175 +18,116 @@ namespace {
 
 using indices = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-// The numbers of an array that must have so many.
-numbers checked(const char* name, const array& a, std::size_t size) {
-    if (a.size() != size)
-        throw std::invalid_argument(std::string(name) + " has " + std::to_string(a.size()) +
-                                    " numbers; expected " + std::to_string(size) + ".");
-    return numbers_of(a);
-}
-
 class batch {
+    using fields = vi::batch_arrays;
+
 public:
     batch(bool dense, int degrees, const array& omegas, const array& kappas, const array& steps,
-          const array& impulse, const array& mobility, const array& shift,
-          const array& restitution) {
+          const array& impulse, const array& mobility, const array& shift, const array& restitution)
+        : dense_(dense) {
         if (omegas.ndim() != 2 || impulse.ndim() != 3)
             throw std::invalid_argument("omegas must have 2 axes (S, L), impulse 3 (S, C, D).");
-        data_.dense = dense;
-        data_.count = omegas.shape(0);
-        data_.degrees = static_cast<std::size_t>(degrees);
-        data_.lines = omegas.shape(1);
-        data_.dimension = 2 * (data_.degrees + data_.lines);
-        data_.contacts = impulse.shape(1);
-        const std::size_t s = data_.count, c = data_.contacts, d = data_.dimension;
-        const bool fits = d <= 32 && c >= 1 && c <= 8 && data_.lines <= vi::max_lines;
+        const std::size_t s = omegas.shape(0), lines = omegas.shape(1), c = impulse.shape(1);
+        const std::size_t d = 2 * (static_cast<std::size_t>(degrees) + lines);
+        const bool fits = d <= 32 && c >= 1 && c <= 8 && lines <= vi::max_lines;
         if (s == 0 || degrees < 1 || !fits)
             throw std::invalid_argument("a batch needs at least one system, and sizes that fit.");
-        data_.omegas = numbers_of(omegas);
-        data_.kappas = checked("kappas", kappas, s * data_.lines);
-        data_.steps = checked("steps", steps, s);
-        data_.impulse = checked("impulse", impulse, s * c * d);
-        data_.mobility = checked("mobility", mobility, s * c * c);
-        data_.shift = checked("shift", shift, s * c * d);
-        data_.restitution = checked("restitution", restitution, s * c * 2);
+        auto& b = data_.view;
+        b.systems = static_cast<long long>(s);
+        b.degrees = degrees;
+        b.lines = static_cast<long long>(lines);
+        b.contacts = static_cast<long long>(c);
+        data_.add({{"omegas", &fields::omegas, omegas, s * lines},
+                   {"kappas", &fields::kappas, kappas, s * lines},
+                   {"steps", &fields::steps, steps, s},
+                   {"impulse", &fields::impulse, impulse, s * c * d},
+                   {"mobility", &fields::mobility, mobility, s * c * c},
+                   {"shift", &fields::shift, shift, s * c * d},
+                   {"restitution", &fields::restitution, restitution, s * c * 2}});
     }
 
     void add_mode(int code, const nb::dict& flow, const array& rows, const array& gains,
-                  const array& lower, const array& upper, std::vector<int> side, const array& to_x,
-                  const array& to_v, const array& offset, const array& from_x, const array& from_v,
-                  const array& particular) {
-        const std::size_t s = data_.count, c = data_.contacts, d = data_.dimension;
-        const std::size_t n = data_.degrees;
-        const auto part = [&](const char* name, std::size_t size) {
-            return checked(name, nb::cast<array>(flow[name]), size);
-        };
-        batch_mode mode{};
-        mode.code = code;
-        if (data_.dense) {
-            mode.b = part("b", s * d * d);
-            mode.constant = part("constant", s * d);
-        } else {
-            mode.k = part("k", s * d / 2);
-            mode.c = part("c", s * d / 2);
-            mode.a = part("a", s * d / 2);
-        }
-        mode.rows = checked("rows", rows, s * c * d);
-        mode.gains = checked("gains", gains, s * c);
-        mode.lower = checked("lower", lower, s * c);
-        mode.upper = checked("upper", upper, s * c);
-        if (side.size() != c || (data_.modes.empty() && code != 0))
+                  const array& lower, const array& upper, const std::vector<int>& side,
+                  const array& to_x, const array& to_v, const array& offset, const array& from_x,
+                  const array& from_v, const array& particular) {
+        auto& b = data_.view;
+        const auto [s, n, lines, c, d] = sizes();
+        if (side.size() != c || (codes_.empty() && code != 0))
             throw std::invalid_argument("side: one per contact; the free mode, code 0, is first.");
-        mode.side = std::move(side);
-        mode.to_x = checked("to_x", to_x, s * n * d);
-        mode.to_v = checked("to_v", to_v, s * n * d);
-        mode.offset = checked("offset", offset, s * n);
-        mode.from_x = checked("from_x", from_x, s * d * n);
-        mode.from_v = checked("from_v", from_v, s * d * n);
-        mode.particular = checked("particular", particular, s * d * 2 * data_.lines);
-        data_.modes.push_back(std::move(mode));
+        const auto of_flow = [&](const char* name) { return nb::cast<array>(flow[name]); };
+        std::vector<owned_arrays::part> parts{
+            {"rows", &fields::rows, rows, s * c * d},
+            {"gains", &fields::gains, gains, s * c},
+            {"lower", &fields::lower, lower, s * c},
+            {"upper", &fields::upper, upper, s * c},
+            {"to_x", &fields::to_x, to_x, s * n * d},
+            {"to_v", &fields::to_v, to_v, s * n * d},
+            {"offset", &fields::offset, offset, s * n},
+            {"from_x", &fields::from_x, from_x, s * d * n},
+            {"from_v", &fields::from_v, from_v, s * d * n},
+            {"particular", &fields::particular, particular, s * d * 2 * lines}};
+        if (dense_) {
+            parts.push_back({"b", &fields::b, of_flow("b"), s * d * d});
+            parts.push_back({"constant", &fields::constant, of_flow("constant"), s * d});
+        } else {
+            parts.push_back({"k", &fields::k, of_flow("k"), s * d / 2});
+            parts.push_back({"c", &fields::c, of_flow("c"), s * d / 2});
+            parts.push_back({"a", &fields::a, of_flow("a"), s * d / 2});
+        }
+        data_.add(parts);
+        codes_.push_back(code);
+        sides_.insert(sides_.end(), side.begin(), side.end());
+        b.codes = codes_.data();
+        b.side = sides_.data();
+        b.modes = static_cast<long long>(codes_.size());
     }
 
     nb::dict run(const indices& system, const array& position, const array& velocity,
                  const array& phases, const array& settle, const array& observe, long most_impacts,
                  const nb::dict& observers) const {
-        if (data_.modes.empty()) throw std::invalid_argument("the batch has no mode yet.");
+        if (codes_.empty()) throw std::invalid_argument("the batch has no mode yet.");
         const std::size_t count = system.size();
-        const members all{{system.data(), system.data() + count},
-                          checked("position", position, count * data_.degrees),
-                          checked("velocity", velocity, count * data_.degrees),
-                          checked("phases", phases, count * data_.lines),
-                          checked("settle", settle, count),
-                          checked("observe", observe, count),
-                          most_impacts,
-                          interrupted};
-        for (std::int32_t s : all.system)
-            if (s < 0 || static_cast<std::size_t>(s) >= data_.count)
+        const auto [s, n, lines, c, d] = sizes();
+        const std::vector<int> systems(system.data(), system.data() + count);
+        for (int one : systems)
+            if (one < 0 || static_cast<std::size_t>(one) >= s)
                 throw std::invalid_argument("system: an index outside the batch.");
-        const auto options = read(observers);
-        auto out = [&] {
+        owned_arrays here;
+        here.view = data_.view;
+        here.view.members = static_cast<long long>(count);
+        here.view.system = systems.data();
+        here.view.most_impacts = most_impacts;
+        here.add({{"position", &fields::position, position, count * n},
+                  {"velocity", &fields::velocity, velocity, count * n},
+                  {"phases", &fields::phases, phases, count * lines},
+                  {"settle", &fields::settle, settle, count},
+                  {"observe", &fields::observe, observe, count}});
+        observer_reader(observers, here).read();
+        results out(observers, here.view);
+        {
             const nb::gil_scoped_release release;
-            const bool small = data_.dimension == 6 && data_.lines == 1 && data_.contacts == 1;
-            return data_.dense ? run_dense(data_, all, options)
-                   : small     ? run_modal_small(data_, all, options)
-                               : run_modal(data_, all, options);
-        }();
+            const bool small = d == 6 && lines == 1 && c == 1;
+            (dense_ ? run_dense : small ? run_modal_small : run_modal)(here.view, interrupted);
+        }
         raise_if_interrupted();
-        nb::dict result;
-        result["end"] = to_numpy(std::move(out.end), {count});
-        out.each([&](table& t) {
-            if (t.width) result[t.name] = to_numpy(std::move(t.values), {count, t.width});
-        });
-        return result;
+        return out.to_python();
     }
 
 private:
-    // What ensembles/observers.py writes.
-    observer_options read(const nb::dict& spec) const {
-        observer_options o;
-        const auto option = [&](const char* observer, const char* name) {
-            return nb::cast<nb::dict>(spec[observer])[name];
-        };
-        const auto number = [&](const char* observer, const char* name) {
-            return nb::cast<double>(option(observer, name));
-        };
-        const auto whole = [&](const char* observer, const char* name) {
-            const long value = nb::cast<long>(option(observer, name));
-            if (value < 0) throw std::invalid_argument(std::string(name) + ": must be >= 0.");
-            return value;
-        };
-        const auto at_least_one = [&](const char* observer, const char* name) {
-            return std::max(whole(observer, name), 1L);
-        };
-        const auto wanted = [&](const char* observer, unsigned bit) {
-            if (spec.contains(observer)) o.wanted |= bit;
-            return spec.contains(observer);
-        };
-        if (wanted("section", vi::sees_section)) {
-            o.contact = static_cast<int>(whole("section", "contact"));
-            o.side = nb::cast<int>(option("section", "side"));
-            o.last = at_least_one("section", "last");
-            o.stride = at_least_one("section", "stride");
-        }
-        if (wanted("symbol", vi::sees_symbol)) {
-            o.symbol_tolerance = number("symbol", "tolerance");
-            o.symbol_returns = at_least_one("symbol", "returns");
-        }
-        if (wanted("settling", vi::sees_settling)) {
-            o.settling_tolerance = number("settling", "tolerance");
-            o.settling_returns = at_least_one("settling", "returns");
-            o.longest = at_least_one("settling", "longest");
-        }
-        wanted("impacts", vi::sees_impacts);
-        wanted("speeds", vi::sees_speeds);
-        wanted("power", vi::sees_power);
-        wanted("shares", vi::sees_shares);
-        if (wanted("extremes", vi::sees_extremes)) o.extremes = rows(spec["extremes"]);
-        if (wanted("averages", vi::sees_averages)) o.averages = rows(spec["averages"]);
-        o.lyapunov = spec.contains("lyapunov");
-        o.spectrum = spec.contains("spectrum");
-        o.final_state = spec.contains("final");
-        return o;
+    // Systems; coordinates, forcing lines, contacts and entries of y of each.
+    struct counts {
+        std::size_t systems, degrees, lines, contacts, dimension;
+    };
+    counts sizes() const {
+        const auto size = [](long long x) { return static_cast<std::size_t>(x); };
+        const auto& b = data_.view;
+        return {size(b.systems), size(b.degrees), size(b.lines), size(b.contacts),
+                size(2 * (b.degrees + b.lines))};
     }
 
-    // Rows on the coordinates; an empty one stands for a row for every coordinate.
-    numbers rows(nb::handle given) const {
-        const std::size_t n = data_.degrees;
-        numbers out;
-        for (nb::handle one : given) {
-            auto row = nb::cast<numbers>(one);
-            if (!row.empty() && row.size() != n)
-                throw std::invalid_argument("row: one number per coordinate, or none.");
-            for (std::size_t i = 0; row.empty() && i < n * n; ++i)
-                out.push_back(i % (n + 1) == 0 ? 1.0 : 0.0);
-            out.insert(out.end(), row.begin(), row.end());
-        }
-        if (out.size() > n * vi::most_watched)
-            throw std::invalid_argument("rows: at most 16 of one observer.");
-        return out;
-    }
-
-    batch_data data_{};
+    bool dense_;
+    owned_arrays data_{};
+    std::vector<int> codes_, sides_;
 };
 
 } // namespace

@@ -36,10 +36,6 @@ public:
     }
 
     const vi::hybrid<Flow>& hybrid() const { return hybrid_; }
-    const physical_maps& physical() const { return physical_; }
-
-    // So many modes can be added without moving those that are there.
-    void reserve_modes(std::size_t count) { modes_.reserve(count); }
 
     void add_mode(const mode_data& data) override {
         physical_.add(

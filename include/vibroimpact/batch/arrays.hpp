@@ -1,5 +1,5 @@
 // A batch as plain arrays: many systems of one structure, the members that run in them, and where
-// results go. What src/bindings/batch.hpp holds for the processor, in a form that a device can read.
+// results go. A host owns the arrays and lends them to the kernel.
 //
 // Every field is eight bytes wide and stands on a line of its own: hosts in other languages lay the
 // struct out from this text (ensembles/cuda/layout.py).
@@ -16,6 +16,7 @@ struct batch_arrays {
     long long members;
     long long degrees;
     long long lines;
+    long long contacts;
 
     // systems: what _kernel.Batch is told, leading axis the systems
     const double* omegas;
@@ -32,6 +33,8 @@ struct batch_arrays {
     const double* k;
     const double* c;
     const double* a;
+    const double* b; // of dense flows, in place of k, c, a
+    const double* constant;
     const double* rows;
     const double* gains;
     const double* lower;
@@ -52,7 +55,7 @@ struct batch_arrays {
     const double* observe;
     long long most_impacts;
 
-    // observers: observer_bit, and options (src/bindings/batch.hpp)
+    // observers: observer_bit, and options (ensembles/observers.py)
     long long wanted;
     long long contact;
     long long stop;
@@ -91,7 +94,7 @@ struct batch_arrays {
     double* final_velocity;
     double* final_phase;
 
-    // room for what is built: sizes of one entry by sizes_of_entries (run_member.hpp)
+    // room for what is built on devices: sizes of one entry by sizes_of_entries (run_member.hpp)
     void* built_systems;
     void* built_modes;
     void* built_from_free;

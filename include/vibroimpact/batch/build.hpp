@@ -1,16 +1,43 @@
 // The systems of a batch, built from arrays into memory that is lent: no heap, no library.
 //
-// Method      assemble.hpp, where the numbers of a system lie
-// Assumes     arrays as _kernel.Batch checks them; a modal flow
-// Accuracy    the bits of the bindings; modes that these build when they are first wanted are all
-//             built beforehand here
+// Method      assemble.hpp, with the numbers where arrays.hpp says
+// Assumes     arrays as _kernel.Batch checks them
 #pragma once
 
 #include "vibroimpact/assemble.hpp"
 #include "vibroimpact/batch/arrays.hpp"
-#include "vibroimpact/run.hpp"
 
 namespace vi {
+
+// Memory of one system: mode m, its maps and the rows watched in it have place m.
+template <class Flow>
+struct system_room {
+    using map_type = typename hybrid<Flow>::map_type;
+    using watched = guard<double, Flow::max_dimension>;
+    hybrid<Flow>* system;
+    mode<double, Flow>* modes;
+    map_type *from_free, *to_free;
+    watched *extremes, *averages;
+};
+
+// In the memory that batch_arrays lends.
+template <class Flow>
+VI_HD inline system_room<Flow> room_of_system(const batch_arrays& b, long long s) {
+    using room = system_room<Flow>;
+    const long long first = s * b.modes;
+    return {static_cast<hybrid<Flow>*>(b.built_systems) + s,
+            static_cast<mode<double, Flow>*>(b.built_modes) + first,
+            static_cast<typename room::map_type*>(b.built_from_free) + first,
+            static_cast<typename room::map_type*>(b.built_to_free) + first,
+            static_cast<typename room::watched*>(b.built_extremes) + first * b.extremes_count,
+            static_cast<typename room::watched*>(b.built_averages) + first * b.averages_count};
+}
+
+template <class Shape>
+VI_HD inline sizes<Shape> sizes_of(const batch_arrays& b) {
+    return {static_cast<int>(2 * (b.degrees + b.lines)), static_cast<int>(b.lines),
+            static_cast<int>(b.contacts)};
+}
 
 VI_HD inline mode_coordinates coordinates_of(const batch_arrays& b, long long mode, long long s) {
     const long long n = b.degrees, d = 2 * (n + b.lines), at = mode * b.systems + s;
@@ -19,54 +46,57 @@ VI_HD inline mode_coordinates coordinates_of(const batch_arrays& b, long long mo
             b.kappas + s * b.lines, static_cast<int>(n),   static_cast<int>(b.lines)};
 }
 
-// Typed views of the memory that is lent.
 template <class Flow>
-VI_HD inline mode<double, Flow>* modes_of(const batch_arrays& b, long long s) {
-    return static_cast<mode<double, Flow>*>(b.built_modes) + s * b.modes;
-}
-template <class Flow>
-VI_HD inline hybrid<Flow>& system_in(const batch_arrays& b, long long s) {
-    return static_cast<hybrid<Flow>*>(b.built_systems)[s];
+VI_HD inline flow_numbers flow_of(const batch_arrays& b, long long mode, long long s) {
+    const long long d = 2 * (b.degrees + b.lines), at = mode * b.systems + s, half = at * (d / 2);
+    flow_numbers from{b.steps[s]};
+    if constexpr (is_modal<Flow>) {
+        from.k = b.k + half;
+        from.c = b.c + half;
+        from.a = b.a + half;
+    } else {
+        from.b = b.b + at * d * d;
+        from.constant = b.constant + at * d;
+    }
+    return from;
 }
 
 // Mode m of system s, with the maps to it and the rows that observers watch.
 template <class Flow>
-VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s) {
-    using map_type = typename hybrid<Flow>::map_type;
-    using watched = guard<double, Flow::max_dimension>;
-    auto& to = modes_of<Flow>(b, s)[m];
+VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
+                             const system_room<Flow>& room) {
+    constexpr int D = Flow::max_dimension;
+    auto& to = room.modes[m];
     auto& flow = to.flow;
+    static_cast<sizes<typename Flow::shape_type>&>(flow) = sizes_of<typename Flow::shape_type>(b);
+    set_flow(flow, flow_of<Flow>(b, m, s));
     const int n = flow.dimension(), contacts = flow.contacts();
-    const long long at = s * b.modes + m, half = (m * b.systems + s) * (n / 2);
-    set_flow(flow, {b.steps[s], b.k + half, b.c + half, b.a + half, nullptr, nullptr});
     for (int i = 0; i < contacts; ++i) {
-        const long long one = (m * b.systems + s) * contacts + i;
+        const long long at = (m * b.systems + s) * contacts + i;
         set_guard(
             to.guards[i],
-            {b.rows + one * n, b.gains[one], b.lower[one], b.upper[one], b.side[m * contacts + i]},
+            {b.rows + at * n, b.gains[at], b.lower[at], b.upper[at], b.side[m * contacts + i]},
             flow);
     }
     const auto free = coordinates_of(b, 0, s), here = coordinates_of(b, m, s);
-    constexpr int D = Flow::max_dimension;
-    static_cast<map_type*>(b.built_from_free)[at] = map_between<D>(free, here, n);
-    static_cast<map_type*>(b.built_to_free)[at] = map_between<D>(here, free, n);
-    const auto watch_rows = [&](const double* rows, long long count, void* built) {
-        for (long long r = 0; r < count; ++r)
-            set_watched(static_cast<watched*>(built)[at * count + r], rows + r * b.degrees, here,
-                        flow);
-    };
-    watch_rows(b.extremes_rows, b.extremes_count, b.built_extremes);
-    watch_rows(b.averages_rows, b.averages_count, b.built_averages);
+    room.from_free[m] = map_between<D>(free, here, n);
+    room.to_free[m] = map_between<D>(here, free, n);
+    for (long long r = 0; r < b.extremes_count; ++r)
+        set_watched(room.extremes[m * b.extremes_count + r], b.extremes_rows + r * b.degrees, here,
+                    flow);
+    for (long long r = 0; r < b.averages_count; ++r)
+        set_watched(room.averages[m * b.averages_count + r], b.averages_rows + r * b.degrees, here,
+                    flow);
 }
 
 // What the modes of system s share. Its modes need not be there yet.
 template <class Flow>
-VI_HD inline void build_system(const batch_arrays& b, long long s) {
-    using map_type = typename hybrid<Flow>::map_type;
-    auto& h = system_in<Flow>(b, s);
-    h.modes = modes_of<Flow>(b, s);
-    h.from_free = static_cast<const map_type*>(b.built_from_free) + s * b.modes;
-    h.to_free = static_cast<const map_type*>(b.built_to_free) + s * b.modes;
+VI_HD inline void build_system(const batch_arrays& b, long long s, const system_room<Flow>& room) {
+    auto& h = *room.system;
+    static_cast<sizes<typename Flow::shape_type>&>(h) = sizes_of<typename Flow::shape_type>(b);
+    h.modes = room.modes;
+    h.from_free = room.from_free;
+    h.to_free = room.to_free;
     h.codes = b.codes;
     h.mode_count = static_cast<int>(b.modes);
     set_lines(h, b.kappas + s * b.lines, static_cast<int>(b.lines));

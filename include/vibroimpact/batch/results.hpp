@@ -1,6 +1,4 @@
 // What the observers of one member saw, written as rows of numbers.
-//
-// Method      as src/bindings/batch_results.hpp, operation for operation
 #pragma once
 
 #include "vibroimpact/batch/build.hpp"
@@ -15,15 +13,14 @@ class member_rows {
 
 public:
     VI_HD member_rows(const batch_arrays& b, long long i)
-        : b_(b), i_(i), s_(b.system[i]), n_(static_cast<int>(b.degrees)) {}
+        : b_(b), i_(i), s_(b.system[i]), n_(b.degrees) {}
 
     // Of a member that has not run: numbers NaN, whole numbers 0.
     VI_CALL void clear() const {
-        const long long n = b_.degrees;
         b_.end[i_] = static_cast<signed char>(member_end::interrupted);
         b_.time[i_] = 0.0;
-        fill(b_.section_position, b_.last * n, not_a_number());
-        fill(b_.section_velocity, b_.last * n, not_a_number());
+        fill(b_.section_position, b_.last * n_, not_a_number());
+        fill(b_.section_velocity, b_.last * n_, not_a_number());
         fill(b_.section_phase, b_.last, not_a_number());
         fill(b_.section_time, b_.last, not_a_number());
         fill(b_.symbol, 3, 0.0);
@@ -37,8 +34,8 @@ public:
         fill(b_.averages, 2 * b_.averages_count, not_a_number());
         fill(b_.counts, 2, 0.0);
         fill(b_.spectrum, b_.exponents, not_a_number());
-        fill(b_.final_position, n, not_a_number());
-        fill(b_.final_velocity, n, not_a_number());
+        fill(b_.final_position, n_, not_a_number());
+        fill(b_.final_velocity, n_, not_a_number());
         fill(b_.final_phase, 1, not_a_number());
     }
 
@@ -97,11 +94,12 @@ private:
     VI_CALL void state(int mode, const vec<double, D>& y, double* x, double* v,
                        double* phase) const {
         const auto p = coordinates_of(b_, mode, s_);
+        const int n = sizes_of<Shape>(b_).dimension();
         for (int i = 0; i < p.degrees; ++i) {
-            x[i] = position_of(p, i, y, D);
-            v[i] = velocity_of(p, i, y, D);
+            x[i] = position_of(p, i, y, n);
+            v[i] = velocity_of(p, i, y, n);
         }
-        *phase = p.lines > 0 ? phase_of(p, 0, y, D) : 0.0;
+        *phase = p.lines > 0 ? phase_of(p, 0, y, n) : 0.0;
     }
 
     VI_HD void write(const section<Shape>& seen) const {
@@ -130,8 +128,7 @@ private:
     }
 
     const batch_arrays& b_;
-    long long i_, s_;
-    int n_;
+    long long i_, s_, n_;
 };
 
 } // namespace vi

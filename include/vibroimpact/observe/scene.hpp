@@ -9,11 +9,10 @@
 //
 //     observe/                      its struct, in a file of its own
 //     observe/observers.hpp         a member, a bit, and a line in see()
-//     src/bindings/batch.hpp, .cpp  its options, and a table for its results
-//     src/bindings/batch_module.cpp, batch_of.hpp, batch_results.hpp
-//                                   read the options, hand them over, write the results
-//     batch/arrays.hpp, results.hpp, run_member.hpp; src/vibroimpact/ensembles/cuda/layout.py
-//                                   the same for devices
+//     batch/arrays.hpp, member.hpp, results.hpp
+//                                   its options, and a table for its results: hand over, write
+//     src/bindings/batch_module.cpp, src/vibroimpact/ensembles/cuda/layout.py
+//                                   read the options, make room for the table
 //     src/vibroimpact/ensembles/kinds.py, observers.py
 //                                   its name and options, and the variables of a dataset
 //     tests/test_observers.py       its results against the record of the same motion

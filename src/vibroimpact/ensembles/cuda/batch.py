@@ -143,7 +143,7 @@ class DeviceBatch:
     ) -> None:  # fmt: skip
         used, number = np.unique(system, return_inverse=True)
         counts = {"systems": len(used), "modes": len(self.tables.modes), "members": len(system),
-                  "degrees": self.sizes.degrees, "lines": self.sizes.lines}  # fmt: skip
+                  **self.sizes._asdict()}  # fmt: skip
         arrays = self._arrays(used) | {"system": number.astype(np.int32)}
         arrays |= {f"{name}_rows": rows for name, rows in asked.rows.items()}
         arrays |= {name: members[name] for name in MEMBER}

@@ -18,8 +18,9 @@ extern "C" __global__ void entry_sizes(long long* out) {
 extern "C" __global__ void build(const vi::batch_arrays* batch) {
     const long long i = thread_number(), mode = i % batch->modes, system = i / batch->modes;
     if (system >= batch->systems) return;
-    if (mode == 0) vi::build_system<flow>(*batch, system);
-    vi::build_mode<flow>(*batch, mode, system);
+    const auto room = vi::room_of_system<flow>(*batch, system);
+    if (mode == 0) vi::build_system(*batch, system, room);
+    vi::build_mode(*batch, mode, system, room);
 }
 
 extern "C" __global__ void run(const vi::batch_arrays* batch) {

@@ -1,0 +1,113 @@
+// A member of a batch between its start and its row of results.
+//
+// Method      board() takes it to its start, the host runs it (ensemble.hpp), leave() writes down
+//             what its observers have seen
+// Assumes     its system is built, the free mode at least
+// Fails       member_end
+#pragma once
+
+#include "vibroimpact/batch/results.hpp"
+#include "vibroimpact/start.hpp"
+
+namespace vi {
+
+// Memory that the observers of one member need: places for b.last points and b.longest impacts.
+template <class Flow>
+struct member_room {
+    section_point<typename Flow::shape_type>* points;
+    kept_impact<typename Flow::shape_type>* kept;
+};
+
+// In the memory that batch_arrays lends.
+template <class Flow>
+VI_HD inline member_room<Flow> room_of_member(const batch_arrays& b, long long i) {
+    using Shape = typename Flow::shape_type;
+    return {static_cast<section_point<Shape>*>(b.points) + i * b.last,
+            static_cast<kept_impact<Shape>*>(b.kept) + i * b.longest};
+}
+
+// A member under way.
+template <class Flow>
+struct passage {
+    trajectory<double, typename Flow::shape_type> start{};
+    member<double, Flow> now{};
+    vi::window window{};
+    vi::observers<Flow> observers{};
+};
+
+namespace detail {
+
+// The start of member i, in the free mode.
+template <class Flow>
+VI_CALL trajectory<double, typename Flow::shape_type>
+start_of(const batch_arrays& b, const hybrid<Flow>& system, long long i) {
+    const long long first = i * b.degrees;
+    return start_at(system, coordinates_of(b, 0, b.system[i]), b.position + first,
+                    b.velocity + first, b.phases + i * b.lines);
+}
+
+// Options of the observers of a member of system s, and what they read.
+template <class Flow>
+VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
+                                    const system_room<Flow>& built, const member_room<Flow>& lent,
+                                    observers<Flow>& all) {
+    const double omega = b.lines ? b.omegas[s * b.lines] : 0.0;
+    const physical_rows physical{coordinates_of(b, 0, s), b.lines ? omega : 1.0 / b.steps[s]};
+    all.wanted = static_cast<unsigned>(b.wanted);
+    all.section.contact = static_cast<int>(b.contact);
+    all.section.side = static_cast<int>(b.stop);
+    all.section.last = static_cast<long>(b.last);
+    all.section.stride = static_cast<long>(b.stride);
+    all.section.points = lent.points;
+    all.symbol.tolerance = b.symbol_tolerance;
+    all.symbol.returns = static_cast<long>(b.symbol_returns);
+    all.settling.orbit.tolerance = b.settling_tolerance;
+    all.settling.orbit.returns = static_cast<long>(b.settling_returns);
+    all.settling.longest = static_cast<long>(b.longest);
+    all.settling.kept = lent.kept;
+    all.symbol.rows = all.settling.orbit.rows = physical;
+    all.symbol.omega = all.settling.orbit.omega = omega;
+    all.extremes.watched = {built.extremes, static_cast<int>(b.extremes_count)};
+    all.averages.watched = {built.averages, static_cast<int>(b.averages_count)};
+}
+
+} // namespace detail
+
+// Take member i to its start, `out` being new; false if it ends there, behind a stop.
+template <class Flow>
+VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Flow>& built,
+                        const member_room<Flow>& lent, passage<Flow>& out) {
+    member_rows<Flow>(b, i).clear();
+    out.start = detail::start_of(b, *built.system, i);
+    if (behind_stop(*built.system, out.start)) {
+        b.end[i] = static_cast<signed char>(member_end::behind_stop);
+        return false;
+    }
+    out.now.at = out.start;
+    out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
+    out.observers.settle = out.window.settle;
+    detail::prepare_observers(b, b.system[i], built, lent, out.observers);
+    out.observers.depart(out.start);
+    return true;
+}
+
+// Write down what was seen; where settling is asked for, member i is run again.
+template <class Flow, int W, class Build>
+VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& system,
+                        const passage<Flow>& from, member_end end, const growth<W>& tangents,
+                        Build& build) {
+    const auto& all = from.observers;
+    const double time = from.now.so_far.now.time(), omega = all.symbol.omega;
+    const member_rows<Flow> rows(b, i);
+    b.time[i] = time;
+    rows.write(all, omega > 0.0 ? 2.0 * pi / omega : not_a_number(), time - from.window.settle);
+    rows.write(tangents);
+    rows.write_final(from.now.at);
+    if constexpr ((observers_compiled & sees_settling) != 0)
+        if (all.wants(sees_settling))
+            b.settling[i] = settling_time(system, from.start, from.window, all.settling,
+                                          from.now.so_far.impacts, build);
+    b.end[i] = static_cast<signed char>(end);
+}
+
+} // namespace vi
