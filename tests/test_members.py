@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,17 +11,18 @@ from support.families import CHAIN, PAIR, swinging
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact import hybrid
+from vibroimpact import _kernel, hybrid
 from vibroimpact.coordinates import Closed
 from vibroimpact.ensembles.batch import Members, batch_of, run_members
-from vibroimpact.ensembles.observers import Final, Impacts, Observer, Outcome
+from vibroimpact.ensembles.observers import Final, Impacts, Observer, Outcome, Shares
+from vibroimpact.ensembles.tables import Tables
 from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import System
 
 Values = dict[str, np.ndarray]
 DAMPER = paper_damper("A", 1.1)
 
-SEEN: tuple[Observer, ...] = (Final(), Impacts())
+SEEN: tuple[Observer, ...] = (Final(), Impacts(), Shares())
 
 
 def members_of(
@@ -61,6 +63,32 @@ def test_members_of_systems_with_several_structures_run_as_alone() -> None:
         start = vi.State((0.0, 0.1), (0.3, 1.0), float(members.phase[row]))
         run = vi.simulate(one, start, t_max=60.0)
         assert run.position[-1].tobytes() == out["final_position"][row].tobytes()
+
+
+CHATTERING = paper_damper("C", 0.42, restitution=0.3), {"omega": np.linspace(0.42, 0.43, 12)}
+
+
+def test_modes_of_closed_contacts_are_those_of_the_system_of_each_member() -> None:
+    """More systems than lanes, all of which come to rest on the stops."""
+    members = members_of(list(range(12)), [0.0, 0.0], [0.0, 1.0], 500.0)
+    out = check_members(*CHATTERING, members)
+    assert np.all(out["share_at_rest"] > 0.0)
+
+
+def test_a_mode_that_is_refused_leaves_the_batch_as_it_was() -> None:
+    def refused_once(tables: Tables) -> _kernel.Batch:
+        free, *closed = tables.modes
+        kernel = replace(tables, modes=[free]).kernel()
+        with pytest.raises(ValueError, match="offset has 3 numbers; expected 24"):
+            kernel.add_mode(**closed[0] | {"offset": np.zeros(3)})
+        for mode in closed:
+            kernel.add_mode(**mode)
+        return kernel
+
+    members = members_of([0, 5, 11], [0.0, 0.0], [0.0, 1.0], 500.0)
+    found = run_members(batch_of(*CHATTERING, refused_once), members, SEEN)
+    for name, one in run_members(batch_of(*CHATTERING), members, SEEN).items():
+        assert one.tobytes() == found[name].tobytes(), name
 
 
 def test_no_members_are_no_results() -> None:
