@@ -1,8 +1,31 @@
-"""Settings of the whole suite: property tests draw the same examples every time."""
+"""What the whole suite shares: settings of property tests, and fixtures.
+
+Property tests draw the same examples every time.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("repeatable")
+
+
+@pytest.fixture
+def no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Draw in memory; pictures are closed in the end, and nobody shows one."""
+    plt.switch_backend("Agg")
+    monkeypatch.setattr(plt, "show", lambda *_, **__: pytest.fail("plt.show was called"))
+    yield
+    plt.close("all")
+
+
+@pytest.fixture
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)

@@ -3,61 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from support.commands import WALL, said
 
 import vibroimpact as vi
 from vibroimpact import cli
 from vibroimpact.branches.store import load_branch
 from vibroimpact.normal_forms import NeimarkSacker
 
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
+
 CASE = "impact-damper/A"
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.05
 )
-WALL = """
-[mechanism]
-mass = [[1.0]]
-damping = [[0.1]]
-stiffness = [[1.0]]
-
-[[mechanism.forces]]
-omega = 0.8
-sine = [1.0]
-
-[[mechanism.contacts]]
-row = [1.0]
-upper = 0.5
-restitution = 0.7
-
-[start]
-position = [0.0]
-velocity = [0.0]
-"""
-
-
-@pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.chdir(tmp_path)
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")
 def expected() -> vi.Branch:
     """Of the stable symmetric orbit at the middle of the range."""
     return vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.9, 1.2))
-
-
-def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    assert cli.main(argv) == cli.DONE
-    return capsys.readouterr().out
 
 
 def numbers(argv: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, object]:

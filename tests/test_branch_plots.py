@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
 
@@ -22,17 +21,11 @@ from vibroimpact.plotting import plot_branch_multipliers, plot_branches
 from vibroimpact.plotting.branches import COLOURS, LINES
 from vibroimpact.plotting.labels import Labels
 
+pytestmark = pytest.mark.usefixtures("no_windows")
+
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.75
 )
-
-
-@pytest.fixture(autouse=True)
-def _no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.setattr(plt, "show", lambda *_, **__: pytest.fail("a plot function called show"))
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import types
-from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -23,18 +22,12 @@ from vibroimpact import cli
 from vibroimpact.literature.impact_damper import panels, parameter_sets
 from vibroimpact.report import Word
 
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
+
 CASE = ["impact-damper/A", "--omega", "1.2"]
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
 )
-
-
-@pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.chdir(tmp_path)
-    yield
-    plt.close("all")
 
 
 def opened(path: str) -> xr.Dataset:

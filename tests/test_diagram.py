@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -26,18 +24,13 @@ from vibroimpact.branches.loops import (
 from vibroimpact.periodic.find import rotated, solve, unfolded
 from vibroimpact.periodic.problem import Signature
 
+pytestmark = pytest.mark.usefixtures("no_windows")
+
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.75
 )
 RANGE = (0.6, 0.75)
 CLOSE = 1e-8  # Newton's method ends near 1e-14; a square root at a special point halves the digits
-
-
-@pytest.fixture(autouse=True)
-def _no_windows() -> Iterator[None]:
-    plt.switch_backend("Agg")
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

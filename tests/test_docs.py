@@ -10,14 +10,14 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import pytest
 
 import vibroimpact as vi
 from vibroimpact import cli, plotting
+
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -25,14 +25,6 @@ DOCUMENTS = sorted([README, ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.m
 REFERENCE = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")
 MODULES = sorted(module.name for module in pkgutil.walk_packages(vi.__path__, "vibroimpact."))
 PUBLIC = [f"vi.{name}" for name in vi.__all__] + [f"plotting.{name}" for name in plotting.__all__]
-
-
-@pytest.fixture(autouse=True)
-def _no_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.chdir(tmp_path)
-    yield
-    plt.close("all")
 
 
 def blocks(path: Path, language: str) -> list[str]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from support.commands import WALL, said
 
 import vibroimpact as vi
 from vibroimpact import cli
+
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
 CASE = "impact-damper/A"
 SET_A = vi.ImpactDamper(
@@ -23,38 +24,6 @@ OMEGA, CLEARANCE = "omega=1.1:1.2:3", "half_clearance=4,5"
 OVER = {"omega": np.linspace(1.1, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
 SHORT = ["--settle", "60", "--periods", "20"]
 WINDOW = {"settle": 60.0, "periods": 20.0, "progress": False}
-WALL = """
-[mechanism]
-mass = [[1.0]]
-damping = [[0.1]]
-stiffness = [[1.0]]
-
-[[mechanism.forces]]
-omega = 0.8
-sine = [1.0]
-
-[[mechanism.contacts]]
-row = [1.0]
-upper = 0.5
-restitution = 0.7
-
-[start]
-position = [0.0]
-velocity = [0.0]
-"""
-
-
-@pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.chdir(tmp_path)
-    yield
-    plt.close("all")
-
-
-def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    assert cli.main(argv) == cli.DONE
-    return capsys.readouterr().out
 
 
 def test_the_system_is_said_with_the_ranges_of_the_grid(capsys: pytest.CaptureFixture[str]) -> None:

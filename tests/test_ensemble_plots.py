@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
 
@@ -25,20 +25,14 @@ from vibroimpact.plotting import plane as plane_look
 from vibroimpact.plotting import style
 from vibroimpact.plotting.maps import edges, geometric
 
+pytestmark = pytest.mark.usefixtures("no_windows")
+
 OVER = {"omega": np.linspace(0.9, 1.1, 6), "half_clearance": np.array([1.0, 2.0, 4.0, 8.0])}
 DIMS = tuple(OVER)
 OUTCOMES = {
     "flag_values": np.arange(3, dtype=np.int8),
     "flag_meanings": "time_reached most_impacts undecided",
 }
-
-
-@pytest.fixture(autouse=True)
-def _no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.setattr(plt, "show", lambda *_, **__: pytest.fail("a plot function called show"))
-    yield
-    plt.close("all")
 
 
 def some_plane() -> xr.Dataset:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import importlib.util
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-import matplotlib.pyplot as plt
 import pytest
+
+pytestmark = pytest.mark.usefixtures("no_windows")
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 # Ensembles are tested with fewer members: constants of the example.
@@ -20,13 +20,6 @@ SMALLER = {
     "lyapunov_map": {"ACROSS": 16, "UP": 10},
     "parameter_plane": {"ACROSS": 16, "UP": 10},
 }
-
-
-@pytest.fixture(autouse=True)
-def _no_windows() -> Iterator[None]:
-    plt.switch_backend("Agg")
-    yield
-    plt.close("all")
 
 
 def loaded(name: str) -> ModuleType:

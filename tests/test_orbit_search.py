@@ -259,12 +259,7 @@ def test_the_dataset_holds_every_orbit() -> None:
         np.testing.assert_array_equal(values, orbit.multipliers)
 
 
-@pytest.fixture
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
-@pytest.mark.usefixtures("_here")
+@pytest.mark.usefixtures("own_folder")
 def test_the_command_lists_and_writes_what_the_library_finds(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -279,7 +274,7 @@ def test_the_command_lists_and_writes_what_the_library_finds(
         np.testing.assert_array_equal(data.position, found().to_dataset().position)
 
 
-@pytest.mark.usefixtures("_here")
+@pytest.mark.usefixtures("own_folder")
 def test_the_command_searches_a_mechanism_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     Path("m.toml").write_text(
         "[mechanism]\nmass = [[1.0]]\ndamping = [[0.1]]\nstiffness = [[1.0]]\n"
@@ -290,7 +285,7 @@ def test_the_command_searches_a_mechanism_from_a_file(capsys: pytest.CaptureFixt
     assert "1-1-0" in capsys.readouterr().out
 
 
-@pytest.mark.usefixtures("_here")
+@pytest.mark.usefixtures("own_folder")
 def test_the_command_fails_in_words(capsys: pytest.CaptureFixture[str]) -> None:
     far = ["--half-clearance", "1e4", "--restitution", "0.1", "--starts", "2"]
     assert cli.main(["orbits", *CASE, *far, "--out", "o.nc"]) == cli.FAILED

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,8 @@ import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact.plotting import style
 
+pytestmark = pytest.mark.usefixtures("no_windows")
+
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
 )
@@ -30,14 +31,6 @@ BALL = vi.Mechanism(
     contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.5),),
 )
 OMEGAS = np.array([1.1, 1.15, 1.2])
-
-
-@pytest.fixture(autouse=True)
-def _no_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    plt.switch_backend("Agg")
-    monkeypatch.setattr(plt, "show", lambda *_, **__: pytest.fail("a plot function called show"))
-    yield
-    plt.close("all")
 
 
 def some_run() -> vi.Run:

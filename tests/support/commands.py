@@ -1,0 +1,36 @@
+"""Commands under test: what they print, and a mechanism as a file for --config."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibroimpact import cli
+
+if TYPE_CHECKING:
+    import pytest
+
+WALL = """
+[mechanism]
+mass = [[1.0]]
+damping = [[0.1]]
+stiffness = [[1.0]]
+
+[[mechanism.forces]]
+omega = 0.8
+sine = [1.0]
+
+[[mechanism.contacts]]
+row = [1.0]
+upper = 0.5
+restitution = 0.7
+
+[start]
+position = [0.0]
+velocity = [0.0]
+"""
+
+
+def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """What a command prints that ends well."""
+    assert cli.main(argv) == cli.DONE
+    return capsys.readouterr().out
