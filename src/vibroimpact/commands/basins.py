@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: plot_basins(found))
-    lines = [str(case.system), ensemble.shape(found, over), ensemble.ends(found), *_listed(found)]
+    lines = [*ensemble.summary(case, over, found), *_listed(found)]
     return "\n".join(lines) + common.listed(targets)
 
 

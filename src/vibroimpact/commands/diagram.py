@@ -23,11 +23,11 @@ FIRST = "v1"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
-    ensemble.add_start(parser)
-    ensemble.add_random(parser)
-    ensemble.add_over(parser, "the parameter and its values")
-    ensemble.add_observe(parser, "more than the section: lyapunov, speeds, ...")
+    ensemble.add_members(
+        parser,
+        over="the parameter and its values",
+        observe="more than the section: lyapunov, speeds, ...",
+    )
     common.add_arguments_of(parser, bifurcation_sweep, SECTION)
     parser.add_argument(
         "--variable", metavar="NAME",
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, SECTION), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: _picture(found, arguments.variable or FIRST))
-    lines = [ensemble.system_of(case, over), ensemble.shape(found, over), ensemble.ends(found)]
+    lines = ensemble.summary(case, over, found)
     return "\n".join(lines) + common.listed(targets)
 
 

@@ -33,6 +33,15 @@ DAMPER = tuple(f.name for f in fields(ImpactDamper))
 # ---- options -------------------------------------------------------------------------------------
 
 
+def add_members(parser: argparse.ArgumentParser, over: str, observe: str) -> None:
+    """Add the options that say which members: the system, one start or many, grid, observers."""
+    common.add_system(parser)
+    add_start(parser)
+    _add_random(parser)
+    add_over(parser, over)
+    parser.add_argument("--observe", default="", metavar="A,B,...", help=observe)
+
+
 def add_over(parser: argparse.ArgumentParser, text: str) -> None:
     """Add the option for the axes of the grid."""
     parser.add_argument(
@@ -41,17 +50,12 @@ def add_over(parser: argparse.ArgumentParser, text: str) -> None:
     )  # fmt: skip
 
 
-def add_observe(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add the option for the observers."""
-    parser.add_argument("--observe", default="", metavar="A,B,...", help=text)
-
-
 def add_start(parser: argparse.ArgumentParser) -> None:
     """Add the options that say where to start."""
     common.add_start(parser, "both masses of a damper in the middle, the free one with velocity 1")
 
 
-def add_random(parser: argparse.ArgumentParser) -> None:
+def _add_random(parser: argparse.ArgumentParser) -> None:
     """Add the options for random starts."""
     group = parser.add_argument_group(
         "random starts", "Many starts instead of one; the state above gives what does not vary."
@@ -153,7 +157,17 @@ def _numbers(parts: list[str], text: str, option: str, form: str) -> list[float]
 # ---- what was found ------------------------------------------------------------------------------
 
 
-def ends(members: xr.Dataset) -> str:
+def summary(case: Case, over: dict[str, NDArray[np.float64]], members: xr.Dataset) -> list[str]:
+    """Lines that say what moves, what was varied, and how the members ended."""
+    return [_system(case, over), _shape(members, over), _ends(members)]
+
+
+def kept(store: str | None) -> str:
+    """A line that names the store."""
+    return f"\nkept in {store_path(store)}" if store else ""
+
+
+def _ends(members: xr.Dataset) -> str:
     """A line that counts how the members ended."""
     words = flags(members["end"])
     values, counts = np.unique(members["end"].values, return_counts=True)
@@ -165,7 +179,7 @@ def ends(members: xr.Dataset) -> str:
     return f"{total} members: {listed}"
 
 
-def system_of(case: Case, over: dict[str, NDArray[np.float64]]) -> str:
+def _system(case: Case, over: dict[str, NDArray[np.float64]]) -> str:
     """A line that says what moves; of a damper with the range of each parameter in the grid."""
     text = str(case.system)
     for name in set(over) & set(DAMPER) if isinstance(case.system, ImpactDamper) else ():
@@ -174,13 +188,8 @@ def system_of(case: Case, over: dict[str, NDArray[np.float64]]) -> str:
     return text
 
 
-def shape(members: xr.Dataset, over: dict[str, NDArray[np.float64]]) -> str:
+def _shape(members: xr.Dataset, over: dict[str, NDArray[np.float64]]) -> str:
     """A line that says what was varied."""
     parts = [f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})" for name, axis in over.items()]
     starts = members.sizes.get("start")
     return ", ".join(parts + ([f"{starts} starts"] if starts else []))
-
-
-def kept(store: str | None) -> str:
-    """A line that names the store."""
-    return f"\nkept in {store_path(store)}" if store else ""

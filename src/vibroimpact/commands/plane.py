@@ -25,11 +25,11 @@ LISTED = 8  # motions that are printed
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
-    ensemble.add_start(parser)
-    ensemble.add_random(parser)
-    ensemble.add_over(parser, "a parameter and its values; two of them, the first across")
-    ensemble.add_observe(parser, "more than symbol and impacts: lyapunov, speeds, ...")
+    ensemble.add_members(
+        parser,
+        over="a parameter and its values; two of them, the first across",
+        observe="more than symbol and impacts: lyapunov, speeds, ...",
+    )
     common.add_arguments_of(parser, sweep, ["follow"])
     common.add_arguments_of(parser, plot_plane, ["variable", "most"])
     ensemble.add_window(parser)
@@ -49,8 +49,7 @@ def run(arguments: argparse.Namespace) -> str:
         observe = ensemble.observed(arguments)
         found = plane(case.system, over=over, start=start, observe=observe, **options)
     write(targets, data=lambda: found, picture=lambda: plot_plane(found, **looks))
-    lines = [ensemble.system_of(case, over), ensemble.shape(found, over)]
-    lines += [ensemble.ends(found), _said(found)]
+    lines = [*ensemble.summary(case, over, found), _said(found)]
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 

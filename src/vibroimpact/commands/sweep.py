@@ -23,11 +23,11 @@ EXAMPLE = (
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
-    ensemble.add_start(parser)
-    ensemble.add_random(parser)
-    ensemble.add_over(parser, "a parameter and its values")
-    ensemble.add_observe(parser, "what is computed: symbol, lyapunov, ... (default: symbol)")
+    ensemble.add_members(
+        parser,
+        over="a parameter and its values",
+        observe="what is computed: symbol, lyapunov, ... (default: symbol)",
+    )
     common.add_arguments_of(parser, sweep, ["follow"])
     parser.add_argument(
         "--variable", metavar="NAME",
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> str:
         observe=ensemble.observed(arguments) or "symbol", **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: members, picture=lambda: _picture(arguments, members))
-    lines = [ensemble.system_of(case, over), ensemble.shape(members, over), ensemble.ends(members)]
+    lines = ensemble.summary(case, over, members)
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 
