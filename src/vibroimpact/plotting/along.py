@@ -8,11 +8,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import looks_of, parameter_of
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.plane import label_of
+from vibroimpact.plotting.variables import label_of, variable_of
 
 SIZE = 1.8  # points
 
@@ -36,12 +35,7 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
     Axes
         What was drawn on.
     """
-    if variable not in along:
-        raise InvalidParameterError(
-            f"variable = {variable!r}: must be one of {', '.join(map(str, along.data_vars))}. "
-            f"Others are observed with observe=[{variable!r}, ...]."
-        )
-    array = along[variable]
+    array = variable_of(along, variable, f" Others are observed with observe=[{variable!r}, ...].")
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=0.9 * style.HEIGHT) as ax:
         if variable == "lyapunov":

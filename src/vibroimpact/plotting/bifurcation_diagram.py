@@ -12,6 +12,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import symbol
+from vibroimpact.plotting.variables import variable_of
 
 # Drawn in this order: large and light below, small and dark above, so that both are seen where
 # they agree.
@@ -44,11 +45,7 @@ def plot_bifurcation_diagram(
     Axes
         What was drawn on.
     """
-    if variable not in diagram:
-        raise InvalidParameterError(
-            f"variable = {variable!r}: must be one of {', '.join(map(str, diagram.data_vars))}."
-        )
-    array = diagram[variable]
+    array = variable_of(diagram, variable)
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.1 * style.HEIGHT) as ax:
         if "direction" not in array.dims:

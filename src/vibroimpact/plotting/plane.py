@@ -14,6 +14,7 @@ from vibroimpact.ensembles.motions import categories as occurring
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, style
 from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.variables import label_of, variable_of
 
 COLOURS = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
@@ -23,12 +24,6 @@ PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF
 FAILED = "#A08060"
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
 QUANTILE = 0.995  # of the numbers on each side: the rest saturates
-LABELS = {
-    "lyapunov": r"largest Lyapunov exponent $\Lambda$",
-    "impacts": "impacts per forcing period",
-    "period": "period in forcing periods",
-    "attractors": "attractors met",
-}
 
 
 def plot_plane(
@@ -57,13 +52,9 @@ def plot_plane(
         What was drawn on. The first dim is drawn across, an axis of equal ratios (``np.geomspace``)
         on a logarithmic scale. Cells without a number are grey.
     """
-    if variable not in plane:
-        raise InvalidParameterError(
-            f"variable = {variable!r}: must be one of {', '.join(map(str, plane.data_vars))}."
-        )
+    field = variable_of(plane, variable)
     if most not in range(1, len(COLOURS) + 1):
         raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
-    field = plane[variable]
     across, up = maps.over_two(field)
     with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
         _draw(ax, field, variable, most)
@@ -85,11 +76,6 @@ def _draw(ax: Axes, field: xr.DataArray, variable: str, most: int) -> None:
     else:
         low, high = _ends(field.values)
         maps.numbers(ax, field, colormaps[RISING], Normalize(low, high), label)
-
-
-def label_of(variable: str) -> str:
-    """A variable in words."""
-    return LABELS.get(variable, variable.replace("_", " "))
 
 
 def shades(present: list[Category], most: int) -> list[maps.Shade]:

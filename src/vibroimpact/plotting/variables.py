@@ -1,0 +1,29 @@
+"""Variables of a dataset: one of them by its name, and its name in words."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from vibroimpact.errors import InvalidParameterError
+
+LABELS = {
+    "lyapunov": r"largest Lyapunov exponent $\Lambda$",
+    "impacts": "impacts per forcing period",
+    "period": "period in forcing periods",
+    "attractors": "attractors met",
+}
+
+
+def variable_of(dataset: xr.Dataset, variable: str, otherwise: str = "") -> xr.DataArray:
+    """A variable, or an error that lists what there is, with a sentence on what else to do."""
+    if variable not in dataset:
+        raise InvalidParameterError(
+            f"variable = {variable!r}: must be one of {', '.join(map(str, dataset.data_vars))}."
+            f"{otherwise}"
+        )
+    return dataset[variable]
+
+
+def label_of(variable: str) -> str:
+    """A variable in words."""
+    return LABELS.get(variable, variable.replace("_", " "))
