@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from vibroimpact.mechanism import real, vector
 
@@ -41,3 +41,6 @@ class State:
         A shift of phase keeps a state on its stop and excites every direction of the section.
         """
         return State(self.position, self.velocity, self.phase + amount)
+
+
+STATE = tuple(field.name for field in fields(State))  # and what datasets call these of many states

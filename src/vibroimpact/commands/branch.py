@@ -17,11 +17,12 @@ from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.periodic.find import find_orbit
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
+from vibroimpact.state import STATE
 
 NAME = "branch"
 HELP = "follow a branch of periodic orbits in a parameter, with all bifurcations on it"
 EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
-STATED = ("position", "velocity", "phase", "on_stop", "perturb")
+STATED = (*STATE, "on_stop", "perturb")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

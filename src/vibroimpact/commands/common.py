@@ -15,7 +15,7 @@ from vibroimpact.files import DATA, PICTURES, Case, check_target, read_case
 from vibroimpact.literature import impact_damper
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.orbits import symmetric_orbits
-from vibroimpact.state import State
+from vibroimpact.state import STATE, State
 
 System = ImpactDamper | Mechanism
 PARAMETERS = tuple(f for f in inspect.signature(ImpactDamper).parameters if f != "scales")
@@ -167,7 +167,7 @@ def start_of(arguments: argparse.Namespace, case: Case) -> State:
 
 
 def _explicit(arguments: argparse.Namespace, case: Case) -> State | None:
-    state = given(arguments, ("position", "velocity", "phase"))
+    state = given(arguments, STATE)
     stop = arguments.on_stop
     if not state and not stop:
         return None

@@ -19,14 +19,14 @@ from vibroimpact.ensembles.store import store_path
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import Case
-from vibroimpact.state import State
+from vibroimpact.state import STATE, State
 
 WINDOW = ("settle", "periods", "most_impacts")
 HOW = ("backend", "workers", "tile")
 GRID = "NAME=LOW:HIGH:COUNT"
 RANGE = "NAME=LOW:HIGH"
 MIDDLE = State((0.0, 0.0), (0.0, 1.0))  # of a damper: free of its stops at any clearance
-STATED = ("position", "velocity", "phase", "on_stop", "orbit")
+STATED = (*STATE, "on_stop", "orbit")
 DAMPER = tuple(f.name for f in fields(ImpactDamper))
 
 

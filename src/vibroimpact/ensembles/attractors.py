@@ -27,7 +27,7 @@ from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol
 from vibroimpact.iterates import Kind
 from vibroimpact.motion import Stop
 from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import State
+from vibroimpact.state import STATE, State
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -140,9 +140,9 @@ class Table:
             return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
 
         scale = scale_of(members)
-        section = (column(f"section_{kind}") for kind in ("position", "velocity", "phase"))
+        section = (column(f"section_{kind}") for kind in STATE)
         symbols = np.stack([column(k) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
-        final = (column(f"final_{kind}") for kind in ("position", "velocity", "phase"))
+        final = (column(f"final_{kind}") for kind in STATE)
         return cls(system, scale, scale.points(*section), symbols, *final)
 
     @property

@@ -20,11 +20,10 @@ from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Stop
 from vibroimpact.simulate import System
-from vibroimpact.state import State
+from vibroimpact.state import STATE, State
 
 Way = Literal["up", "down", "both"]
 WAYS = ("up", "down", "both")
-SECTION = ("position", "velocity", "phase")
 
 
 def bifurcation_sweep(
@@ -123,7 +122,7 @@ def _followed(
 def _top(part: xr.Dataset, name: str, start: State) -> State:
     """Where the motion ended at the greatest value; ``start`` if none ran there."""
     row = part.isel({name: int(np.argmax(part[name].values))})
-    position, velocity, phase = (row[f"final_{kind}"].values for kind in SECTION)
+    position, velocity, phase = (row[f"final_{kind}"].values for kind in STATE)
     if not np.isfinite([*position, *velocity, phase]).all():
         return start
     return State(tuple(position), tuple(velocity), float(phase))
@@ -138,4 +137,4 @@ def _columns(members: xr.Dataset) -> xr.Dataset:
         array = members[f"section_{kind}"]
         for i in range(array.sizes["coordinate"]):
             columns[f"{letter}{i + 1}"] = array.isel(coordinate=i, drop=True)
-    return members.drop_vars([f"section_{kind}" for kind in SECTION]).assign(columns)
+    return members.drop_vars([f"section_{kind}" for kind in STATE]).assign(columns)

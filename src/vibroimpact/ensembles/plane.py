@@ -19,7 +19,7 @@ from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Stop
 from vibroimpact.simulate import System
-from vibroimpact.state import State
+from vibroimpact.state import STATE, State
 
 POINTS = 16  # of each member for counting
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
@@ -149,7 +149,7 @@ def _counted(members: xr.Dataset, over: list[str], tolerance: float) -> xr.DataA
         values = array.transpose(*codes.dims, ...).values
         return values.reshape(*shape, -1, *values.shape[codes.ndim :])
 
-    section = (column(members[f"section_{kind}"]) for kind in ("position", "velocity", "phase"))
+    section = (column(members[f"section_{kind}"]) for kind in STATE)
     points = scale_of(members).points(*section)
     symbols = np.stack([column(members[k]) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
     kinds = column(codes)
