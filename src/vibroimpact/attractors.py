@@ -155,7 +155,8 @@ def classify(
     state
         Where to start.
     settle
-        Impacts discarded before the first window, >= 1; every next window waits 8 times longer.
+        Impacts (at all stops) discarded before the first window, >= 1; every next window waits 8
+        times longer.
     points
         Section points per window, >= 64; chaos with k bands or k closed curves needs 64 k.
     max_settle

@@ -85,7 +85,8 @@ def lyapunov_exponent(
     impacts
         Length of the average, >= 1024. The error falls as 1 / sqrt(impacts) in chaos.
     settle
-        Impacts to discard first; the first sixteenth of ``impacts`` is discarded besides.
+        Impacts (at all stops) to discard first, >= 0; the first sixteenth of ``impacts`` is
+        discarded besides.
 
     Returns
     -------
