@@ -166,6 +166,15 @@ def test_motions_are_coded_from_the_most_frequent_symbol_to_the_outcomes() -> No
     assert sum(count for _, count in listed) == len(given.start)
 
 
+def test_symbols_equally_frequent_are_coded_by_their_numbers() -> None:
+    """The numbers go to the largest that the kernel's symbols can hold, 2^15 - 1."""
+    n, p, q = [1, 32767, 1, 1, 0], [2, 1, 1, 1, 32767], [0, 1, 2, 1, 32767]
+    given = members(n, p, [0] * 5, [1.0] * 5).assign(q=("start", np.array(q)))
+    assert [one.words for one in categories(motions(given))] == [
+        "?-32767-32767", "1-1-1", "1-1-2", "1-2-0", "32767-1-1",
+    ]  # fmt: skip
+
+
 def test_chaos_is_told_from_the_rest_by_the_growth_of_a_tangent() -> None:
     """e^10 over the window, which is a sixth of the time: exponent 10 / 50."""
     given = members([0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 0], [0.5, 0.5, 0.5, 0.5])
