@@ -9,6 +9,7 @@ Coordinates y are pairs (q, q') of the reduced system, unused pairs, then one pa
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from vibroimpact import linear
 from vibroimpact.errors import ResonanceError
@@ -34,6 +35,14 @@ class Reduced:
     constant: Vector
     sines: Matrix  # one row per line
     cosines: Matrix
+
+
+class Vibrations(NamedTuple):
+    """Vibration modes: Phi^T M Phi = 1, Phi^T K Phi = diag(k), Phi^T C Phi = diag(c)."""
+
+    phi: Matrix
+    k: Vector
+    c: Vector
 
 
 @dataclass(frozen=True)
@@ -83,10 +92,10 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
     )
 
 
-def vibration_modes(r: Reduced) -> Matrix | None:
-    """Phi with Phi^T M Phi = 1 and Phi^T C Phi, Phi^T K Phi diagonal, or None if there is none."""
+def vibration_modes(r: Reduced) -> Vibrations | None:
+    """The modes of a classically damped system; None if there are none."""
     if not r.mass:
-        return []
+        return Vibrations([], [], [])
     low = linear.cholesky(r.mass)
     if low is None:
         raise ArithmeticError("reduced mass matrix is not positive definite")
@@ -102,10 +111,11 @@ def vibration_modes(r: Reduced) -> Matrix | None:
         off = [abs(inside[i][j]) for i in range(len(a)) for j in range(len(a)) if i != j]
         if greatest(off) > 64.0 * 2.0**-53 * len(a) * size:
             return None
-    return linear.solve_upper(low, vectors)
+    phi = linear.solve_upper(low, vectors)
+    return Vibrations(phi, _diagonal(phi, r.stiffness), _diagonal(phi, r.damping))
 
 
-def diagonal(phi: Matrix, a: Matrix) -> Vector:
+def _diagonal(phi: Matrix, a: Matrix) -> Vector:
     """Diagonal of Phi^T A Phi, entries below rounding set to zero."""
     inside = product(transpose(phi), product(a, phi))
     size = linear.largest(inside)
@@ -130,10 +140,10 @@ def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> t
     return (spring * sine + dash * cosine) / size, (spring * cosine - dash * sine) / size
 
 
-def modal(m: Mechanism, r: Reduced, phi: Matrix, size: int) -> ModeCoordinates:
+def modal(m: Mechanism, r: Reduced, vibrations: Vibrations, size: int) -> ModeCoordinates:
     """Coordinates of independent second-order blocks."""
     n, free, lines = m.degrees, len(r.mass), len(m.forces)
-    k, c = (diagonal(phi, a) for a in (r.stiffness, r.damping))
+    phi, k, c = vibrations
     down = transpose(phi) if phi else []
     a = apply(down, r.constant)
     shape = product(r.basis, phi) if free else [[] for _ in range(n)]

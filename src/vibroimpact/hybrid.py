@@ -19,9 +19,9 @@ from vibroimpact.coordinates import (
     Closed,
     ModeCoordinates,
     Reduced,
+    Vibrations,
     dense,
     dense_rate,
-    diagonal,
     force_rows,
     guard_row,
     limit_of,
@@ -65,7 +65,7 @@ class Hybrid:
         self.mechanism = mechanism
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
-        self._shapes: dict[Closed, tuple[Reduced, Matrix | None] | None] = {}
+        self._shapes: dict[Closed, tuple[Reduced, Vibrations | None] | None] = {}
         self.closed = self._closed_sets() if len(mechanism.contacts) <= 2 else []
         self.dense = not self._is_modal()
         rates = [self._rate(), *(force.omega for force in mechanism.forces)]
@@ -82,7 +82,7 @@ class Hybrid:
 
     def mode(self, closed: Closed) -> Mode:
         """Compile the mode of a closed set."""
-        c = self._coordinates(closed)
+        c = self._coordinates(closed) if closed else self.free
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
         sides = dict(closed)
@@ -96,7 +96,7 @@ class Hybrid:
             guards.append((row, gain, *limits, sides.get(i, 0)))
         return Mode(code_of(closed), c, guards)
 
-    def _shape(self, closed: Closed) -> tuple[Reduced, Matrix | None] | None:
+    def _shape(self, closed: Closed) -> tuple[Reduced, Vibrations | None] | None:
         """Reduced system and vibration modes of a closed set, computed once."""
         if closed not in self._shapes:
             reduced = reduce(self.mechanism, closed)
@@ -115,22 +115,16 @@ class Hybrid:
         ]
         return [s for s in sets if s and self._shape(s) is not None]
 
-    def _squares(self, closed: Closed) -> tuple[Vector, Vector] | None:
-        """Squared frequencies and damping rates of a closed set, if it is classically damped."""
-        reduced, phi = self._shape(closed) or (None, None)
-        if reduced is None or phi is None:
-            return None
-        return (
-            (diagonal(phi, reduced.stiffness), diagonal(phi, reduced.damping)) if phi else ([], [])
-        )
+    def _vibrations(self) -> list[Vibrations | None]:
+        """Of every mode that a system begins with; None where it is not classically damped."""
+        return [(self._shape(closed) or (None, None))[1] for closed in ((), *self.closed)]
 
     def _is_modal(self) -> bool:
         """Classical damping in every mode, no negative stiffness or damping."""
         m = self.mechanism
         if len(m.contacts) > 2 and linear.largest(m.damping) > 0.0:
             return False  # closed sets are not all built: only C = 0 is surely classical
-        squares = [self._squares(closed) for closed in ((), *self.closed)]
-        return all(s is not None and least([*s[0], *s[1]]) >= 0.0 for s in squares)
+        return all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in self._vibrations())
 
     def _rate(self) -> float:
         """An upper estimate of the fastest rate of the mechanical part."""
@@ -138,10 +132,9 @@ class Hybrid:
         if self.dense:
             self.scale = dense_rate(m)
             return 2.0 * self.scale
-        squares = [self._squares(closed) or ([], []) for closed in ((), *self.closed)]
-        return greatest(
-            [square_root(x) for k, _ in squares for x in k] + [x for _, c in squares for x in c]
-        )
+        found = [v for v in self._vibrations() if v]
+        roots = [square_root(x) for v in found for x in v.k]
+        return greatest([*roots, *(x for v in found for x in v.c)])
 
     def _drift_rate(self) -> float:
         """Time scale where nothing oscillates or decays: falling through the smallest length."""
@@ -162,10 +155,10 @@ class Hybrid:
                 f"contacts {closed}: closed together they hold the same coordinate twice, so the "
                 "contact forces are not determined. Remove one of them."
             )
-        reduced, phi = shape
-        if self.dense or phi is None:
+        reduced, vibrations = shape
+        if self.dense or vibrations is None:
             return dense(self.mechanism, reduced, self.size, self.scale)
-        return modal(self.mechanism, reduced, phi, self.size)
+        return modal(self.mechanism, reduced, vibrations, self.size)
 
     def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
         """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
