@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Protocol
 
 import numpy as np
@@ -117,19 +118,15 @@ def _mode(mode: Mode, hybrid: Hybrid, count: int) -> dict[str, Any]:
 
 def _stacked(entries: Any, count: int, *shape: int) -> Floats:
     """Nested entries, floats or columns, as an array of shape (count, *shape)."""
-    flat = _flat(entries)
+    flat = list(entries) if shape else [entries]
+    for _ in shape[1:]:
+        flat = list(chain.from_iterable(flat))
     columns = {i: x.values for i, x in enumerate(flat) if isinstance(x, Column)}
-    out = np.empty((count, len(flat)))
-    out[:] = [0.0 if i in columns else x for i, x in enumerate(flat)]
+    row = [0.0 if i in columns else x for i, x in enumerate(flat)]
+    out = np.repeat(np.array([row], dtype=float), count, axis=0)
     for i, values in columns.items():
         out[:, i] = values
     return out.reshape(count, *shape)
-
-
-def _flat(entries: Any) -> list[Any]:
-    if isinstance(entries, list | tuple):
-        return [x for entry in entries for x in _flat(entry)]
-    return [entries]
 
 
 def joined(parts: Sequence[Tables]) -> Tables:
