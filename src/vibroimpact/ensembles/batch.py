@@ -22,6 +22,7 @@ from vibroimpact.ensembles.observers import Observer, Outcome, kernel_observers,
 from vibroimpact.ensembles.tables import Runs, Tables
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import Compiled
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import RECORDS_PER_IMPACT, RunEnd, System, begin, mechanism_of
 from vibroimpact.state import State
@@ -74,8 +75,8 @@ class Batch:
 
     Attributes
     ----------
-    degrees, contacts
-        Coordinates n and contacts of every system.
+    mechanism
+        Of ``system``; every system has as many coordinates, contacts and lines.
     omegas
         Frequencies of the forcing lines, NaN for systems at resonance, shape (S, L).
     part, number
@@ -85,8 +86,7 @@ class Batch:
 
     system: System
     values: Values = field(repr=False)
-    degrees: int
-    contacts: int
+    mechanism: Mechanism = field(repr=False)
     omegas: Floats = field(repr=False)
     part: Rows = field(repr=False)
     number: Rows = field(repr=False)
@@ -151,12 +151,12 @@ def _batch(
     system: System, values: Values, codes: tuple[int, ...] = (), runs: RunsOf = Tables.kernel
 ) -> Batch:
     m = mechanism_of(system)
-    n, contacts, lines = m.degrees, len(m.contacts), len(m.forces)
+    sizes = m.degrees, len(m.contacts), len(m.forces)
     count = len(next(iter(values.values()))) if values else 1
     part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
-    omegas, kernels = np.full((count, lines), np.nan), list[Runs]()
+    omegas, kernels = np.full((count, len(m.forces)), np.nan), list[Runs]()
     for systems, tables in compile_together(system, values, codes):
-        if tables.sizes != (n, contacts, lines):
+        if tables.sizes != sizes:
             raise InvalidParameterError(
                 f"system = {system!r}: within the ranges of the parameters its mechanisms have "
                 "different numbers of coordinates, contacts or lines. Study them apart."
@@ -164,7 +164,7 @@ def _batch(
         part[systems], number[systems] = len(kernels), np.arange(len(systems))
         omegas[systems] = tables.systems["omegas"]
         kernels.append(runs(tables))
-    return Batch(system, values, n, contacts, omegas, part, number, tuple(kernels))
+    return Batch(system, values, m, omegas, part, number, tuple(kernels))
 
 
 def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
@@ -190,7 +190,7 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
 
 def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
     """Each part of the batch runs its members; the others are left out for resonance."""
-    spec, m = kernel_observers(observers), mechanism_of(batch.system)
+    spec, m = kernel_observers(observers), batch.mechanism
     part, count = batch.part[members.system], len(members.system)
     out: Arrays = {
         name: np.full((count, *output.shape), output.fill, output.dtype)
