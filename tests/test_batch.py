@@ -258,3 +258,14 @@ def test_a_system_whose_code_fails_is_named() -> None:
 
     with pytest.raises(vi.InvalidParameterError, match=r"ZeroDivisionError.*System: k = 2\.0\."):
         compile_together(vi.Family(picky, k=3.0), {"k": np.array([3.0, 2.0, 4.0])})
+
+
+def test_a_mistake_in_compiling_is_no_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiling one by one would hide it, at many times the cost."""
+
+    def mistaken(*_: object) -> None:
+        raise TypeError("a mistake")
+
+    monkeypatch.setattr(compiling, "tables_of", mistaken)
+    with pytest.raises(TypeError, match="a mistake"):
+        compile_together(DAMPER, {"omega": np.array([1.0, 1.1])})

@@ -2,8 +2,8 @@
 
 Method      The system is built once with a column (columns.py) for each parameter that varies, and
             compiled as any other: every number of it comes out as a column. Where systems disagree
-            on a branch, those on either side are compiled apart (path splitting); what columns
-            cannot do, each system does alone.
+            on a branch, those on either side are compiled apart (path splitting). Where the code of
+            a system is beyond columns, or one is refused, each is compiled alone.
 Accuracy    Every array has the bits that compiling each system alone gives.
 Fails       A system that is refused alone is refused here; the message says which one it is. One
             that is forced at resonance is left out: a grid may hit it by chance.
@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from vibroimpact.columns import Column, Split
 from vibroimpact.ensembles.tables import Tables, joined, tables_of
-from vibroimpact.errors import InvalidParameterError, ResonanceError
+from vibroimpact.errors import InvalidParameterError, ResonanceError, VibroImpactError
 from vibroimpact.hybrid import Hybrid
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import System, mechanism_of
 
@@ -68,13 +69,22 @@ def _together(
     if len(systems) > 1:
         try:
             with np.errstate(all="ignore"):  # as Python's floats
-                hybrid = Hybrid(mechanism_of(with_parameters(system, columns)))
-                return [(systems, tables_of(hybrid, len(systems), codes))]
+                mechanism = _built(system, columns)
+                if mechanism is not None:
+                    return [(systems, tables_of(Hybrid(mechanism), len(systems), codes))]
         except ResonanceError:
             return []
-        except Exception:  # noqa: S110  refused, or beyond columns: asked again below
+        except (VibroImpactError, ArithmeticError):  # refused: asked again below
             pass
     return [part for k in systems for part in _alone(system, values, k, codes)]
+
+
+def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
+    """The mechanism of all systems; None where one is refused, or its code is beyond columns."""
+    try:
+        return mechanism_of(with_parameters(system, columns))
+    except Exception:  # a system's code may raise anything
+        return None
 
 
 def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> list[Part]:
