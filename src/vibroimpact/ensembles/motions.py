@@ -116,5 +116,5 @@ def _grows(members: xr.Dataset) -> NDArray[np.bool_]:
 
 def _silent(members: xr.Dataset) -> NDArray[np.bool_]:
     """Where no impact was observed; without forcing impacts have no rate, and only rest is left."""
-    impacts = members["impacts_a"] + members["impacts_b"]
-    return np.asarray(~(impacts.values > 0.0))
+    impacts = members["impacts_a"].values + members["impacts_b"].values
+    return np.asarray(~(impacts > 0.0))

@@ -83,8 +83,8 @@ def plane(
 
 def with_motions(members: xr.Dataset) -> xr.Dataset:
     """A sweep with ``motion``, ``period`` and ``impacts``, made of the symbol and the impacts."""
-    impacts = members["impacts_a"] + members["impacts_b"]
-    return members.assign(motion=motions(members), period=members["n"], impacts=impacts)
+    n, a, b = (members[name].variable for name in ("n", "impacts_a", "impacts_b"))
+    return members.assign(motion=motions(members), period=n, impacts=a + b)
 
 
 def multistability(
