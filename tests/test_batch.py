@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from support.families import CHAIN, FAMILY, PAIR, bits, swinging
+from support.families import CHAIN, FAMILY, PAIR, bits, compiled, swinging
 from support.systems import paper_damper, random_mechanism
 
 import vibroimpact as vi
 from vibroimpact import _kernel, hybrid
 from vibroimpact.columns import Split
 from vibroimpact.ensembles import compiling
-from vibroimpact.ensembles.compiling import compile_together
 from vibroimpact.errors import ResonanceError
 from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import System, mechanism_of
@@ -43,10 +42,10 @@ def recorded(system: System, codes: tuple[int, ...] = ()) -> Recorder:
     """What one system hands to the kernel."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(_kernel, "System", Recorder)
-        compiled: Any = hybrid.Compiled(mechanism_of(system))
+        found: Any = hybrid.Compiled(mechanism_of(system))
     for code in codes:
-        compiled.add_code(code)
-    kernel: Recorder = compiled.kernel
+        found.add_code(code)
+    kernel: Recorder = found.kernel
     return kernel
 
 
@@ -82,7 +81,7 @@ def given_together(tables: Any, k: int) -> dict[str, Any]:
 def check_equal_bits(system: System, values: Values, codes: tuple[int, ...] = ()) -> None:
     """Every system of a batch against the same system alone; those at resonance are left out."""
     seen = list[int]()
-    for systems, tables in compile_together(system, values, codes):
+    for systems, tables in compiled(system, values, codes):
         for row, k in enumerate(systems):
             one = with_parameters(system, {name: float(x[k]) for name, x in values.items()})
             kernel = recorded(one, codes)
@@ -144,7 +143,7 @@ def test_ordinary_systems_are_compiled_at_one_go(
 
     monkeypatch.setattr(compiling, "_alone", never)
     monkeypatch.setattr(Split, "__init__", never)
-    assert len(compile_together(*CASES[name])) == 1
+    assert len(compiled(*CASES[name])) == 1
 
 
 RATES = st.sampled_from([0.0, 1e-9, 0.5, 1.0, math.nextafter(1.0, 2.0)]) | st.floats(0.0, 2.0)
@@ -198,7 +197,7 @@ def test_systems_without_forcing_are_as_alone() -> None:
 def test_systems_that_branch_apart_are_compiled_in_parts() -> None:
     """Undamped, classically damped, and neither: the last has another flow."""
     values = {"c": np.array([0.0, 0.1, 0.2, 0.0]), "m": np.array([1.0, 1.0, 2.0, 2.0])}
-    parts = compile_together(PAIR, values)
+    parts = compiled(PAIR, values)
     found = {tables.dense: sorted(systems) for systems, tables in parts}
     assert found == {False: [0, 1, 3], True: [2]}
     check_equal_bits(PAIR, values)
@@ -212,7 +211,7 @@ def test_a_stop_beyond_reach_for_some_systems_is_another_structure() -> None:
         )  # fmt: skip
 
     system, values = vi.Family(wall, gap=1.0), {"gap": np.array([1.0, 0.0, 2.0])}
-    parts = compile_together(system, values)
+    parts = compiled(system, values)
     codes = [[mode["code"] for mode in tables.modes] for _, tables in parts]
     assert sorted(codes) == [[0, 1, 2], [0, 2]]
     check_equal_bits(system, values)
@@ -249,7 +248,7 @@ def test_a_refused_system_is_named_with_the_value(
 ) -> None:
     arrays = {name: np.array(x) for name, x in values.items()}
     with pytest.raises(vi.InvalidParameterError, match=message):
-        compile_together(DAMPER, arrays)
+        compiled(DAMPER, arrays)
 
 
 def test_a_system_whose_code_fails_is_named() -> None:
@@ -257,7 +256,7 @@ def test_a_system_whose_code_fails_is_named() -> None:
         return swinging(1.0 / (k - 2.0), 2.0, 0.4)
 
     with pytest.raises(vi.InvalidParameterError, match=r"ZeroDivisionError.*System: k = 2\.0\."):
-        compile_together(vi.Family(picky, k=3.0), {"k": np.array([3.0, 2.0, 4.0])})
+        compiled(vi.Family(picky, k=3.0), {"k": np.array([3.0, 2.0, 4.0])})
 
 
 def test_a_mistake_in_compiling_is_no_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -266,6 +265,6 @@ def test_a_mistake_in_compiling_is_no_refusal(monkeypatch: pytest.MonkeyPatch) -
     def mistaken(*_: object) -> None:
         raise TypeError("a mistake")
 
-    monkeypatch.setattr(compiling, "tables_of", mistaken)
+    monkeypatch.setattr(compiling, "stacks_of", mistaken)
     with pytest.raises(TypeError, match="a mistake"):
-        compile_together(DAMPER, {"omega": np.array([1.0, 1.1])})
+        compiled(DAMPER, {"omega": np.array([1.0, 1.1])})

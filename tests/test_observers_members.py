@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import UNIT
+from support.families import compiled
 from support.members import Case, beating, cases, chain, run
 from support.systems import ball, paper_damper
 
@@ -87,7 +88,6 @@ def test_a_motion_without_impacts_is_a_result(case: Case, rest: float) -> None:
 
 def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
     from vibroimpact import _kernel
-    from vibroimpact.ensembles.compiling import compile_together
 
     class FreeOnly:
         def __init__(self, **system: Any) -> None:
@@ -99,7 +99,7 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
 
     case = CASES["chatter"]
     with pytest.MonkeyPatch.context() as patch:
-        ((_, tables),) = compile_together(case.system, {}, ())
+        ((_, tables),) = compiled(case.system, {})
         patch.setattr("vibroimpact.ensembles.tables._kernel", type("", (), {"Batch": FreeOnly}))
         kernel = tables.kernel().batch
     found = kernel.run(

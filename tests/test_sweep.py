@@ -14,10 +14,10 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from support.families import compiled
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.compiling import compile_together
 from vibroimpact.ensembles.observers import Outcome
 from vibroimpact.ensembles.tiles import compiled_bytes, members_per_tile, tile_shape, tiles_of
 from vibroimpact.progress import Progress
@@ -285,7 +285,7 @@ def test_tiles_are_smaller_where_members_take_long_or_hold_much():
 
 
 def test_the_size_of_a_compiled_system_is_about_that_of_its_tables():
-    batch = compile_together(DAMPER, {"omega": np.linspace(1.0, 1.2, 100)})
+    batch = compiled(DAMPER, {"omega": np.linspace(1.0, 1.2, 100)})
     (_, tables), *others = batch
     assert not others
     flat = [*tables.systems.values()]

@@ -7,6 +7,13 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
+from vibroimpact.ensembles.compiling import Part, compile_together
+
+
+def compiled(system: Any, values: dict[str, Any], codes: tuple[int, ...] = ()) -> list[Part]:
+    """All systems, in parts of one structure."""
+    found = compile_together(system, values, codes)
+    return found.tables(slice(0, found.count))
 
 
 def bits(x: Any) -> bytes:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.ensembles.compiling import Values, compile_together
+from vibroimpact.ensembles.compiling import Compilation, Values, compile_together
 from vibroimpact.ensembles.observers import Observer, Outcome, kernel_observers, outputs, results
 from vibroimpact.ensembles.tables import Runs, Tables
 from vibroimpact.errors import InvalidParameterError
@@ -134,7 +134,8 @@ def batch_of(
     -----
     One to three microseconds per damper, where thousands are compiled together.
     """
-    return _batch(system, _checked(values), runs=runs)
+    compilation = compile_together(system, _checked(values))
+    return batch_from(compilation, slice(0, compilation.count), runs)
 
 
 def _checked(values: Mapping[str, ArrayLike]) -> Values:
@@ -147,24 +148,30 @@ def _checked(values: Mapping[str, ArrayLike]) -> Values:
     return arrays
 
 
-def _batch(
-    system: System, values: Values, codes: tuple[int, ...] = (), runs: RunsOf = Tables.kernel
-) -> Batch:
-    m = mechanism_of(system)
+def batch_from(compilation: Compilation, place: slice, runs: RunsOf = Tables.kernel) -> Batch:
+    """Some of the systems that were compiled together, numbered from the first of them.
+
+    Raises
+    ------
+    InvalidParameterError
+        As :func:`batch_of`.
+    """
+    m, count = compilation.mechanism, place.stop - place.start
     sizes = m.degrees, len(m.contacts), len(m.forces)
-    count = len(next(iter(values.values()))) if values else 1
     part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
     omegas, kernels = np.full((count, len(m.forces)), np.nan), list[Runs]()
-    for systems, tables in compile_together(system, values, codes):
+    for systems, tables in compilation.tables(place):
         if tables.sizes != sizes:
             raise InvalidParameterError(
-                f"system = {system!r}: within the ranges of the parameters its mechanisms have "
-                "different numbers of coordinates, contacts or lines. Study them apart."
+                f"system = {compilation.system!r}: within the ranges of the parameters its "
+                "mechanisms have different numbers of coordinates, contacts or lines. Study them "
+                "apart."
             )
         part[systems], number[systems] = len(kernels), np.arange(len(systems))
         omegas[systems] = tables.systems["omegas"]
         kernels.append(runs(tables))
-    return Batch(system, values, m, omegas, part, number, tuple(kernels))
+    values = {name: x[place] for name, x in compilation.values.items()}
+    return Batch(compilation.system, values, m, omegas, part, number, tuple(kernels))
 
 
 def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
@@ -237,8 +244,9 @@ def _finish(
 
 def _with_modes(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...]) -> Batch | None:
     """Some of the systems with more modes; None where not every one has them."""
+    values = {name: x[systems] for name, x in batch.values.items()}
     try:
-        more = _batch(batch.system, {k: x[systems] for k, x in batch.values.items()}, codes)
+        more = batch_from(compile_together(batch.system, values, codes), slice(0, len(systems)))
     except InvalidParameterError:
         return None
     return more if np.all(more.part != LEFT_OUT) else None

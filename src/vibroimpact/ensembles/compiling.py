@@ -11,13 +11,14 @@ Fails       A system that is refused alone is refused here; the message says whi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.columns import Column, Split
-from vibroimpact.ensembles.tables import Tables, joined, tables_of
+from vibroimpact.ensembles.tables import Stacks, Tables, joined, stacks_of
 from vibroimpact.errors import InvalidParameterError, ResonanceError, VibroImpactError
 from vibroimpact.hybrid import Hybrid
 from vibroimpact.mechanism import Mechanism
@@ -25,11 +26,64 @@ from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import System, mechanism_of
 
 Values = dict[str, NDArray[np.float64]]
-Part = tuple[NDArray[np.intp], Tables]  # numbers of systems, and what they compile to
+Rows = NDArray[np.intp]
+Part = tuple[Rows, Tables]  # numbers of systems, and what they compile to
 
 
-def compile_together(system: System, values: Values, codes: Sequence[int] = ()) -> list[Part]:
-    """Compile every system but those at resonance, in parts of one structure.
+@dataclass(frozen=True)
+class Compilation:
+    """Systems compiled with columns, and those that are compiled alone when they are wanted.
+
+    Attributes
+    ----------
+    system, values, codes
+        What was asked for: see :func:`compile_together`.
+    mechanism
+        Of ``system``.
+    parts
+        Numbers of systems, rising, and what they compile to, each part of one structure.
+    apart
+        Systems that columns will not do for, rising.
+    """
+
+    system: System
+    values: Values
+    codes: tuple[int, ...]
+    mechanism: Mechanism
+    parts: list[tuple[Rows, Stacks]]
+    apart: Rows
+
+    @property
+    def count(self) -> int:
+        """How many systems."""
+        return _count(self.values)
+
+    def tables(self, place: slice) -> list[Part]:
+        """Arrays of some systems, numbered from the first of them, in parts of one structure.
+
+        Raises
+        ------
+        InvalidParameterError
+            One of them is refused, or its code fails; the message names its parameters.
+        """
+        structures = dict[object, list[Part]]()
+        for part in self._found(place):
+            structures.setdefault(part[1].structure, []).append(part)
+        return [_merged(same) for same in structures.values()]
+
+    def _found(self, place: slice) -> Iterator[Part]:
+        for systems, stacks in self.parts:
+            inside = _inside(systems, place)
+            if inside.stop > inside.start:
+                yield systems[inside] - place.start, stacks.tables(inside)
+        for k in self.apart[_inside(self.apart, place)]:
+            alone = _alone(self.system, self.values, k, self.codes)
+            if alone:
+                yield np.array([k - place.start]), alone.tables(slice(0, 1))
+
+
+def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()) -> Compilation:
+    """Compile every system but those at resonance.
 
     Parameters
     ----------
@@ -38,45 +92,58 @@ def compile_together(system: System, values: Values, codes: Sequence[int] = ()) 
     codes
         Modes wanted beside those that every system begins with.
 
-    Raises
-    ------
-    InvalidParameterError
-        A system that is refused, or whose code fails; the message names its parameters.
+    Notes
+    -----
+    A refused system raises once its tables are wanted.
     """
-    count = len(next(iter(values.values()))) if values else 1
-    pending, parts = [np.arange(count)], list[Part]()
+    pending = [np.arange(_count(values))]
+    parts, apart = list[tuple[Rows, Stacks]](), [np.arange(0)]
     while pending:
         systems = pending.pop()
         try:
-            parts += _together(system, values, systems, codes)
+            stacks = _together(system, values, systems, codes)
+        except ResonanceError:
+            continue
         except Split as split:
             pending += [systems[~split.mask], systems[split.mask]]
-    structures = dict[object, list[Part]]()
-    for part in parts:
-        structures.setdefault(part[1].structure, []).append(part)
-    return [_merged(same) for same in structures.values()]
+            continue
+        if stacks:
+            parts.append((systems, stacks))
+        else:
+            apart.append(systems)
+    m, rising = mechanism_of(system), np.sort(np.concatenate(apart))
+    return Compilation(system, values, codes, m, parts, rising)
+
+
+def _count(values: Values) -> int:
+    return len(next(iter(values.values()))) if values else 1
+
+
+def _inside(systems: Rows, place: slice) -> slice:
+    """Where in rising numbers those of a stretch are."""
+    first, last = np.searchsorted(systems, [place.start, place.stop])
+    return slice(int(first), int(last))
 
 
 def _merged(parts: list[Part]) -> Part:
+    if len(parts) == 1:
+        return parts[0]
     return np.concatenate([systems for systems, _ in parts]), joined([t for _, t in parts])
 
 
-def _together(
-    system: System, values: Values, systems: NDArray[np.intp], codes: Sequence[int]
-) -> list[Part]:
-    """Systems compiled with columns; one by one where columns will not do."""
+def _together(system: System, values: Values, systems: Rows, codes: Sequence[int]) -> Stacks | None:
+    """Systems compiled with columns; None where columns will not do."""
+    if len(systems) == 1:
+        return None
     columns = {name: Column(x[systems]) for name, x in values.items()}
-    if len(systems) > 1:
-        try:
-            with np.errstate(all="ignore"):  # as Python's floats
-                mechanism = _built(system, columns)
-                if mechanism is not None:
-                    return [(systems, tables_of(Hybrid(mechanism), len(systems), codes))]
-        except ResonanceError:
-            return []
-        except (VibroImpactError, ArithmeticError):  # refused: asked again below
-            pass
-    return [part for k in systems for part in _alone(system, values, k, codes)]
+    try:
+        with np.errstate(all="ignore"):  # as Python's floats
+            mechanism = _built(system, columns)
+            return None if mechanism is None else stacks_of(Hybrid(mechanism), codes)
+    except ResonanceError:
+        raise
+    except (VibroImpactError, ArithmeticError):  # refused: each is asked alone
+        return None
 
 
 def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
@@ -87,13 +154,13 @@ def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
         return None
 
 
-def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> list[Part]:
+def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stacks | None:
+    """One system; None at resonance."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
-        hybrid = Hybrid(mechanism_of(with_parameters(system, numbers)))
-        return [(np.array([k]), tables_of(hybrid, 1, codes))]
+        return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), codes)
     except ResonanceError:
-        return []
+        return None
     except Exception as error:
         what = str(error) if isinstance(error, InvalidParameterError) else repr(error)
         which = ", ".join(f"{name} = {x!r}" for name, x in numbers.items())

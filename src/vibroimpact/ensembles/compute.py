@@ -39,7 +39,6 @@ class _Work(NamedTuple):
 
     plan: Plan
     batch: Batch
-    columns: dict[str, NDArray[np.float64]]
 
 
 def compute(plan: Plan, runs: RunsOf = Tables.kernel) -> Arrays:
@@ -57,9 +56,18 @@ def compute(plan: Plan, runs: RunsOf = Tables.kernel) -> Arrays:
     dict
         By name of a variable; the leading dimensions are those of the grid.
     """
+    return compute_with(plan, batch_of(plan.system, columns_of(plan), runs))
+
+
+def columns_of(plan: Plan) -> dict[str, NDArray[np.float64]]:
+    """Parameters of every system of a plan, shape (S,)."""
     mesh = np.meshgrid(*plan.axes.values(), indexing="ij")
-    columns = {name: part.ravel() for name, part in zip(plan.axes, mesh, strict=True)}
-    work = _Work(plan, batch_of(plan.system, columns, runs), columns)
+    return {name: part.ravel() for name, part in zip(plan.axes, mesh, strict=True)}
+
+
+def compute_with(plan: Plan, batch: Batch) -> Arrays:
+    """Run every member of a plan whose systems are compiled already."""
+    work = _Work(plan, batch)
     if plan.followed is None:
         return _in_grid(_run(work, *_members(work, _systems(plan).ravel())), plan.shape)
     axis = plan.followed
@@ -141,7 +149,7 @@ def _placed(work: _Work, systems: Integers, states: States, behind: Integers) ->
     """States that lie behind a stop are placed on it (2)."""
     position = states.position.copy()
     for i in behind:
-        values = {name: float(column[systems[i]]) for name, column in work.columns.items()}
+        values = {name: float(column[systems[i]]) for name, column in work.batch.values.items()}
         mechanism = mechanism_of(with_parameters(work.plan.system, values))
         state = State(tuple(position[i]), tuple(states.velocity[i]), float(states.phase[i]))
         for contact in range(len(mechanism.contacts)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,13 +62,70 @@ class Tables:
         return batch
 
 
-def tables_of(hybrid: Hybrid, count: int, codes: Sequence[int] = ()) -> Tables:
-    """Arrays of compiled systems.
+class Stack(NamedTuple):
+    """One array of every system: what all share, and which numbers vary.
+
+    Attributes
+    ----------
+    shape
+        Of one system.
+    row
+        Its numbers, shape (1, k); zeros stand for those that vary.
+    columns
+        Of these by place in the row: the number of the column.
+    """
+
+    shape: tuple[int, ...]
+    row: Floats
+    columns: dict[int, int]
+
+
+@dataclass(frozen=True)
+class Stacks:
+    """Systems of one structure as they are compiled: :class:`Tables` with stacks for arrays.
+
+    Attributes
+    ----------
+    dense, degrees, systems, modes
+        As there.
+    columns
+        The numbers that vary, shape (V, S).
+    """
+
+    dense: bool
+    degrees: int
+    systems: dict[str, Stack]
+    modes: list[dict[str, Any]]
+    columns: Floats
+
+    def tables(self, place: slice) -> Tables:
+        """Arrays of some of the systems, one after the other."""
+        modes = [self._arrays(mode, place) for mode in self.modes]
+        return Tables(self.dense, self.degrees, self._arrays(self.systems, place), modes)
+
+    def _arrays(self, part: dict[str, Any], place: slice) -> dict[str, Any]:
+        """The same with arrays for stacks."""
+        return {
+            name: self._array(x, place) if isinstance(x, Stack)
+            else self._arrays(x, place) if isinstance(x, dict) else x
+            for name, x in part.items()
+        }  # fmt: skip
+
+    def _array(self, stack: Stack, place: slice) -> Floats:
+        count = place.stop - place.start
+        out = np.repeat(stack.row, count, axis=0)
+        for i, column in stack.columns.items():
+            out[:, i] = self.columns[column, place]
+        return out.reshape(count, *stack.shape)
+
+
+def stacks_of(hybrid: Hybrid, codes: Sequence[int] = ()) -> Stacks:
+    """Numbers of compiled systems.
 
     Parameters
     ----------
     hybrid
-        Compiled with columns of ``count`` numbers, or with floats where ``count`` is 1.
+        Compiled with columns, or with floats: one system, or all alike.
     codes
         Modes wanted beside those that every system begins with.
 
@@ -77,56 +134,61 @@ def tables_of(hybrid: Hybrid, count: int, codes: Sequence[int] = ()) -> Tables:
     InvalidParameterError
         A mode wanted whose contact forces are not determined.
     """
-    m, laws = hybrid.mechanism, hybrid.laws()
+    m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
     contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
     systems = {
-        "omegas": _stacked(hybrid.omegas, count, lines),
-        "kappas": _stacked(hybrid.kappas, count, lines),
-        "steps": _stacked(hybrid.step, count),
-        "impulse": _stacked([law[0] for law in laws], count, contacts, size),
-        "mobility": _stacked([law[1] for law in laws], count, contacts, contacts),
-        "shift": _stacked([law[2] for law in laws], count, contacts, size),
-        "restitution": _stacked([law[3:] for law in laws], count, contacts, 2),
+        "omegas": stack(hybrid.omegas, lines),
+        "kappas": stack(hybrid.kappas, lines),
+        "steps": stack(hybrid.step),
+        "impulse": stack([law[0] for law in laws], contacts, size),
+        "mobility": stack([law[1] for law in laws], contacts, contacts),
+        "shift": stack([law[2] for law in laws], contacts, size),
+        "restitution": stack([law[3:] for law in laws], contacts, 2),
     }
     wanted = [(), *hybrid.closed, *(closed_from_code(code, contacts) for code in codes)]
-    modes = [_mode(hybrid.mode(closed), hybrid, count) for closed in wanted]
-    return Tables(hybrid.dense, m.degrees, systems, modes)
+    modes = [_mode(hybrid.mode(closed), hybrid, stack) for closed in wanted]
+    return Stacks(hybrid.dense, m.degrees, systems, modes, np.array(stack.columns))
 
 
-def _mode(mode: Mode, hybrid: Hybrid, count: int) -> dict[str, Any]:
+def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
     c, n, size = mode.coordinates, hybrid.mechanism.degrees, hybrid.size
     contacts, lines = len(mode.guards), len(hybrid.omegas)
     rows, gains, lower, upper, side = zip(*mode.guards, strict=True)
     shapes = {"b": (size, size), "constant": (size,)} if hybrid.dense else {}
-    flow = {k: _stacked(x, count, *shapes.get(k, (size // 2,))) for k, x in c.flow.items()}
     return {
         "code": mode.code,
-        "flow": flow,
-        "rows": _stacked(rows, count, contacts, size),
-        "gains": _stacked(gains, count, contacts),
-        "lower": _stacked(lower, count, contacts),
-        "upper": _stacked(upper, count, contacts),
+        "flow": {k: stack(x, *shapes.get(k, (size // 2,))) for k, x in c.flow.items()},
+        "rows": stack(rows, contacts, size),
+        "gains": stack(gains, contacts),
+        "lower": stack(lower, contacts),
+        "upper": stack(upper, contacts),
         "side": list(side),
-        "to_x": _stacked(c.to_x, count, n, size),
-        "to_v": _stacked(c.to_v, count, n, size),
-        "offset": _stacked(c.offset, count, n),
-        "from_x": _stacked(c.from_x, count, size, n),
-        "from_v": _stacked(c.from_v, count, size, n),
-        "particular": _stacked(c.particular, count, size, 2 * lines),
+        "to_x": stack(c.to_x, n, size),
+        "to_v": stack(c.to_v, n, size),
+        "offset": stack(c.offset, n),
+        "from_x": stack(c.from_x, size, n),
+        "from_v": stack(c.from_v, size, n),
+        "particular": stack(c.particular, size, 2 * lines),
     }
 
 
-def _stacked(entries: Any, count: int, *shape: int) -> Floats:
-    """Nested entries, floats or columns, as an array of shape (count, *shape)."""
-    flat = list(entries) if shape else [entries]
-    for _ in shape[1:]:
-        flat = list(chain.from_iterable(flat))
-    columns = {i: x.values for i, x in enumerate(flat) if isinstance(x, Column)}
-    row = [0.0 if i in columns else x for i, x in enumerate(flat)]
-    out = np.repeat(np.array([row], dtype=float), count, axis=0)
-    for i, values in columns.items():
-        out[:, i] = values
-    return out.reshape(count, *shape)
+class _Stacker:
+    """Makes stacks, and keeps the columns met."""
+
+    def __init__(self) -> None:
+        self.columns = list[Floats]()
+
+    def __call__(self, entries: Any, *shape: int) -> Stack:
+        """Nested entries, floats or columns, as an array of this shape for each system."""
+        flat = list(entries) if shape else [entries]
+        for _ in shape[1:]:
+            flat = list(chain.from_iterable(flat))
+        columns = dict[int, int]()
+        for i, x in enumerate(flat):
+            if isinstance(x, Column):
+                columns[i], flat[i] = len(self.columns), 0.0
+                self.columns.append(x.values)
+        return Stack(shape, np.array([flat], dtype=float), columns)
 
 
 def joined(parts: Sequence[Tables]) -> Tables:

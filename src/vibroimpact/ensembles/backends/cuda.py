@@ -10,7 +10,7 @@ from collections.abc import Generator, Sequence
 from functools import partial
 
 from vibroimpact.ensembles.backends.threads import compute_in_threads
-from vibroimpact.ensembles.compute import Done, compute
+from vibroimpact.ensembles.compute import Done
 from vibroimpact.ensembles.cuda.batch import DeviceBatch, Machine
 from vibroimpact.ensembles.cuda.card import open_card
 from vibroimpact.ensembles.plan import Plan
@@ -25,8 +25,7 @@ def compute_tiles(
     client: object = None,  # noqa: ARG001 - for clusters
 ) -> Generator[Done, None, None]:
     """Compute tiles; closing the generator waits for those that have begun."""
-    work = partial(compute, runs=partial(runs_on, open_card()))
-    yield from compute_in_threads(work, plan, tiles, workers)
+    yield from compute_in_threads(plan, tiles, workers, partial(runs_on, open_card()))
 
 
 def runs_on(machine: Machine, tables: Tables) -> Runs:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 
-from vibroimpact.ensembles.batch import Arrays
-from vibroimpact.ensembles.compute import Done, compute
+from vibroimpact.ensembles.batch import Arrays, RunsOf
+from vibroimpact.ensembles.compute import Done
+from vibroimpact.ensembles.groups import grouped
 from vibroimpact.ensembles.plan import Plan
+from vibroimpact.ensembles.tables import Tables
 from vibroimpact.ensembles.tiles import Tile
 
 AHEAD = 2  # tiles per thread that are begun or wait: results that nobody has taken yet are few
@@ -22,21 +24,21 @@ def compute_tiles(
     client: object = None,  # noqa: ARG001 - for clusters
 ) -> Generator[Done, None, None]:
     """Compute tiles; closing the generator waits for those that have begun."""
-    yield from compute_in_threads(compute, plan, tiles, workers)
+    yield from compute_in_threads(plan, tiles, workers)
 
 
 def compute_in_threads(
-    work: Callable[[Plan], Arrays], plan: Plan, tiles: Sequence[Tile], workers: int | None
+    plan: Plan, tiles: Sequence[Tile], workers: int | None, runs: RunsOf = Tables.kernel
 ) -> Generator[Done, None, None]:
-    """Do some work on tiles; closing the generator waits for those that have begun."""
+    """Compute tiles whose members something runs, the kernel or another machine."""
     threads = workers or cores()
     pool = ThreadPoolExecutor(threads, thread_name_prefix="vibroimpact")
-    todo = iter(tiles)
+    todo = grouped(plan, tiles)
     running: dict[Future[Arrays], Tile] = {}
     try:
         while True:
-            for tile in islice(todo, AHEAD * threads - len(running)):
-                running[pool.submit(work, plan.block(tile.place))] = tile
+            for tile, group in islice(todo, AHEAD * threads - len(running)):
+                running[pool.submit(group.compute, tile, runs)] = tile
             if not running:
                 return
             for future in wait(running, return_when=FIRST_COMPLETED).done:
