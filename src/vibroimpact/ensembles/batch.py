@@ -197,27 +197,34 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
 
 def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
     """Each part of the batch runs its members; the others are left out for resonance."""
-    spec, m = kernel_observers(observers), batch.mechanism
     part, count = batch.part[members.system], len(members.system)
+    if count and np.all(part == part[0]) and part[0] != LEFT_OUT:
+        return _run_part(batch, part[0], members, observers)
     out: Arrays = {
         name: np.full((count, *output.shape), output.fill, output.dtype)
-        for name, output in outputs(observers, m).items()
+        for name, output in outputs(observers, batch.mechanism).items()
     }
     out["end"][:] = Outcome.RESONANCE
-    phases = members.phase[:, None] * (batch.omegas / batch.omegas[:, :1])[members.system]
-    for i, kernel in enumerate(batch.kernels):
+    for i in range(len(batch.kernels)):
         rows = np.flatnonzero(part == i)
-        if not rows.size:
-            continue
-        raw = kernel.run(
-            system=batch.number[members.system[rows]].astype(np.int32),
-            position=members.position[rows], velocity=members.velocity[rows],
-            phases=phases[rows], settle=members.settle[rows], observe=members.observe[rows],
-            most_impacts=members.most_impacts, observers=spec,
-        )  # fmt: skip
-        for name, values in results(observers, m, raw).items():
-            out[name][rows] = values
+        if rows.size:
+            some = members.of(rows, members.system[rows])
+            for name, values in _run_part(batch, i, some, observers).items():
+                out[name][rows] = values
     return out
+
+
+def _run_part(batch: Batch, part: int, members: Members, observers: Sequence[Observer]) -> Arrays:
+    """Members whose systems are all of one part."""
+    ratios = (batch.omegas / batch.omegas[:, :1])[members.system]
+    raw = batch.kernels[part].run(
+        system=batch.number[members.system].astype(np.int32),
+        position=members.position, velocity=members.velocity,
+        phases=members.phase[:, None] * ratios,
+        settle=members.settle, observe=members.observe,
+        most_impacts=members.most_impacts, observers=kernel_observers(observers),
+    )  # fmt: skip
+    return results(observers, batch.mechanism, raw)
 
 
 def _finish(
