@@ -104,10 +104,11 @@ public:
                   {"observe", &fields::observe, observe, count}});
         observer_reader(observers, here).read();
         results out(observers, here.view);
+        const auto ask = interrupted_here();
         {
             const nb::gil_scoped_release release;
             const bool small = d == 6 && lines == 1 && c == 1;
-            (dense_ ? run_dense : small ? run_modal_small : run_modal)(here.view, interrupted);
+            (dense_ ? run_dense : small ? run_modal_small : run_modal)(here.view, ask);
         }
         raise_if_interrupted();
         return out.to_python();
