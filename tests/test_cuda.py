@@ -36,6 +36,7 @@ WATCH = vi.observe.Extremes(row=(-1.0, 1.0), label="relative")
 EVERYTHING = (
     vi.observe.Section(points=7, stride=2), "symbol", "impacts", "speeds", "power", "extremes",
     WATCH, "rms", "lyapunov", "spectrum", "shares", vi.observe.Settling(longest=8), "final",
+    vi.observe.Rotation(stop="B", tolerance=1e-9),
 )  # fmt: skip
 
 
@@ -78,19 +79,24 @@ def check_equal_bits(
 
 
 def test_every_observer_has_the_bits_of_the_processor(folder: Path) -> None:
-    values = {"omega": np.array([0.4205, 0.7, 1.05]), "restitution": np.array([0.3, 0.5, 0.8])}
+    damper = paper_damper("C", 0.4268)
+    values = {
+        "omega": np.array([0.4205, 0.7, 1.05, damper.omega]),
+        "restitution": np.array([0.3, 0.5, 0.8, damper.restitution]),
+    }
     members = members_of(24, 2, 3, settle=np.linspace(0.0, 400.0, 24))
     members.position[0] = (0.0, 1e3)  # behind a stop
     members.position[1:3] = (0.0, 6.0)  # on a stop: towards it, and at rest there
     members.velocity[1:3] = ((0.0, 1.0), (0.3, 0.3))
-    found = check_equal_bits(
-        paper_damper("C", 0.5), values, members, EVERYTHING, HostDevice(folder)
-    )
+    members.system[3] = 3  # on a closed curve
+    members.settle[3], members.observe[3] = 200.0 * damper.period, 400.0 * damper.period
+    found = check_equal_bits(damper, values, members, EVERYTHING, HostDevice(folder))
     assert {Outcome.OK, Outcome.BEHIND_STOP} <= set(found["end"])
     assert found["chatters"].any()
     assert (found["share_at_rest"] > 0.0).any()
     assert (found["n"] > 0).any()
     assert np.isfinite(found["settling"]).any()
+    assert found["rotation_error"][3] < 1e-3
 
 
 def test_two_contacts_and_their_modes_have_the_bits_of_the_processor(folder: Path) -> None:

@@ -20,6 +20,7 @@ from vibroimpact.ensembles.observers import (
     Extremes,
     Outcome,
     Rms,
+    Rotation,
     Section,
     Settling,
     Symbol,
@@ -31,7 +32,8 @@ from vibroimpact.ensembles.observers import (
 CASES = cases()
 
 # The stop B is one that every system here has.
-EVERYTHING = (Section(stop="B"), *(name for name in known.OBSERVERS if name != "section"))
+AT_B = (Section(stop="B"), Rotation(stop="B"))
+EVERYTHING = (*AT_B, *(name for name in known.OBSERVERS if name not in ("section", "rotation")))
 
 
 def test_a_start_behind_a_stop_is_an_outcome_without_results() -> None:
@@ -82,6 +84,8 @@ def test_a_motion_without_impacts_is_a_result(case: Case, rest: float) -> None:
     assert found["power"] == 0.0
     assert np.isnan(found["speed_mean"])
     assert np.isnan(found["section_time"]).all()
+    assert np.isnan(found["rotation"])
+    assert np.isnan(found["rotation_error"])
     assert np.isfinite(found["x_rms"]).all()
     assert not found["lyapunov"] > 0.0  # NaN, or -inf at rest
 

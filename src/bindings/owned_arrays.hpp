@@ -74,6 +74,12 @@ public:
             b.settling_returns = at_least_one("settling", "returns");
             b.longest = at_least_one("settling", "longest");
         }
+        if (wanted("rotation", vi::sees_rotation)) {
+            b.rotation_contact = whole("rotation", "contact");
+            b.rotation_stop = nb::cast<int>(option("rotation", "side"));
+            b.rotation_stride = at_least_one("rotation", "stride");
+            b.rotation_tolerance = number("rotation", "tolerance");
+        }
         wanted("impacts", vi::sees_impacts);
         wanted("speeds", vi::sees_speeds);
         wanted("power", vi::sees_power);
@@ -154,6 +160,7 @@ public:
         want(sees(vi::sees_averages), "averages", &fields::averages, 2 * b.averages_count);
         want(sees(vi::sees_shares), "shares", &fields::shares, 1); // time at rest
         want(sees(vi::sees_shares), "counts", &fields::counts, 2); // completed chatter, grazes
+        want(sees(vi::sees_rotation), "rotation", &fields::rotation, 2); // number, error
         want(spec.contains("lyapunov"), "lyapunov", &fields::lyapunov, 1);
         want(spec.contains("spectrum"), "spectrum", &fields::spectrum, b.exponents);
         want(spec.contains("final"), "final_position", &fields::final_position, n);

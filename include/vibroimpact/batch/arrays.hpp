@@ -66,6 +66,10 @@ struct batch_arrays {
     double settling_tolerance;
     long long settling_returns;
     long long longest;
+    long long rotation_contact;
+    long long rotation_stop;
+    long long rotation_stride;
+    double rotation_tolerance;
     long long extremes_count;
     const double* extremes_rows;
     long long averages_count;
@@ -88,6 +92,7 @@ struct batch_arrays {
     double* averages;
     double* shares;
     double* counts;
+    double* rotation;
     double* lyapunov;
     double* spectrum;
     double* final_position;

@@ -46,14 +46,16 @@ start_of(const batch_arrays& b, const hybrid<Flow>& system, long long i) {
                     b.velocity + first, b.phases + i * b.lines);
 }
 
-// Options of the observers of a member of system s, and what they read.
+// Options of the observers of a member of system s whose window is known, and what they read.
 template <class Flow>
 VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
                                     const system_room<Flow>& built, const member_room<Flow>& lent,
-                                    observers<Flow>& all) {
+                                    passage<Flow>& out) {
+    auto& all = out.observers;
     const double omega = b.lines ? b.omegas[s * b.lines] : 0.0;
     const physical_rows physical{coordinates_of(b, 0, s), b.lines ? omega : 1.0 / b.steps[s]};
     all.wanted = static_cast<unsigned>(b.wanted);
+    all.settle = out.window.settle;
     all.section.contact = static_cast<int>(b.contact);
     all.section.side = static_cast<int>(b.stop);
     all.section.last = static_cast<long>(b.last);
@@ -65,6 +67,12 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
     all.settling.orbit.returns = static_cast<long>(b.settling_returns);
     all.settling.longest = static_cast<long>(b.longest);
     all.settling.kept = lent.kept;
+    all.rotation.contact = static_cast<int>(b.rotation_contact);
+    all.rotation.side = static_cast<int>(b.rotation_stop);
+    all.rotation.stride = static_cast<long>(b.rotation_stride);
+    all.rotation.tolerance = b.rotation_tolerance;
+    all.rotation.settle = out.window.settle;
+    all.rotation.observe = out.window.observe;
     all.symbol.rows = all.settling.orbit.rows = physical;
     all.symbol.omega = all.settling.orbit.omega = omega;
     all.extremes.watched = {built.extremes, static_cast<int>(b.extremes_count)};
@@ -85,8 +93,7 @@ VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Fl
     }
     out.now.at = out.start;
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
-    out.observers.settle = out.window.settle;
-    detail::prepare_observers(b, b.system[i], built, lent, out.observers);
+    detail::prepare_observers(b, b.system[i], built, lent, out);
     out.observers.depart(out.start);
     return true;
 }

@@ -33,6 +33,7 @@ public:
         fill(b_.extremes, 2 * b_.extremes_count, not_a_number());
         fill(b_.averages, 2 * b_.averages_count, not_a_number());
         fill(b_.counts, 2, 0.0);
+        fill(b_.rotation, 2, not_a_number());
         fill(b_.spectrum, b_.exponents, not_a_number());
         fill(b_.final_position, n_, not_a_number());
         fill(b_.final_velocity, n_, not_a_number());
@@ -63,6 +64,7 @@ public:
             put(b_.shares, all.shares.at_rest / duration);
             put(b_.counts, all.shares.chatters, all.shares.grazes);
         }
+        if (all.wants(sees_rotation)) put(b_.rotation, all.rotation.value(), all.rotation.error());
     }
 
     template <int W>

@@ -9,6 +9,7 @@
 #include "vibroimpact/observe/extremes.hpp"
 #include "vibroimpact/observe/impacts.hpp"
 #include "vibroimpact/observe/power.hpp"
+#include "vibroimpact/observe/rotation.hpp"
 #include "vibroimpact/observe/section.hpp"
 #include "vibroimpact/observe/settling.hpp"
 #include "vibroimpact/observe/shares.hpp"
@@ -27,6 +28,7 @@ enum observer_bit : unsigned {
     sees_extremes = 1u << 6,
     sees_averages = 1u << 7,
     sees_shares = 1u << 8,
+    sees_rotation = 1u << 9,
 };
 inline constexpr unsigned sees_flights = sees_extremes | sees_averages | sees_shares;
 
@@ -51,6 +53,7 @@ struct observers {
     vi::extremes<Flow> extremes{};
     vi::averages<Flow> averages{};
     vi::shares shares{};
+    vi::rotation rotation{};
 
     trajectory<double, Shape> before{}; // the trajectory before the event, where flights are seen
 
@@ -87,6 +90,7 @@ private:
         if (wants(sees_power)) power.see(s);
         if (wants(sees_settling)) settling.see(s);
         if (wants(sees_shares)) shares.see(s);
+        if (wants(sees_rotation)) rotation.see(s);
     }
 };
 

@@ -8,14 +8,26 @@
 // without heap, library or exceptions; memory of variable size is lent by the caller. To add one:
 //
 //     observe/                      its struct, in a file of its own
-//     observe/observers.hpp         a member, a bit, and a line in see()
-//     batch/arrays.hpp, member.hpp, results.hpp
-//                                   its options, and a table for its results: hand over, write
-//     src/bindings/batch_module.cpp, src/vibroimpact/ensembles/cuda/layout.py
-//                                   read the options, make room for the table
-//     src/vibroimpact/ensembles/kinds.py, observers.py
-//                                   its name and options, and the variables of a dataset
-//     tests/test_observers.py       its results against the record of the same motion
+//     observe/observers.hpp         include, a bit after the last, a member, a line in see() of
+//                                   events or of flights; sees_flights if it wants flights
+//     batch/arrays.hpp              its options, and a table for its results
+//     batch/member.hpp              prepare_observers(): options, the window, lent memory
+//     batch/results.hpp             clear() and write(): the numbers of a row
+//     src/bindings/owned_arrays.hpp read(): options, by the names that kernel_observers gives; the
+//                                   width of the table, in results
+//     src/vibroimpact/ensembles/cuda/layout.py
+//                                   the same for devices: SEEN, in the order of the bits; _options,
+//                                   _widths
+//     src/vibroimpact/ensembles/kinds.py
+//                                   name, options with their checks, variables by table and column
+//     src/vibroimpact/ensembles/observers.py
+//                                   OBSERVERS; options whose names differ, in kernel_observers
+//     tests/test_observers.py       its results against the record of the same motion; EVERYTHING
+//                                   of tests/test_cuda.py compares the two hosts
+//     docs/sweeps.md                a row of the table of observers
+//
+// Without options and with one number, as power.hpp, most of these are one line. The observer
+// rotation.hpp has both; its name finds every place.
 #pragma once
 
 #include "vibroimpact/run.hpp"

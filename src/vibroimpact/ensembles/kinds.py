@@ -70,10 +70,7 @@ class Section:
 
     def __post_init__(self) -> None:
         check_count("points", self.points, 1, MOST)
-        check_count("stride", self.stride, 1, MOST)
-        check_count("contact", self.contact, 0)
-        if self.stop not in ("A", "B"):
-            raise InvalidParameterError(f'stop = {self.stop!r}: must be "A" or "B".')
+        _check_section(self)
 
     def outputs(self, mechanism: Mechanism) -> Table:
         """States (..., point, coordinate), phases and times (..., point)."""
@@ -280,6 +277,68 @@ class Shares:
             "chatters": whole("counts", "completed chatter sequences", 0, "int32"),
             "grazes": whole("counts", "grazing contacts", 1, "int32"),
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rotation:
+    """Rotation number: turns about a centre from one section point to the next, in [0, 1/2].
+
+    Parameters
+    ----------
+    stride
+        Every stride-th impact at the stop is a section point, 1 to 10^6.
+    contact, stop
+        As in :func:`~vibroimpact.impact_section`.
+    tolerance
+        Where the impact speeds of three points in a row differ by at most this share of the largest
+        of them, the motion is at a fixed point, which does not turn; in (0, 1).
+
+    Notes
+    -----
+    That of :attr:`Attractor.rotation` where the points lie on one closed curve of one turn; rho and
+    1 - rho are the same. The fraction p/q where they repeat themselves: 1/2 after a period
+    doubling. Points at k impacts per turn, or on k curves in turn, have the fraction of their
+    order; stride k looks at one of them.
+
+    The weighted average converges faster than any power of the number of points (some 10^-4 for
+    100, 10^-9 for 2000 in smooth motion); ``rotation_error``, an estimate, is its larger change to
+    that of either half of the window: large in weak chaos and near locking. A motion that has not
+    settled turns by the angle of its multiplier.
+
+    NaN: at a fixed point ("symbol" says so), without impacts, with fewer than 8 turns in a half of
+    the window, and where turns are so uneven that they cannot be counted, as in strong chaos.
+
+    References
+    ----------
+    das2017, hopf1935
+    """
+
+    name: ClassVar[str] = "rotation"
+    stride: int = 1
+    contact: int = 0
+    stop: Stop = "A"
+    tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        _check_section(self)
+        check_tolerance(self.tolerance)
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """``rotation``, ``rotation_error``."""
+        check_stop(mechanism, self.contact, self.stop)
+        where = f"stop {self.stop} of contact {self.contact}"
+        texts = {
+            "rotation": f"rotation number per section point at {where}",
+            "rotation_error": "change of the rotation number between parts of the window",
+        }
+        return reals("rotation", texts)
+
+
+def _check_section(observer: Section | Rotation) -> None:
+    check_count("stride", observer.stride, 1, MOST)
+    check_count("contact", observer.contact, 0)
+    if observer.stop not in ("A", "B"):
+        raise InvalidParameterError(f'stop = {observer.stop!r}: must be "A" or "B".')
 
 
 @dataclass(frozen=True, kw_only=True)

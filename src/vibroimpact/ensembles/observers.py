@@ -20,6 +20,7 @@ from vibroimpact.ensembles.kinds import (
     Observer,
     Power,
     Rms,
+    Rotation,
     Section,
     Settling,
     Shares,
@@ -34,7 +35,7 @@ from vibroimpact.mechanism import Mechanism
 
 __all__ = [
     "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
-    "Section", "Settling", "Shares", "Spectrum", "Speeds", "Symbol", "describe",
+    "Rotation", "Section", "Settling", "Shares", "Spectrum", "Speeds", "Symbol", "describe",
     "kernel_observers", "observer_of", "outputs", "resolve", "results",
 ]  # fmt: skip
 
@@ -50,7 +51,7 @@ OBSERVERS: dict[str, type[Observer]] = {
     kind.name: kind
     for kind in (
         Section, Symbol, Impacts, Speeds, Power, Extremes, Rms, Lyapunov, Spectrum, Shares,
-        Settling, Final,
+        Settling, Final, Rotation,
     )
 }  # fmt: skip
 
@@ -113,8 +114,9 @@ def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
         if one.name in WATCHES:
             spec.setdefault(WATCHES[one.name], []).append(list(options["row"]))
             continue
-        if isinstance(one, Section):
+        if "stop" in options:
             options["side"] = 1 if options.pop("stop") == "A" else -1
+        if "points" in options:
             options["last"] = options.pop("points")
         spec[one.name] = options
     return spec

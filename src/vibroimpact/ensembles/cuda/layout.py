@@ -16,6 +16,7 @@ Floats = NDArray[np.float64]
 # In the order of observer_bit (observe/observers.hpp).
 SEEN = (
     "section", "symbol", "impacts", "speeds", "power", "settling", "extremes", "averages", "shares",
+    "rotation",
 )  # fmt: skip
 
 _FIELD = re.compile(r"^    (?:const )?([a-z ]+)(\*?) (\w+);", re.MULTILINE)
@@ -85,6 +86,7 @@ def _options(spec: dict[str, Any]) -> dict[str, int | float]:
     section = {"contact": 0, "side": 1, "last": 0, "stride": 1} | spec.get("section", {})
     symbol, settling = ({"tolerance": 0.0, "returns": 1} | spec.get(name, {})
                         for name in ("symbol", "settling"))  # fmt: skip
+    rotation = {"contact": 0, "side": 1, "stride": 1, "tolerance": 0.0} | spec.get("rotation", {})
     return {
         "contact": section["contact"],
         "stop": section["side"],
@@ -95,6 +97,10 @@ def _options(spec: dict[str, Any]) -> dict[str, int | float]:
         "settling_tolerance": settling["tolerance"],
         "settling_returns": settling["returns"],
         "longest": settling.get("longest", 0),
+        "rotation_contact": rotation["contact"],
+        "rotation_stop": rotation["side"],
+        "rotation_stride": rotation["stride"],
+        "rotation_tolerance": rotation["tolerance"],
     }
 
 
@@ -118,6 +124,7 @@ def _widths(spec: dict[str, Any], sizes: Sizes, rows: dict[str, Floats]) -> dict
         "extremes": {"extremes": 2 * len(rows["extremes"])},
         "averages": {"averages": 2 * len(rows["averages"])},
         "shares": {"shares": 1, "counts": 2},
+        "rotation": {"rotation": 2},
         "lyapunov": {"lyapunov": 1},
         "spectrum": {"spectrum": 2 * n + sizes.lines - 1},
         "final": {"final_position": n, "final_velocity": n, "final_phase": 1},
