@@ -79,6 +79,15 @@ def test_plane_writes_the_plane_of_the_library(capsys: pytest.CaptureFixture[str
     assert Path("p.png").stat().st_size > 1000
 
 
+def test_plane_observes_what_it_draws(capsys: pytest.CaptureFixture[str]) -> None:
+    over = ["--over", "omega=1.0:1.005:2", "--over", "half_clearance=5,5.1"]
+    said(["plane", CASE, *over, "--variable", "rotation", "--out", "p.nc"], capsys)
+    said(["plane", CASE, *over, "--observe", "rotation", "--out", "q.nc"], capsys)
+    found = opened("p.nc")
+    xr.testing.assert_identical(found, opened("q.nc"))
+    assert np.isfinite(found.rotation).all()
+
+
 def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--starts", "3", "--vary"]
     out = said([*argv, "v1=-1:1", "--settle", "800", "--out", "p.nc", "--out", "p.svg"], capsys)

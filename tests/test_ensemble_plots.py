@@ -24,6 +24,7 @@ from vibroimpact.plotting import basins as basin_look
 from vibroimpact.plotting import plane as plane_look
 from vibroimpact.plotting import style
 from vibroimpact.plotting.maps import edges, geometric
+from vibroimpact.plotting.rotation_look import fractions
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
@@ -53,6 +54,14 @@ def some_plane() -> xr.Dataset:
         coords=OVER,
     )
     return data.assign(motion=motions(data.drop_vars("lyapunov")), period=data.n)
+
+
+def turning_plane() -> xr.Dataset:
+    """Rotation numbers 0.30 to 0.46; one that is unknown, one that has not converged."""
+    rho, error = np.linspace(0.3, 0.46, 24).reshape(6, 4), np.full((6, 4), 1e-6)
+    rho[0, 0], rho[1, 1], error[1, 1] = np.nan, 0.01, 0.1
+    given = {"rotation": (DIMS, rho), "rotation_error": (DIMS, error)}
+    return xr.Dataset(given, coords=OVER)
 
 
 def some_basins() -> xr.Dataset:
@@ -88,6 +97,7 @@ PLOTS: dict[str, Callable[[Axes | None], Axes]] = {
     "motion": lambda ax: plotting.plot_plane(some_plane(), ax=ax),
     "exponents": lambda ax: plotting.plot_plane(some_plane(), variable="lyapunov", ax=ax),
     "counts": lambda ax: plotting.plot_plane(some_plane(), variable="attractors", ax=ax),
+    "rotation": lambda ax: plotting.plot_plane(turning_plane(), variable="rotation", ax=ax),
     "numbers": lambda ax: plotting.plot_plane(some_plane(), variable="impacts_a", ax=ax),
     "basins": lambda ax: plotting.plot_basins(some_basins(), ax=ax),
     "exponent": lambda ax: plotting.plot_along(some_ways(), ax=ax),
@@ -213,6 +223,34 @@ def test_colours_of_symbols_are_told_apart_by_readers_without_red_or_green() -> 
         seen = [matrix @ (np.array(to_rgb(c)) ** 2.2) for c in shown]
         for one, other in combinations(seen, 2):
             assert np.linalg.norm(one - other) > 0.02
+
+
+def test_rotation_numbers_that_have_not_converged_have_no_colour() -> None:
+    plane = turning_plane()
+    mesh, values = cells(plotting.plot_plane(plane, variable="rotation"))
+    blank = np.isnan(values.reshape(4, 6).T)
+    assert np.argwhere(blank).tolist() == [[0, 0], [1, 1]]
+    assert mesh.norm.vmin is not None
+    assert mesh.norm.vmin > 0.3
+    whole = plane.drop_vars("rotation_error")
+    assert np.isnan(cells(plotting.plot_plane(whole, variable="rotation"))[1]).sum() == 1
+
+
+def test_simple_fractions_stand_beside_rotation_numbers() -> None:
+    bar = plotting.plot_plane(turning_plane(), variable="rotation").figure.axes[-1]
+    marks = {t.get_text(): y for t, y in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)}
+    assert {"1/3", "2/5", "3/7"} <= set(marks)
+    for text, y in marks.items():
+        p, q = map(int, text.split("/"))
+        assert y == p / q
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.5), (0.4, 0.4), (0.49, 0.5), (0.381, 0.3811)])
+def test_fractions_lie_in_their_range_and_apart(low: float, high: float) -> None:
+    found = [p / q for p, q in fractions(low, high)]
+    assert all(low <= x <= high for x in found)
+    assert all(abs(x - y) >= 0.1 * (high - low) for x, y in combinations(found, 2))
+    assert len(found) <= 5
 
 
 def test_an_axis_of_equal_ratios_is_logarithmic_with_edges_between_the_points() -> None:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from vibroimpact.commands import common, ensemble
 from vibroimpact.ensembles.motions import categories
+from vibroimpact.ensembles.observers import OBSERVERS
 from vibroimpact.ensembles.plane import multistability, plane
 from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
@@ -15,10 +16,10 @@ from vibroimpact.files import write
 from vibroimpact.plotting import plot_plane
 
 NAME = "plane"
-HELP = "colour a plane of two parameters by symbol, exponent, impacts, or number of attractors"
+HELP = "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met"
 EXAMPLE = (
     "  vibroimpact plane impact-damper/A --over omega=0.9:1.1:200 --over half_clearance=1:10:200 "
-    "--observe lyapunov --variable lyapunov --out plane.png --out plane.nc"
+    "--variable lyapunov --out plane.png --out plane.nc"
 )
 LISTED = 8  # motions that are printed
 
@@ -46,11 +47,16 @@ def run(arguments: argparse.Namespace) -> str:
         found = multistability(case.system, over=over, start=start, **options)
         looks = {"variable": "attractors"} | looks
     else:
-        observe = ensemble.observed(arguments)
+        observe = [*ensemble.observed(arguments), *_drawn(arguments)]
         found = plane(case.system, over=over, start=start, observe=observe, **options)
     write(targets, data=lambda: found, picture=lambda: plot_plane(found, **looks))
     lines = [*ensemble.summary(case, over, found), _said(found)]
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
+
+
+def _drawn(arguments: argparse.Namespace) -> list[str]:
+    """The observer whose number is drawn, so that it need not be named twice."""
+    return [arguments.variable] if arguments.variable in OBSERVERS else []
 
 
 def _said(found: xr.Dataset) -> str:

@@ -18,6 +18,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
+QUANTILE = 0.995  # of the numbers on each side: the rest saturates
 ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
 
 
@@ -70,6 +71,15 @@ def numbers(
     mesh(ax, field, colours, norm)
     figure = cast(Figure, ax.get_figure(root=True))
     figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=label, pad=0.02, **bar)
+
+
+def ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Quantiles near the ends, so that one wild cell does not decide the colours."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 0.0, 1.0
+    low, high = np.quantile(known, [1.0 - QUANTILE, QUANTILE])
+    return float(low), float(high)
 
 
 def mesh(ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize) -> None:

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from vibroimpact.ensembles.motions import Category
 from vibroimpact.ensembles.motions import categories as occurring
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.plotting import maps, style
+from vibroimpact.plotting import maps, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.variables import label_of, variable_of
 
@@ -23,7 +23,6 @@ OTHER = "other periodic"
 PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF"}
 FAILED = "#A08060"
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
-QUANTILE = 0.995  # of the numbers on each side: the rest saturates
 
 
 def plot_plane(
@@ -38,8 +37,8 @@ def plot_plane(
         dataset whose ``variable`` has two dims.
     variable
         "motion" (a colour per symbol n-p-q), "period", "impacts" (per forcing period), "lyapunov"
-        (blue below zero, white at zero, red above), "attractors" (how many were met), or another
-        number in the dataset.
+        (blue below zero, white at zero, red above), "rotation" (grey also where the error is above
+        0.01), "attractors" (how many were met), or another number in the dataset.
     ax
         Where to draw; a new figure if not given.
     most
@@ -57,13 +56,13 @@ def plot_plane(
         raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
     across, up = maps.over_two(field)
     with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
-        _draw(ax, field, variable, most)
+        _draw(ax, plane, variable, most)
         ax.set(xlabel=parameter_label(across), ylabel=parameter_label(up))
     return ax
 
 
-def _draw(ax: Axes, field: xr.DataArray, variable: str, most: int) -> None:
-    label = label_of(variable)
+def _draw(ax: Axes, plane: xr.Dataset, variable: str, most: int) -> None:
+    field, label = plane[variable], label_of(variable)
     if "flag_meanings" in field.attrs:
         maps.categories(ax, field, shades(occurring(field), most))
     elif field.dtype.kind in "iu":
@@ -73,8 +72,10 @@ def _draw(ax: Axes, field: xr.DataArray, variable: str, most: int) -> None:
         maps.numbers(
             ax, field, colormaps[SIGNED], norm, label, extend="both", ticks=_both_sides(norm)
         )
+    elif variable == "rotation":
+        rotation_look.draw(ax, plane, label)
     else:
-        low, high = _ends(field.values)
+        low, high = maps.ends(field.values)
         maps.numbers(ax, field, colormaps[RISING], Normalize(low, high), label)
 
 
@@ -102,7 +103,7 @@ def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
 
 def _signed(field: xr.DataArray) -> TwoSlopeNorm:
     """Zero in the middle of the colours, each side to its own end."""
-    low, high = _ends(field.values)
+    low, high = maps.ends(field.values)
     floor = 1e-3 * max(abs(low), abs(high), np.finfo(float).tiny)
     return TwoSlopeNorm(0.0, min(low, -floor), max(high, floor))
 
@@ -114,12 +115,3 @@ def _both_sides(norm: TwoSlopeNorm) -> list[float]:
     round_ones = MaxNLocator(4)
     below, above = round_ones.tick_values(norm.vmin, 0.0), round_ones.tick_values(0.0, norm.vmax)
     return [t for t in [*below[:-1], *above] if norm.vmin <= t <= norm.vmax]
-
-
-def _ends(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[float, float]:
-    """Quantiles near the ends, so that one wild cell does not decide the colours."""
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return 0.0, 1.0
-    low, high = np.quantile(known, [1.0 - QUANTILE, QUANTILE])
-    return float(low), float(high)

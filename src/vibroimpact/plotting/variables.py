@@ -7,6 +7,7 @@ import xarray as xr
 from vibroimpact.errors import InvalidParameterError
 
 LABELS = {
+    "rotation": r"rotation number $\rho$",
     "lyapunov": r"largest Lyapunov exponent $\Lambda$",
     "impacts": "impacts per forcing period",
     "period": "period in forcing periods",
