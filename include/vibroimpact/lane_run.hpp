@@ -164,7 +164,7 @@ private:
     lane_states<N, Shape> all_{};
     lane_round<N, Shape> round_;
     real high_{}, low_{}, end_{}, watch_{}, impacts_{}, events_{}, most_impacts_{}, most_events_{};
-    pack_mask<N> busy_;
+    pack_mask<N> busy_{};
 };
 
 } // namespace vi

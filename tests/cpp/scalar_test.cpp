@@ -27,7 +27,7 @@ bool near(double x, double y, double ulps) {
 
 template <int N>
 vi::pack<N> ramp() {
-    vi::pack<N> p;
+    vi::pack<N> p{};
     for (int i = 0; i < N; ++i)
         set_lane(p, i, 0.7 * i - 1.1);
     return p;
@@ -63,7 +63,7 @@ void lanes_are_independent() {
 template <int N>
 void masks_see_every_lane() {
     for (int i = 0; i < N; ++i) {
-        vi::pack_mask<N> mask;
+        vi::pack_mask<N> mask(false);
         CHECK(!any(mask));
         set_lane(mask, i, true);
         CHECK(any(mask) && !all(mask) && all(mask | !mask));
