@@ -8,7 +8,8 @@
 //             with g'' within g''(0) + g'''(0) s -/+ M4 s^2/2, extreme at the ends.
 //             An interior minimum is located and decided by its value:
 //               above eps no contact, below -eps contact before it, within eps grazing.
-//             Pieces are taken from left to right, so the root returned is the first.
+//             Pieces are taken from left to right, so the root returned is the first. A flight
+//             that hops off the stop begins with a piece just longer than its hop.
 // Assumes     g(0) >= 0 up to eps. A flight that leaves this very stop passes leaving = true and
 //             exact zeros in d_0 (and d_1, d_2 where they vanish): t = 0 is then not a root.
 // Accuracy    outside eps every extremum is decided as it is; the root itself to a few ulp of s,
@@ -75,14 +76,11 @@ VI_HD inline piece_verdict classify(const taylor_polynomial& g, double length, d
     return {piece::cut, 0.0};
 }
 
-} // namespace detail
-
-namespace detail {
-
-// How long the first piece is to be: just beyond the return of a hop, g = d1 s + d2 s^2 / 2.
+// How long the first piece is to be: a quarter beyond the return of a hop, g = d1 s + d2 s^2 / 2,
+// unless that is too short for the halvings that are left.
 VI_HD inline double first_piece(const taylor_polynomial& g, double span) {
     if (!(g.d[0] == 0.0 && g.d[1] > 0.0 && g.d[2] < 0.0)) return span;
-    const double beyond = -2.5 * g.d[1] / g.d[2];
+    const double beyond = 1.25 * (-2.0 * g.d[1] / g.d[2]);
     return beyond < span && beyond > span * 0x1p-20 ? beyond : span;
 }
 

@@ -8,12 +8,14 @@
 //               u stays below the upper limit if  2 (u0 + u1) - lo < 4 upper and u1 < upper    (2)
 //             and likewise above the lower one. On a stop u0 is that limit exactly.
 //               u crosses once if u0 is before the limit, u1 past it, and u' or u'' keeps its
-//               sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0.                        (3)
+//               sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0; and the other limit is
+//               kept away from as in (2).                                                    (3)
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
 //             energy decays, so |w''''| <= sqrt(w''''(0)^2 + k w'''(0)^2).                     (4)
 //             The interval to look at is found from the signs alone; (2) then has to hold for all
 //             before it. So nothing waits for M.
-// Assumes     the free mode of a modal flow, k >= 0, c >= 0; touching contacts leave: rate >= 0
+// Assumes     the free mode of a modal flow, k >= 0, c >= 0; no contact is behind a stop, and those
+//             that touch leave: rate >= 0
 // Accuracy    margin 2^-30 of the terms in (2), (3), far above rounding
 // Fails       says how far it is clear, and nothing of what follows
 // Reference   theory.md, "First contact"

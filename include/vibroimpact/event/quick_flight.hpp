@@ -225,7 +225,8 @@ VI_HOT void fly_round(const Mode& m, const vec<real_t<T>, Shape::max_contacts>& 
     vec<detail::outlook<R>, Shape::max_contacts> from;
     for (int i = 0; i < flow.contacts(); ++i) {
         from[i] = detail::look_out(m.guards[i], flow, values_of(out.y, n), touching[i]);
-        going = going & ((touching[i] == 0.0) | (value(rate[i]) > 0.0));
+        going = going & ((touching[i] == 0.0) | (value(rate[i]) > 0.0)) &
+                (from[i].u <= m.guards[i].upper) & (from[i].u >= m.guards[i].lower);
     }
     auto s = detail::look_along<0>(m, from, values_of(out.y, n));
     R length = R(double(grid_parts[0])), begin = s.clear * length;

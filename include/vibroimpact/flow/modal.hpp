@@ -7,7 +7,6 @@
 //             Within a step S and I of block.hpp are Taylor polynomials of stored coefficients, and
 //               q(s)  = q0 + S(s) q0' + I(s) (a - k q0)                                (1)
 //               q'(s) = (1 - k I(s)) q0' + S(s) (a - k q0 - c q0')                    (2)
-// Assumes     k >= 0 and c >= 0 where curvature_bound is used.
 // Accuracy    one step adds at most 4 ulp of a block's amplitude (four products, two sums);
 //             short_flight: 18 Taylor terms, remainder (7/10)^19/19! of the amplitude, below 2^-60
 // Reference   theory.md, "Flight"
@@ -60,7 +59,7 @@ struct modal_flow : sizes<Shape> {
     propagator once;                // exp(B step)
     propagator rungs[2];            // exp(B rung step), exp(B rung^2 step)
     table<R, stored, places> ahead; // exp(B j step / parts_of_step)
-    bool pushed = false;            // whether any a is not zero
+    bool pushed = false;            // whether any a, of any lane, is or was not zero
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
@@ -186,6 +185,7 @@ struct modal_flow : sizes<Shape> {
                     store(ahead.entry[i + p], j, after(whole.block[j], parts[p].block[j]));
         }
         once = at_time(step);
+        pushed = false;
         for (int j = 0; j < this->blocks(); ++j) {
             pushed = pushed || a[j] != 0.0;
             expand(j);
