@@ -14,7 +14,8 @@ inline bool interrupted() {
 // thread only, and any other would wait for the lock, for as long as other code of Python runs, in vain.
 inline auto interrupted_here() {
     const auto main = nanobind::module_::import_("threading").attr("main_thread")();
-    const bool here = nanobind::cast<unsigned long>(main.attr("ident")) == PyThread_get_thread_ident();
+    const bool here =
+        nanobind::cast<unsigned long>(main.attr("ident")) == PyThread_get_thread_ident();
     return here ? interrupted : +[] { return false; };
 }
 
