@@ -12,6 +12,9 @@
 // states stay in registers instead of being copied between calls.
 #define VI_HOT VI_HD inline __attribute__((always_inline))
 
+// VI_WITHIN marks a lambda of such a function: [&](auto j) VI_WITHIN { ... }
+#define VI_WITHIN __attribute__((always_inline))
+
 // VI_CALL marks a large function that is to be called on a device, where compilers would copy it to
 // each of its callers: they, and the spilling of registers, take several times as long then.
 #if defined(__CUDACC__) || defined(__CUDACC_RTC__)

@@ -3,7 +3,8 @@
 // Method      What run.hpp does for one trajectory, for all lanes at once: clocks and counts are packs,
 //             and an impact that nobody watches costs nothing beyond them. An event that is to be
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
-//             The host lends runs and takes them back:
+//             Packs of lanes take turns at the stages of a round.
+//             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none. Flights are
 //                                       limited by slot.limit.t_max alone.
 //               bool see(i, e, at, now) an event at or after slot.watch; false leaves the run
@@ -28,27 +29,45 @@ struct lane_slot {
 };
 
 template <int N, class Flow, class Host>
-class lane_run {
+class lane_pack {
     using Shape = typename Flow::shape_type;
     using real = pack<N>;
 
 public:
-    explicit lane_run(Host& host) : host_(host) {}
+    // Lane i of the pack is lane first + i of the host.
+    lane_pack(Host& host, int first) : host_(host), first_(first) {}
 
-    void run() {
+    void board() {
         for (int i = 0; i < N; ++i) {
-            systems_.free.flow.ahead.entry[i] = &nothing_; // read, and not used, in an idle lane
+            flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
             load(i);
         }
-        for (long round = 1; any(busy_); ++round) {
-            if (round % between_questions == 0 && host_.interrupted()) return end_all();
-            const real horizon = end_ - (high_ + low_);
-            fly(systems_, all_, horizon, busy_, round_);
-            count_landed();
-            const auto attention = busy_ & (round_.stuck | (round_.end.landed & watched()));
-            if (any(attention))
-                for (int i = 0; i < N; ++i)
-                    if (lane(attention, i)) attend(i, lane(horizon, i));
+    }
+    bool busy() const { return runs_ > 0; }
+
+    // A round, in its stages.
+    VI_HOT void look() {
+        horizon_ = end_ - (high_ + low_);
+        flight_.look(horizon_, busy_);
+    }
+    VI_HOT void look_again() { flight_.look_again(); }
+    VI_HOT void approach() { flight_.approach(); }
+    VI_HOT void arrive() {
+        flight_.arrive(busy_);
+        count_landed();
+    }
+    VI_HOT void attend() {
+        const auto attention = busy_ & (flight_.stuck | (flight_.end.landed & watched()));
+        if (!any(attention)) return;
+        for (int i = 0; i < N; ++i)
+            if (lane(attention, i)) attend(i, lane(horizon_, i));
+    }
+
+    void interrupt() {
+        for (int i = 0; i < N; ++i) {
+            if (!lane(busy_, i)) continue;
+            suspend(i);
+            host_.end(first_ + i, slots_[i], run_end::interrupted);
         }
     }
 
@@ -56,12 +75,12 @@ private:
     // Events that are not simply counted: shown to the host, or at a limit.
     pack_mask<N> watched() const {
         return (high_ + low_ >= watch_) | (impacts_ >= most_impacts_) | (events_ >= most_events_) |
-               !(round_.end.duration > 0.0);
+               !(flight_.end.duration > 0.0);
     }
 
     void count_landed() {
-        const auto& landed = round_.end.landed;
-        const real t = select(landed, round_.end.duration, real(0.0));
+        const auto& landed = flight_.end.landed;
+        const real t = select(landed, flight_.end.duration, real(0.0));
         const real sum = high_ + t, part = sum - high_; // clock::add
         low_ = low_ + ((high_ - (sum - part)) + (t - part));
         high_ = sum;
@@ -72,9 +91,11 @@ private:
 
     void load(int i) {
         auto& slot = slots_[i];
-        set_lane(busy_, i, host_.next(i, slot));
-        if (!lane(busy_, i)) return;
-        put_system(systems_, i, *slot.system);
+        const bool another = host_.next(first_ + i, slot);
+        runs_ += another - lane(busy_, i);
+        set_lane(busy_, i, another);
+        if (!another) return;
+        put_system(flight_.systems, i, *slot.system);
         resume(i);
         set_lane(end_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
@@ -85,7 +106,7 @@ private:
     // From the slot into the lane.
     void resume(int i) {
         const auto& slot = slots_[i];
-        put_trajectory(all_, i, slot.at, slot.system->dimension(), slot.system->contacts());
+        put_trajectory(flight_.all, i, slot.at, slot.system->dimension(), slot.system->contacts());
         set_lane(high_, i, slot.so_far.now.high);
         set_lane(low_, i, slot.so_far.now.low);
         set_lane(impacts_, i, static_cast<double>(slot.so_far.impacts));
@@ -96,25 +117,25 @@ private:
     void suspend(int i) {
         auto& slot = slots_[i];
         const int n = slot.system->dimension(), contacts = slot.system->contacts();
-        slot.at = take_trajectory(all_, i, n, contacts);
+        slot.at = take_trajectory(flight_.all, i, n, contacts);
         slot.so_far.now = {lane(high_, i), lane(low_, i)};
         slot.so_far.impacts = static_cast<long>(lane(impacts_, i));
         const long events = static_cast<long>(lane(events_, i));
-        if (events - lane(round_.end.landed, i) != slot.so_far.events) slot.so_far.at_once = 0;
+        if (events - lane(flight_.end.landed, i) != slot.so_far.events) slot.so_far.at_once = 0;
         slot.so_far.events = events;
     }
 
     event<double, Shape> landed_event(int i) const {
         event<double, Shape> e{status::impact,
-                               static_cast<int>(lane(round_.end.contact, i)),
-                               static_cast<int>(lane(round_.end.side, i)),
+                               static_cast<int>(lane(flight_.end.contact, i)),
+                               static_cast<int>(lane(flight_.end.side, i)),
                                0,
-                               lane(round_.end.duration, i),
-                               lane(round_.end.rate, i),
-                               lane(round_.rate_after, i),
+                               lane(flight_.end.duration, i),
+                               lane(flight_.end.rate, i),
+                               lane(flight_.rate_after, i),
                                {}};
         for (int j = 0; j < slots_[i].system->dimension(); ++j)
-            e.before[j] = lane(round_.before[j], i);
+            e.before[j] = lane(flight_.before[j], i);
         return e;
     }
 
@@ -123,10 +144,11 @@ private:
         auto& slot = slots_[i];
         suspend(i);
         event<double, Shape> e;
-        if (lane(round_.stuck, i)) {
-            e = detail::go_on(*slot.system, slot.at, slot.at.y, lane(all_.flown, i), left);
+        if (lane(flight_.stuck, i)) {
+            e = detail::go_on(*slot.system, slot.at, slot.at.y, lane(flight_.all.flown, i), left);
             if (e.what == status::missing_mode) {
-                if (e.code < 0 || !host_.build(i, e.code)) return finish(i, run_end::missing);
+                if (e.code < 0 || !host_.build(first_ + i, e.code))
+                    return finish(i, run_end::missing);
                 return resume(i);
             }
             count(slot.so_far, e);
@@ -135,36 +157,67 @@ private:
             slot.so_far.at_once = e.duration > 0.0 ? 0 : slot.so_far.at_once + 1;
         }
         const bool seen = slot.so_far.now.time() >= slot.watch;
-        const bool go_on = !seen || host_.see(i, e, slot.at, slot.so_far.now);
+        const bool go_on = !seen || host_.see(first_ + i, e, slot.at, slot.so_far.now);
         const run_end why = end_of_run(slot.so_far, e, slot.limit, left);
         if (why != run_end::none) return finish(i, why);
         if (!go_on) return finish(i, run_end::observer);
         if (slot.so_far.events >= slot.limit.events) return finish(i, run_end::events);
-        if (lane(round_.stuck, i)) resume(i); // a landing is in the lane already
+        if (lane(flight_.stuck, i)) resume(i); // a landing is in the lane already
     }
 
     void finish(int i, run_end why) {
-        host_.end(i, slots_[i], why);
+        host_.end(first_ + i, slots_[i], why);
         load(i);
-    }
-
-    void end_all() {
-        for (int i = 0; i < N; ++i) {
-            if (!lane(busy_, i)) continue;
-            suspend(i);
-            host_.end(i, slots_[i], run_end::interrupted);
-        }
     }
 
     static constexpr typename Flow::stored nothing_{};
 
     Host& host_;
+    int first_;
     lane_slot<Flow> slots_[N];
-    lane_systems<N, Shape> systems_{};
-    lane_states<N, Shape> all_{};
-    lane_round<N, Shape> round_;
+    lane_flight<N, Shape> flight_;
+    real horizon_{};
     real high_{}, low_{}, end_{}, watch_{}, impacts_{}, events_{}, most_impacts_{}, most_events_{};
     pack_mask<N> busy_{};
+    int runs_ = 0; // lanes that are busy
+};
+
+// Two packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
+inline constexpr int packs_in_turn = 2;
+
+template <int N, class Flow, class Host>
+class lane_run {
+public:
+    static constexpr int lanes = packs_in_turn * N; // that the host sees
+
+    explicit lane_run(Host& host) : host_(host), packs_{{host, 0}, {host, N}} {}
+
+    void run() {
+        for (auto& pack : packs_)
+            pack.board();
+        for (long round = 1; packs_[0].busy() || packs_[1].busy(); ++round) {
+            if (round % between_questions == 0 && host_.interrupted()) return interrupt();
+            each_busy([](auto& pack) { pack.look(); });
+            each_busy([](auto& pack) { pack.look_again(); });
+            each_busy([](auto& pack) { pack.approach(); });
+            each_busy([](auto& pack) { pack.arrive(); });
+            each_busy([](auto& pack) { pack.attend(); });
+        }
+    }
+
+private:
+    template <class Stage>
+    VI_HOT void each_busy(const Stage& stage) {
+        for (auto& pack : packs_)
+            if (pack.busy()) stage(pack);
+    }
+    void interrupt() {
+        for (auto& pack : packs_)
+            pack.interrupt();
+    }
+
+    Host& host_;
+    lane_pack<N, Flow, Host> packs_[packs_in_turn];
 };
 
 } // namespace vi

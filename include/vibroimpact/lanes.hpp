@@ -1,7 +1,8 @@
 // Several trajectories side by side, one per SIMD lane, each with a system of its own.
 //
 // Method      All lanes fly a round at a time (event/quick_flight.hpp), those that have landed with
-//             the impact that ends their flight. A lane that a round cannot bring on, or that is at
+//             the impact that ends their flight. Packs of lanes take turns at its stages: the results
+//             of one are on their way while another is worked on. A lane that a round cannot bring on, or that is at
 //             rest on a stop, is left to the scalar certified step. Both are what the scalar engine
 //             does with that trajectory, operation for operation: equal bits.
 // Assumes     the free modes of all lanes have the same sizes
@@ -157,32 +158,42 @@ inline trajectory<double, Shape> take_trajectory(const lane_states<N, Shape>& fr
     return t;
 }
 
-// What a round has brought: lanes that landed have suffered the impact that ends their flight; lanes
-// that are stuck wait for the certified step.
+// A round of all lanes, in the stages of quick_round. Lanes that landed have suffered the impact that
+// ends their flight; lanes that are stuck wait for the certified step.
 template <int N, class Shape>
-struct lane_round {
+struct lane_flight {
+    using real = pack<N>;
+    lane_systems<N, Shape> systems{};
+    lane_states<N, Shape> all{};
     pack_mask<N> stuck;
-    quick_landing<pack<N>, Shape> end;
-    pack<N> rate_after;
-    vec<pack<N>, Shape::max_dimension> before;
-};
+    quick_landing<real, Shape> end;
+    real rate_after;
+    vec<real, Shape::max_dimension> before;
 
-// One round for all lanes that are `going`; `horizon` is what is left of the time of each.
-template <int N, class Shape>
-VI_HOT void fly(const lane_systems<N, Shape>& systems, lane_states<N, Shape>& all,
-                const pack<N>& horizon, const pack_mask<N>& going, lane_round<N, Shape>& r) {
-    const auto& flow = systems.free.flow;
-    flow.each_coordinate([&](auto j) { r.end.y[j] = all.at.y[j]; });
-    r.end.duration = all.flown;
-    const auto able = going & all.quick & may_go_on(flow, all.flown, horizon);
-    fly_round(systems.free, all.at.touching, all.at.rate, able, r.end);
-    r.stuck = going & !r.end.landed & !r.end.moved;
-    flow.each_coordinate([&](auto j) { all.at.y[j] = r.end.y[j]; });
-    all.flown = select(r.end.landed, pack<N>(0.0), r.end.duration);
-    for (int k = 0; k < flow.contacts(); ++k)
-        all.at.touching[k] = select(r.end.moved, pack<N>(0.0), all.at.touching[k]);
-    r.rate_after = quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, r.end,
-                                all.at, r.before);
-}
+    // Of the lanes that are `going`; `horizon` is what is left of the time of each.
+    VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
+        const auto& flow = systems.free.flow;
+        flow.each_coordinate([&](auto j) { end.y[j] = all.at.y[j]; });
+        end.duration = all.flown;
+        const auto able = going & all.quick & may_go_on(flow, all.flown, horizon);
+        round_.look(systems.free, all.at.touching, all.at.rate, able, end);
+    }
+    VI_HOT void look_again() { round_.look_again(systems.free, end); }
+    VI_HOT void approach() { round_.approach(systems.free, end); }
+    VI_HOT void arrive(const pack_mask<N>& going) {
+        const auto& flow = systems.free.flow;
+        round_.arrive(systems.free, end);
+        stuck = going & !end.landed & !end.moved;
+        flow.each_coordinate([&](auto j) { all.at.y[j] = end.y[j]; });
+        all.flown = select(end.landed, real(0.0), end.duration);
+        for (int k = 0; k < flow.contacts(); ++k)
+            all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
+        rate_after = quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end,
+                                  all.at, before);
+    }
+
+private:
+    quick_round<real, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round_;
+};
 
 } // namespace vi

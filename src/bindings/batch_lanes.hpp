@@ -20,8 +20,9 @@ template <class Flow>
 class lane_host {
 public:
     lane_host(const vi::batch_arrays& b, question ask) : b_(b), ask_(ask) {
-        berths_.reserve(lanes_of_target);
-        for (int i = 0; i < lanes_of_target; ++i)
+        constexpr int lanes = vi::packs_in_turn * lanes_of_target;
+        berths_.reserve(lanes);
+        for (int i = 0; i < lanes; ++i)
             berths_.emplace_back(b, ask);
     }
 

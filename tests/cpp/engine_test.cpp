@@ -117,7 +117,8 @@ struct crew {
 
 template <int N>
 int compare_lanes(const system_type& system, const starts_type& starts, int events) {
-    crew all{system, starts, events, std::vector<seen>(starts.size()), std::vector<std::size_t>(N)};
+    crew all{system, starts, events, std::vector<seen>(starts.size()),
+             std::vector<std::size_t>(vi::packs_in_turn * N)};
     vi::lane_run<N, flow, crew>(all).run();
     int statuses = 0;
     for (std::size_t s = 0; s < starts.size(); ++s) {

@@ -76,11 +76,12 @@ struct corridor {
     }
 };
 
-// What a look along a grid finds: so many intervals are clear, then comes one in which a contact,
-// seen as u0, u1 at its ends and u2 one interval later, crosses its limit once, or is not proved to.
+// What a look along a grid finds: all is clear up to `begin`, in parts of a step; then comes an
+// interval of some `length` in which a contact, seen as u0, u1 at its ends and u2 one interval later,
+// crosses its limit once, or is not proved to.
 template <class R>
 struct sight {
-    R clear;
+    R clear, begin, length; // clear: so many intervals
     mask_t<R> found;
     R contact, side, limit, u0, u1, u2;
 };
@@ -159,28 +160,30 @@ struct along_grid {
 };
 
 template <int Which, class R, class Mode, int D, int K>
-VI_HOT sight<R> look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y) {
+VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y,
+                       sight<R>& s) {
     const auto& flow = m.flow;
     const R h = R(flow.step * (grid_parts[Which] * (1.0 / parts_of_step))), h2 = h * h;
     along_grid<R> all[K];
     for (int i = 0; i < flow.contacts(); ++i)
         all[i].begin(m.guards[i], from[i], m.guards[i].ahead[Which], h2, y, flow);
-    sight<R> s;
-    s.clear = R(0.0);
+    R clear = R(0.0);
     mask_t<R> open = R(0.0) == R(0.0);
     unrolled<0, grid_intervals>([&](auto k) {
         for (int i = 0; i < flow.contacts(); ++i)
             open = open & all[i].pass(k);
-        s.clear = s.clear + select(open, R(1.0), R(0.0));
+        clear = clear + select(open, R(1.0), R(0.0));
         if constexpr (k + 1 != grid_intervals)
             for (int i = 0; i < flow.contacts(); ++i)
                 all[i].look_at(open, k + 1);
     });
+    s.clear = clear;
+    s.length = R(double(grid_parts[Which]));
+    s.begin = clear * s.length;
     mask_t<R> once = R(0.0) != R(0.0), single = !once;
     for (int i = 0; i < flow.contacts(); ++i)
         note_crossing(m.guards[i], i, all[i].free, all[i].now, once, single, s);
     s.found = once & single & !open;
-    return s;
 }
 
 } // namespace detail

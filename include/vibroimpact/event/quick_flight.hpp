@@ -52,16 +52,9 @@ VI_HOT R crossing_point(const R& g0, const R& g1, const R& g2) {
     return x + bend * (x * (1.0 - x)) * (1.0 + bend * (1.0 - 2.0 * x));
 }
 
-// The crossing that a round has found: in parts of a step it begins at `begin`, and lasts `length`.
-template <class R>
-struct crossing {
-    mask_t<R> found;
-    R contact, side, limit, begin, length;
-};
-
 // A derivative of the gap on the side of the crossing.
 template <class T, class Mode, class R, int D>
-VI_HOT T gap_at(const Mode& m, int order, const vec<T, D>& y, const crossing<R>& hit) {
+VI_HOT T gap_at(const Mode& m, int order, const vec<T, D>& y, const sight<R>& hit) {
     T gap = T(0.0);
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const T u = watch(m.guards[i], order, y, m.flow.dimension());
@@ -73,7 +66,7 @@ VI_HOT T gap_at(const Mode& m, int order, const vec<T, D>& y, const crossing<R>&
 
 // The first Taylor coefficients of the gap on the side of the crossing.
 template <class R, class Mode, int D>
-VI_HOT vec<R, taylor_rows> expand_gap(const Mode& m, const vec<R, D>& y, const crossing<R>& hit) {
+VI_HOT vec<R, taylor_rows> expand_gap(const Mode& m, const vec<R, D>& y, const sight<R>& hit) {
     vec<R, taylor_rows> gap;
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const auto u = watch_all(m.guards[i].expansion, y, m.flow);
@@ -107,15 +100,13 @@ struct neighbour {
     mask_t<R> close;
 };
 template <class T, class Mode, class R, int D>
-VI_HOT neighbour<T, R, D> go_near(const Mode& m, const vec<T, D>& y, const crossing<R>& hit,
-                                  const R& part) {
-    neighbour<T, R, D> near;
+VI_HOT void go_near(const Mode& m, const vec<T, D>& y, const sight<R>& hit, const R& part,
+                    neighbour<T, R, D>& near) {
     near.part = part;
     near.y = m.flow.apply_ahead(place_of(part), y);
     near.gap = expand_gap(m, values_of(near.y, m.flow.dimension()), hit);
     near.s = nearby_root(near.gap);
     near.close = abs(near.s) <= nearby * m.flow.step;
-    return near;
 }
 
 // The whole number nearest to x in [0, 2^51].
@@ -131,19 +122,18 @@ VI_HOT R nearest_place(const R& x) {
 
 // The same from a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
-VI_HOT neighbour<T, R, D> go_nearer(const Mode& m, const vec<T, D>& y, const crossing<R>& hit,
-                                    neighbour<T, R, D> near) {
+VI_HOT void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
+                      neighbour<T, R, D>& near) {
     const R parts = R(parts_of_step / m.flow.step);
     for (int tries = 0; tries < most_tries && any(hit.found & !near.close); ++tries) {
         const R better = nearest_place(fma(near.s, parts, near.part));
-        near = go_near(m, y, hit, select(hit.found & !near.close, better, near.part));
+        go_near(m, y, hit, select(hit.found & !near.close, better, near.part), near);
     }
-    return near;
 }
 
 // (2): every lane that has found a crossing lands, or stays where it is if that is not proved.
 template <class T, class Mode, class Shape>
-VI_HOT void land(const Mode& m, const crossing<real_t<T>>& hit,
+VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
                  const neighbour<T, real_t<T>, Shape::max_dimension>& near,
                  quick_landing<T, Shape>& out) {
     using R = real_t<T>;
@@ -169,7 +159,7 @@ VI_HOT void land(const Mode& m, const crossing<real_t<T>>& hit,
 
 // Series cut off cost jets some digits of their derivatives: dt = -dg / g' again, exactly.
 template <class T, class Mode, class Shape>
-VI_HOT void sharpen(const Mode& m, const crossing<real_t<T>>& hit, quick_landing<T, Shape>& at) {
+VI_HOT void sharpen(const Mode& m, const sight<real_t<T>>& hit, quick_landing<T, Shape>& at) {
     const T shift = with_value(-gap_at(m, 0, at.y, hit) / value(at.rate), real_t<T>(0.0));
     select_state(at.landed, at.y, m.flow.template short_flight<3>(at.y, shift), m.flow);
     at.duration = select(at.landed, at.duration + shift, at.duration);
@@ -183,9 +173,8 @@ struct closer_look {
     vec<T, D> y;
 };
 template <class T, class Mode, class R, int D, int K>
-VI_HOT closer_look<T, R, D> look_closer(const Mode& m, const R& before, const vec<T, D>& y,
-                                        vec<outlook<R>, K> from) {
-    closer_look<T, R, D> close;
+VI_HOT void look_closer(const Mode& m, const R& before, const vec<T, D>& y, vec<outlook<R>, K> from,
+                        closer_look<T, R, D>& close) {
     close.y = m.flow.apply_ahead(place_of(before), y);
     const int n = m.flow.dimension();
     const auto z = values_of(close.y, n);
@@ -193,14 +182,14 @@ VI_HOT closer_look<T, R, D> look_closer(const Mode& m, const R& before, const ve
         from[i].u = select(before == 0.0, from[i].u, watch(m.guards[i], 0, z, n));
         from[i].second = watch(m.guards[i], 2, z, n);
     }
-    close.seen = look_along<1>(m, from, z);
-    return close;
+    look_along<1>(m, from, z, close.seen);
 }
 
 template <class R>
 VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& from) {
     const auto take = [&](R& x, const R& y) { x = select(mask, y, x); };
-    take(to.clear, from.clear);
+    take(to.begin, from.begin);
+    take(to.length, from.length);
     take(to.contact, from.contact);
     take(to.side, from.side);
     take(to.limit, from.limit);
@@ -212,48 +201,68 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 
 } // namespace detail
 
-// One round of every lane that is going, on a flight that began `out.duration` ago and is now at
-// out.y; `touching` and `rate` say which stops it leaves there.
+// One round of every lane that is going, in four stages. Packs of lanes fly them in turn, so that
+// one works while another waits for its results; nothing else is gained by a round in pieces.
 template <class T, class Mode, class Shape>
-VI_HOT void fly_round(const Mode& m, const vec<real_t<T>, Shape::max_contacts>& touching,
-                      const vec<T, Shape::max_contacts>& rate, mask_t<T> going,
-                      quick_landing<T, Shape>& out) {
+struct quick_round {
     using R = real_t<T>;
-    const auto& flow = m.flow;
-    const int n = flow.dimension();
-    const R part = R(flow.step * (1.0 / parts_of_step));
-    vec<detail::outlook<R>, Shape::max_contacts> from;
-    for (int i = 0; i < flow.contacts(); ++i) {
-        from[i] = detail::look_out(m.guards[i], flow, values_of(out.y, n), touching[i]);
-        going = going & ((touching[i] == 0.0) | (value(rate[i]) > 0.0)) &
-                (from[i].u <= m.guards[i].upper) & (from[i].u >= m.guards[i].lower);
+    using landing = quick_landing<T, Shape>;
+
+    // The flight stands at at.y, having left the stops that `touching` and `rate` tell.
+    VI_HOT void look(const Mode& m, const vec<R, Shape::max_contacts>& touching,
+                     const vec<T, Shape::max_contacts>& rate, const mask_t<T>& able,
+                     const landing& at) {
+        const auto y = values_of(at.y, m.flow.dimension());
+        going_ = able;
+        for (int i = 0; i < m.flow.contacts(); ++i) {
+            from_[i] = detail::look_out(m.guards[i], m.flow, y, touching[i]);
+            going_ = going_ & ((touching[i] == 0.0) | (value(rate[i]) > 0.0)) &
+                     (from_[i].u <= m.guards[i].upper) & (from_[i].u >= m.guards[i].lower);
+        }
+        detail::look_along<0>(m, from_, y, seen_);
     }
-    auto s = detail::look_along<0>(m, from, values_of(out.y, n));
-    R length = R(double(grid_parts[0])), begin = s.clear * length;
-    const mask_t<T> stuck = going & !s.found & (s.clear < double(detail::grid_intervals));
-    if (any(stuck)) {
-        const R before = select(stuck, begin, R(0.0));
-        const auto close = detail::look_closer(m, before, out.y, from);
-        out.duration = out.duration + before * part;
-        detail::select_state(stuck, out.y, close.y, flow);
-        detail::select_sight(stuck, s, close.seen);
-        length = select(stuck, R(double(grid_parts[1])), length);
-        begin = select(stuck, s.clear * length, begin);
+
+    // Along the narrow grid, where the wide one left something undecided.
+    VI_HOT void look_again(const Mode& m, landing& at) {
+        const mask_t<T> stuck =
+            going_ & !seen_.found & (seen_.clear < double(detail::grid_intervals));
+        if (!any(stuck)) return;
+        const R before = select(stuck, seen_.begin, R(0.0));
+        detail::closer_look<T, R, Shape::max_dimension> close;
+        detail::look_closer(m, before, at.y, from_, close);
+        at.duration = at.duration + before * part(m);
+        detail::select_state(stuck, at.y, close.y, m.flow);
+        detail::select_sight(stuck, seen_, close.seen);
     }
-    const detail::crossing<R> hit{
-        mask_t<R>(s.found & going), s.contact, s.side, s.limit, begin, length};
-    const R x = detail::crossing_point(s.side * (s.limit - s.u0), s.side * (s.limit - s.u1),
-                                       s.side * (s.limit - s.u2));
-    const R guess = select(hit.found, detail::nearest_place(fma(length, x, begin)),
-                           select(going, begin, R(0.0)));
-    auto near = detail::go_near(m, out.y, hit, guess);
-    if (any(hit.found & !near.close)) near = detail::go_nearer(m, out.y, hit, near);
-    out.moved = going & !hit.found & (begin > 0.0);
-    detail::land(m, hit, near, out);
-    if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m, hit, out);
-    detail::select_state(out.moved, out.y, near.y, flow);
-    out.duration = out.duration + select(out.moved, begin * part, R(0.0));
-}
+
+    // Next to the crossing that was found, or to the end of what is clear.
+    VI_HOT void approach(const Mode& m, const landing& at) {
+        const auto gap = [&](const R& u) { return seen_.side * (seen_.limit - u); };
+        const R x = detail::crossing_point(gap(seen_.u0), gap(seen_.u1), gap(seen_.u2));
+        const R crossing = detail::nearest_place(fma(seen_.length, x, seen_.begin));
+        seen_.found = seen_.found & going_;
+        detail::go_near(m, at.y, seen_,
+                        select(seen_.found, crossing, select(going_, seen_.begin, R(0.0))), near_);
+    }
+
+    // Onto the stop, or there.
+    VI_HOT void arrive(const Mode& m, landing& at) {
+        detail::go_nearer(m, at.y, seen_, near_);
+        at.moved = going_ & !seen_.found & (seen_.begin > 0.0);
+        detail::land(m, seen_, near_, at);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m, seen_, at);
+        detail::select_state(at.moved, at.y, near_.y, m.flow);
+        at.duration = at.duration + select(at.moved, seen_.begin * part(m), R(0.0));
+    }
+
+private:
+    VI_HOT static R part(const Mode& m) { return R(m.flow.step * (1.0 / parts_of_step)); }
+
+    mask_t<T> going_;
+    vec<detail::outlook<R>, Shape::max_contacts> from_;
+    detail::sight<R> seen_;
+    detail::neighbour<T, R, Shape::max_dimension> near_;
+};
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
 template <class R, class Flow>
@@ -271,7 +280,11 @@ VI_HOT quick_landing<T, Shape> quick_flight(const Mode& m, const trajectory<T, S
     out.landed = out.moved = false;
     auto touching = start.touching;
     while (may_go_on(m.flow, value(out.duration), horizon)) {
-        fly_round(m, touching, start.rate, true, out);
+        quick_round<T, Mode, Shape> round;
+        round.look(m, touching, start.rate, true, out);
+        round.look_again(m, out);
+        round.approach(m, out);
+        round.arrive(m, out);
         if (!out.moved) break;
         for (int i = 0; i < m.flow.contacts(); ++i)
             touching[i] = real_t<T>(0.0);

@@ -80,14 +80,14 @@ struct modal_flow : sizes<Shape> {
         state<T> out;
         const auto rows = ahead.at(at);
         const int push = this->dimension(); // where I a begins
-        this->each_oscillator([&](auto j) {
+        this->each_oscillator([&](auto j) VI_WITHIN {
             const auto [full, velocity] = pick_two(rows, 2 * j); // C, S
             const R position = pushed ? pick_two(rows, push + j - j % 2).at(j % 2) : R(0.0);
             const T q = y[2 * j], v = y[2 * j + 1];
             out[2 * j] = fma(full, q, fma(velocity, v, position));
             out[2 * j + 1] = fma(velocity, pull(j, q, v), full * v);
         });
-        this->each_line([&](auto j) {
+        this->each_line([&](auto j) VI_WITHIN {
             const auto [cosine, sine] = pick_two(rows, 2 * j);
             out[2 * j] = fma(cosine, y[2 * j], sine * y[2 * j + 1]);
             out[2 * j + 1] = fnma(sine, k[j] * y[2 * j], cosine * y[2 * j + 1]);

@@ -45,6 +45,9 @@ bool any(const pack_mask<N>& mask) {
 #if defined(__AVX__)
     if constexpr (N == 4) return _mm256_movemask_pd(__m256d(mask.v)) != 0;
 #endif
+#if defined(__AVX512DQ__)
+    if constexpr (N == 8) return _mm512_movepi64_mask(__m512i(mask.v)) != 0;
+#endif
     long long joined = 0;
     for (int i = 0; i < N; ++i)
         joined |= mask.v[i];
@@ -176,7 +179,7 @@ pack<N> sqrt(const pack<N>& x) {
 
 // Two numbers from each lane's own place: lane i of `first` is from[i][0], of `second` from[i][1].
 template <int N>
-void zip_pairs(const double* const (&from)[N], pack<N>& first, pack<N>& second) {
+VI_HOT void zip_pairs(const double* const (&from)[N], pack<N>& first, pack<N>& second) {
     typedef double pair __attribute__((vector_size(16)));
     pair of[N];
     for (int i = 0; i < N; ++i)
