@@ -26,12 +26,13 @@ from benchmarks.case import SET_A, Floats, random_starts
 from benchmarks.ensemble_run import WINDOW, assert_all_had_their_impacts
 from benchmarks.equality import ImpactsDifferError
 from vibroimpact.ensembles.backends.cuda import runs_on
-from vibroimpact.ensembles.batch import Members, RunsOf, batch_of, run_members
+from vibroimpact.ensembles.batch import Members, batch_of, run_members
+from vibroimpact.ensembles.compiling import RunsOf
 from vibroimpact.ensembles.cuda.batch import Machine, Memory
 from vibroimpact.ensembles.cuda.card import Card, open_card
 from vibroimpact.ensembles.cuda.program import Kernels, cuda_core
 from vibroimpact.ensembles.observers import Final
-from vibroimpact.ensembles.tables import Tables
+from vibroimpact.ensembles.tables import Stacks
 
 Values = dict[str, Floats]
 
@@ -153,7 +154,7 @@ def _on_one_core(values: Values, members: Members, impacts: int) -> float:
     rows = np.arange(min(COMPARED, len(members.system)))
     some: NDArray[np.int32] = members.system[rows]
     few = {n: x[rows] for n, x in values.items()}
-    batch = batch_of(damper(), few, Tables.kernel)
+    batch = batch_of(damper(), few, Stacks.kernel)
     begin = time.perf_counter()
     assert_all_had_their_impacts(run_members(batch, members.of(rows, some), ()))
     return impacts * len(rows) / (time.perf_counter() - begin)

@@ -83,7 +83,7 @@ def test_a_group_is_compiled_once(calls: Callable[[Any, str], list[Any]]) -> Non
     swept("plane", workers=4)
     swept("starts cut")
     swept("one system")
-    assert [len(next(iter(values.values()), [0])) for _, values in compiled] == [20, 3, 1]
+    assert [len(next(iter(values.values()), [0])) for _, values, *_ in compiled] == [20, 3, 1]
 
 
 def test_systems_beyond_columns_are_compiled_when_their_tile_wants_them(
@@ -94,11 +94,11 @@ def test_systems_beyond_columns_are_compiled_when_their_tile_wants_them(
     values = {"k": np.array([1.0, 1.5, 2.0, -1.0])}
     found = compile_together(vi.Family(rooted, k=1.0), values)
     assert not seen
-    parts = found.tables(slice(1, 3))
-    assert [systems.tolist() for systems, _ in parts] == [[0, 1]]
+    parts = found.inside(slice(1, 3))
+    assert [part.systems.tolist() for part, _ in parts] == [[1, 2]]
     assert [k for _, _, k, _ in seen] == [1, 2]
     with pytest.raises(vi.InvalidParameterError, match=r"math domain.*System: k = -1\.0\."):
-        found.tables(slice(3, 4))
+        found.inside(slice(3, 4))
 
 
 @st.composite

@@ -15,7 +15,7 @@ from vibroimpact import _kernel, hybrid
 from vibroimpact.coordinates import Closed
 from vibroimpact.ensembles.batch import Members, batch_of, run_members
 from vibroimpact.ensembles.observers import Final, Impacts, Observer, Outcome, Shares
-from vibroimpact.ensembles.tables import Tables
+from vibroimpact.ensembles.tables import Stacks, told
 from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import System
 
@@ -76,11 +76,14 @@ def test_modes_of_closed_contacts_are_those_of_the_system_of_each_member() -> No
 
 
 def test_a_mode_that_is_refused_leaves_the_batch_as_it_was() -> None:
-    def refused_once(tables: Tables) -> _kernel.Batch:
-        free, *closed = tables.modes
-        kernel = replace(tables, modes=[free]).kernel()
-        with pytest.raises(ValueError, match="offset has 3 numbers; expected 24"):
+    def refused_once(stacks: Stacks) -> _kernel.Batch:
+        free, *closed = stacks.modes
+        kernel = replace(stacks, modes=[free]).kernel()
+        closed = [told(mode) for mode in closed]
+        with pytest.raises(ValueError, match="offset has 3 numbers; expected 2"):
             kernel.add_mode(**closed[0] | {"offset": np.zeros(3)})
+        with pytest.raises(ValueError, match="offset: varied outside its numbers"):
+            kernel.add_mode(**closed[0] | {"varied": {"offset": {2: 0}}})
         for mode in closed:
             kernel.add_mode(**mode)
         return kernel

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from support import UNIT
-from support.families import compiled
 from support.members import Case, beating, cases, chain, run
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.ensembles import observers as known
 from vibroimpact.ensembles.batch import batch_of
+from vibroimpact.ensembles.compiling import compile_together
 from vibroimpact.ensembles.observers import (
     Extremes,
     Outcome,
@@ -103,10 +103,10 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
 
     case = CASES["chatter"]
     with pytest.MonkeyPatch.context() as patch:
-        ((_, tables),) = compiled(case.system, {})
         patch.setattr("vibroimpact.ensembles.tables._kernel", type("", (), {"Batch": FreeOnly}))
-        kernel = tables.kernel().batch
-    found = kernel.run(
+        ((part, _),) = compile_together(case.system, {}).inside(slice(0, 1))
+        kernel: Any = part.runs
+    found = kernel.batch.run(
         system=np.zeros(1, np.int32), position=np.zeros((1, 2)), velocity=np.array([[0.0, 1.0]]),
         phases=np.zeros((1, 1)), settle=np.zeros(1), observe=np.full(1, 500.0),
         most_impacts=10_000, observers={},

@@ -3,7 +3,7 @@
 
 namespace binding {
 
-void run_dense(const vi::batch_arrays& b, question ask) {
+void run_dense(const batch_run& b, question ask) {
     run_alone<vi::dense_flow<double, vi::bounded<32, 8>>>(b, ask);
 }
 

@@ -19,7 +19,7 @@ inline constexpr int lanes_of_target = 2;
 template <class Flow>
 class lane_host {
 public:
-    lane_host(const vi::batch_arrays& b, question ask) : b_(b), ask_(ask) {
+    lane_host(const batch_run& b, question ask) : members_(b.arrays.members), ask_(ask) {
         constexpr int lanes = vi::packs_in_turn * lanes_of_target;
         berths_.reserve(lanes);
         for (int i = 0; i < lanes; ++i)
@@ -28,7 +28,7 @@ public:
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
         auto& here = berths_[i];
-        while (!stopped_ && next_ < b_.members) {
+        while (!stopped_ && next_ < members_) {
             if (next_ % members_between_questions == 0 && interrupted()) return false;
             if (!here.board(next_++)) continue;
             if (here.until() > 0.0) {
@@ -76,7 +76,7 @@ private:
         slot.watch = watched_from(here);
     }
 
-    const vi::batch_arrays& b_;
+    long long members_;
     question ask_;
     std::vector<berth<Flow>> berths_;
     long long next_ = 0;
@@ -84,7 +84,7 @@ private:
 };
 
 template <class Flow>
-void run_in_lanes(const vi::batch_arrays& b, question ask) {
+void run_in_lanes(const batch_run& b, question ask) {
     lane_host<Flow> host(b, ask);
     vi::lane_run<lanes_of_target, Flow, lane_host<Flow>>(host).run();
 }

@@ -2,7 +2,7 @@
 
 namespace binding {
 
-void run_modal(const vi::batch_arrays& b, question ask) {
+void run_modal(const batch_run& b, question ask) {
     run_in_lanes<vi::modal_flow<double, vi::bounded<32, 8>>>(b, ask);
 }
 

@@ -2,7 +2,7 @@
 
 namespace binding {
 
-void run_modal_small(const vi::batch_arrays& b, question ask) {
+void run_modal_small(const batch_run& b, question ask) {
     run_in_lanes<vi::modal_flow<double, vi::fixed<6, 1, 1>>>(b, ask);
 }
 

@@ -1,8 +1,13 @@
 #include "batch_module.hpp"
 
 #include <cstdint>
+#include <map>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "batch.hpp"
@@ -18,68 +23,72 @@ namespace {
 
 using indices = nb::ndarray<const std::int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
+// By name of an array: places of the numbers that vary, and the rows of `columns` that they are in.
+using varied_places = std::map<std::string, std::map<std::size_t, std::size_t>>;
+
 class batch {
     using fields = vi::batch_arrays;
 
 public:
-    batch(bool dense, int degrees, const array& omegas, const array& kappas, const array& steps,
-          const array& impulse, const array& mobility, const array& shift, const array& restitution)
-        : dense_(dense) {
-        if (omegas.ndim() != 2 || impulse.ndim() != 3)
-            throw std::invalid_argument("omegas must have 2 axes (S, L), impulse 3 (S, C, D).");
-        const std::size_t s = omegas.shape(0), lines = omegas.shape(1), c = impulse.shape(1);
+    batch(bool dense, int degrees, const array& columns, const varied_places& varied,
+          const array& omegas, const array& kappas, const array& steps, const array& impulse,
+          const array& mobility, const array& shift, const array& restitution)
+        : dense_(dense), columns_(columns) {
+        if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2)
+            throw std::invalid_argument(
+                "columns must have 2 axes (V, S), omegas 1 (L), impulse 2 (C, D).");
+        const std::size_t s = columns.shape(1), lines = omegas.shape(0), c = impulse.shape(0);
         const std::size_t d = 2 * (static_cast<std::size_t>(degrees) + lines);
         const bool fits = d <= 32 && c >= 1 && c <= 8 && lines <= vi::max_lines;
         if (s == 0 || degrees < 1 || !fits)
             throw std::invalid_argument("a batch needs at least one system, and sizes that fit.");
-        auto& b = data_.view;
-        b.systems = static_cast<long long>(s);
-        b.degrees = degrees;
-        b.lines = static_cast<long long>(lines);
-        b.contacts = static_cast<long long>(c);
-        data_.add({{"omegas", &fields::omegas, omegas, s * lines},
-                   {"kappas", &fields::kappas, kappas, s * lines},
-                   {"steps", &fields::steps, steps, s},
-                   {"impulse", &fields::impulse, impulse, s * c * d},
-                   {"mobility", &fields::mobility, mobility, s * c * c},
-                   {"shift", &fields::shift, shift, s * c * d},
-                   {"restitution", &fields::restitution, restitution, s * c * 2}});
+        one_.systems = 1;
+        one_.degrees = degrees;
+        one_.lines = static_cast<long long>(lines);
+        one_.contacts = static_cast<long long>(c);
+        add({{"omegas", &fields::omegas, omegas, lines},
+             {"kappas", &fields::kappas, kappas, lines},
+             {"steps", &fields::steps, steps, 1},
+             {"impulse", &fields::impulse, impulse, c * d},
+             {"mobility", &fields::mobility, mobility, c * c},
+             {"shift", &fields::shift, shift, c * d},
+             {"restitution", &fields::restitution, restitution, c * 2}},
+            varied);
     }
 
-    void add_mode(int code, const nb::dict& flow, const array& rows, const array& gains,
-                  const array& lower, const array& upper, const std::vector<int>& side,
-                  const array& to_x, const array& to_v, const array& offset, const array& from_x,
-                  const array& from_v, const array& particular) {
-        auto& b = data_.view;
-        const auto [s, n, lines, c, d] = sizes();
+    void add_mode(int code, const varied_places& varied, const nb::dict& flow, const array& rows,
+                  const array& gains, const array& lower, const array& upper,
+                  const std::vector<int>& side, const array& to_x, const array& to_v,
+                  const array& offset, const array& from_x, const array& from_v,
+                  const array& particular) {
+        const auto [n, lines, c, d] = sizes();
         if (side.size() != c || (codes_.empty() && code != 0))
             throw std::invalid_argument("side: one per contact; the free mode, code 0, is first.");
         const auto of_flow = [&](const char* name) { return nb::cast<array>(flow[name]); };
-        std::vector<owned_arrays::part> parts{
-            {"rows", &fields::rows, rows, s * c * d},
-            {"gains", &fields::gains, gains, s * c},
-            {"lower", &fields::lower, lower, s * c},
-            {"upper", &fields::upper, upper, s * c},
-            {"to_x", &fields::to_x, to_x, s * n * d},
-            {"to_v", &fields::to_v, to_v, s * n * d},
-            {"offset", &fields::offset, offset, s * n},
-            {"from_x", &fields::from_x, from_x, s * d * n},
-            {"from_v", &fields::from_v, from_v, s * d * n},
-            {"particular", &fields::particular, particular, s * d * 2 * lines}};
+        std::vector<part> parts{{"rows", &fields::rows, rows, c * d},
+                                {"gains", &fields::gains, gains, c},
+                                {"lower", &fields::lower, lower, c},
+                                {"upper", &fields::upper, upper, c},
+                                {"to_x", &fields::to_x, to_x, n * d},
+                                {"to_v", &fields::to_v, to_v, n * d},
+                                {"offset", &fields::offset, offset, n},
+                                {"from_x", &fields::from_x, from_x, d * n},
+                                {"from_v", &fields::from_v, from_v, d * n},
+                                {"particular", &fields::particular, particular, d * 2 * lines}};
         if (dense_) {
-            parts.push_back({"b", &fields::b, of_flow("b"), s * d * d});
-            parts.push_back({"constant", &fields::constant, of_flow("constant"), s * d});
+            parts.push_back({"b", &fields::b, of_flow("b"), d * d});
+            parts.push_back({"constant", &fields::constant, of_flow("constant"), d});
         } else {
-            parts.push_back({"k", &fields::k, of_flow("k"), s * d / 2});
-            parts.push_back({"c", &fields::c, of_flow("c"), s * d / 2});
-            parts.push_back({"a", &fields::a, of_flow("a"), s * d / 2});
+            parts.push_back({"k", &fields::k, of_flow("k"), d / 2});
+            parts.push_back({"c", &fields::c, of_flow("c"), d / 2});
+            parts.push_back({"a", &fields::a, of_flow("a"), d / 2});
         }
-        data_.add(parts);
+        add(parts, varied);
         codes_.push_back(code);
         sides_.insert(sides_.end(), side.begin(), side.end());
-        b.codes = codes_.data();
-        b.side = sides_.data();
-        b.modes = static_cast<long long>(codes_.size());
+        one_.codes = codes_.data();
+        one_.side = sides_.data();
+        one_.modes = static_cast<long long>(codes_.size());
     }
 
     nb::dict run(const indices& system, const array& position, const array& velocity,
@@ -87,15 +96,15 @@ public:
                  const nb::dict& observers) const {
         if (codes_.empty()) throw std::invalid_argument("the batch has no mode yet.");
         const std::size_t count = system.size();
-        const auto [s, n, lines, c, d] = sizes();
-        const std::vector<int> systems(system.data(), system.data() + count);
+        const auto [n, lines, c, d] = sizes();
+        const std::vector<int> systems(system.data(), system.data() + count), first(count);
         for (int one : systems)
-            if (one < 0 || static_cast<std::size_t>(one) >= s)
+            if (one < 0 || static_cast<std::size_t>(one) >= columns_.shape(1))
                 throw std::invalid_argument("system: an index outside the batch.");
         owned_arrays here;
-        here.view = data_.view;
+        here.view = one_;
         here.view.members = static_cast<long long>(count);
-        here.view.system = systems.data();
+        here.view.system = first.data();
         here.view.most_impacts = most_impacts;
         here.add({{"position", &fields::position, position, count * n},
                   {"velocity", &fields::velocity, velocity, count * n},
@@ -108,26 +117,54 @@ public:
         {
             const nb::gil_scoped_release release;
             const bool small = d == 6 && lines == 1 && c == 1;
-            (dense_ ? run_dense : small ? run_modal_small : run_modal)(here.view, ask);
+            (dense_  ? run_dense
+             : small ? run_modal_small
+                     : run_modal)({numbers_, here.view, systems.data()}, ask);
         }
         raise_if_interrupted();
         return out.to_python();
     }
 
 private:
-    // Systems; coordinates, forcing lines, contacts and entries of y of each.
+    using part = owned_arrays::part;
+
+    // Coordinates, forcing lines, contacts and entries of y of a system.
     struct counts {
-        std::size_t systems, degrees, lines, contacts, dimension;
+        std::size_t degrees, lines, contacts, dimension;
     };
     counts sizes() const {
         const auto size = [](long long x) { return static_cast<std::size_t>(x); };
-        const auto& b = data_.view;
-        return {size(b.systems), size(b.degrees), size(b.lines), size(b.contacts),
-                size(2 * (b.degrees + b.lines))};
+        return {size(one_.degrees), size(one_.lines), size(one_.contacts),
+                size(2 * (one_.degrees + one_.lines))};
+    }
+
+    // Take in arrays, or none of them.
+    void add(const std::vector<part>& parts, const varied_places& varied) {
+        owned_arrays::check_sizes(parts);
+        std::vector<system_numbers::varied_places> places;
+        for (const auto& p : parts)
+            places.push_back(places_in(p, varied));
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            numbers_.add(parts[i].field, parts[i].from.data(), parts[i].size, places[i]);
+    }
+
+    system_numbers::varied_places places_in(const part& p, const varied_places& varied) const {
+        system_numbers::varied_places out;
+        const auto found = varied.find(p.name);
+        if (found == varied.end()) return out;
+        const std::size_t rows = columns_.shape(0), systems = columns_.shape(1);
+        for (const auto& [place, row] : found->second) {
+            if (place >= p.size || row >= rows)
+                throw std::invalid_argument(std::string(p.name) + ": varied outside its numbers.");
+            out.emplace_back(place, columns_.data() + row * systems);
+        }
+        return out;
     }
 
     bool dense_;
-    owned_arrays data_{};
+    array columns_; // the systems' own numbers (V, S)
+    system_numbers numbers_{};
+    vi::batch_arrays one_{};
     std::vector<int> codes_, sides_;
 };
 
@@ -137,14 +174,17 @@ void bind_batch(nb::module_& m) {
     nb::class_<batch>(
         m, "Batch",
         "Systems of one structure with different numbers, and the members that run in "
-        "them.\n\nArrays are C-contiguous float64 with a leading axis of systems, or of "
-        "members; they\nare copied. What they mean: see hybrid.Compiled, which gives "
-        "System the same for one.")
-        .def(nb::init<bool, int, const array&, const array&, const array&, const array&,
-                      const array&, const array&, const array&>(),
-             "dense"_a, "degrees"_a, "omegas"_a, "kappas"_a, "steps"_a, "impulse"_a, "mobility"_a,
-             "shift"_a, "restitution"_a,
+        "them.\n\nArrays are C-contiguous float64. Those of systems are of one, as hybrid.Compiled "
+        "gives\nthem to System. Numbers that vary are in the columns (V, S), which are kept, "
+        "not copied:\n`varied` has by name of an array the rows of their columns by place. Arrays "
+        "of members\nhave a leading axis of members.")
+        .def(nb::init<bool, int, const array&, const varied_places&, const array&, const array&,
+                      const array&, const array&, const array&, const array&, const array&>(),
+             "dense"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a, "steps"_a,
+             "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
              nb::sig("def __init__(self, *, dense: bool, degrees: int, "
+                     "columns: numpy.typing.NDArray[numpy.float64], "
+                     "varied: dict[str, dict[int, int]], "
                      "omegas: numpy.typing.NDArray[numpy.float64], "
                      "kappas: numpy.typing.NDArray[numpy.float64], "
                      "steps: numpy.typing.NDArray[numpy.float64], "
@@ -152,10 +192,11 @@ void bind_batch(nb::module_& m) {
                      "mobility: numpy.typing.NDArray[numpy.float64], "
                      "shift: numpy.typing.NDArray[numpy.float64], "
                      "restitution: numpy.typing.NDArray[numpy.float64]) -> None"))
-        .def("add_mode", &batch::add_mode, "code"_a, "flow"_a, "rows"_a, "gains"_a, "lower"_a,
-             "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
+        .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,
+             "lower"_a, "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
              "particular"_a,
              nb::sig("def add_mode(self, *, code: int, "
+                     "varied: dict[str, dict[int, int]], "
                      "flow: dict[str, numpy.typing.NDArray[numpy.float64]], "
                      "rows: numpy.typing.NDArray[numpy.float64], "
                      "gains: numpy.typing.NDArray[numpy.float64], "

@@ -20,17 +20,21 @@ class built_system {
     static constexpr int not_built = -2; // no closed set has this code
 
 public:
-    explicit built_system(const vi::batch_arrays& b)
-        : b_(b), codes_(b.modes), modes_(std::make_unique_for_overwrite<mode[]>(b.modes)),
-          from_free_(b.modes), to_free_(b.modes), extremes_(b.modes * b.extremes_count),
-          averages_(b.modes * b.averages_count) {}
+    explicit built_system(const batch_run& b)
+        : numbers_(b.numbers), b_(b.arrays), codes_(b_.modes),
+          modes_(std::make_unique_for_overwrite<mode[]>(b_.modes)), from_free_(b_.modes),
+          to_free_(b_.modes), extremes_(b_.modes * b_.extremes_count),
+          averages_(b_.modes * b_.averages_count) {
+        numbers_.lend(b_);
+    }
 
     // Become system s.
     void become(long long s) {
         if (s == s_) return;
         s_ = s;
+        numbers_.become(s);
         std::fill(codes_.begin(), codes_.end(), not_built);
-        vi::build_system(b_, s, in());
+        vi::build_system(b_, 0, in());
         system_.codes = codes_.data();
         (*this)(b_.codes[0]);
     }
@@ -40,11 +44,12 @@ public:
         const auto m = std::find(b_.codes, b_.codes + b_.modes, code) - b_.codes;
         if (m == b_.modes) return false;
         std::construct_at(&modes_[m]);
-        vi::build_mode(b_, m, s_, in());
+        vi::build_mode(b_, m, 0, in());
         codes_[m] = code;
         return true;
     }
 
+    const vi::batch_arrays& arrays() const { return b_; }
     const vi::hybrid<Flow>& system() const { return system_; }
     room in() {
         return {&system_,        modes_.get(),     from_free_.data(),
@@ -52,7 +57,8 @@ public:
     }
 
 private:
-    const vi::batch_arrays& b_;
+    system_numbers numbers_;
+    vi::batch_arrays b_; // of this one system
     long long s_ = -1;
     vi::hybrid<Flow> system_{};
     std::vector<int> codes_;
@@ -68,15 +74,17 @@ class berth {
     static constexpr int most_exponents = Flow::max_dimension - 1;
 
 public:
-    berth(const vi::batch_arrays& b, question ask)
-        : b_(b), ask_(ask), built_(b), points_(b.last), kept_(b.longest) {}
+    berth(const batch_run& b, question ask)
+        : ask_(ask), system_(b.system), built_(b), points_(b.arrays.last), kept_(b.arrays.longest) {
+    }
 
     // Take in member i; false if it is done already, its start being behind a stop.
     bool board(long long i) {
         i_ = i;
-        built_.become(b_.system[i]);
+        built_.become(system_[i]);
         here_ = {};
-        if (!vi::board(b_, i, built_.in(), {points_.data(), kept_.data()}, here_)) return false;
+        if (!vi::board(built_.arrays(), i, built_.in(), {points_.data(), kept_.data()}, here_))
+            return false;
         here_.window.interrupted = ask_;
         return true;
     }
@@ -89,7 +97,7 @@ public:
 
     // When tangents begin.
     double until() const {
-        return b_.exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
+        return built_.arrays().exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
     }
 
     // Run the member up to there.
@@ -104,7 +112,7 @@ public:
     void finish(vi::run_end why) {
         if (why != vi::run_end::observer)
             leave(vi::end_of_member(why), vi::growth<1>{});
-        else if (b_.spectrum)
+        else if (built_.arrays().spectrum)
             finish_with_tangents<most_exponents>();
         else
             finish_with_tangents<1>();
@@ -114,7 +122,7 @@ private:
     template <int W>
     void finish_with_tangents() {
         vi::growth<W> tangents;
-        tangents.count = static_cast<int>(b_.exponents);
+        tangents.count = static_cast<int>(built_.arrays().exponents);
         const auto end = vi::finish_with_tangents(hybrid(), here_.now, here_.window,
                                                   here_.observers, tangents, built_);
         leave(end, tangents);
@@ -122,11 +130,11 @@ private:
 
     template <int W>
     void leave(vi::member_end end, const vi::growth<W>& tangents) {
-        vi::leave(b_, i_, hybrid(), here_, end, tangents, built_);
+        vi::leave(built_.arrays(), i_, hybrid(), here_, end, tangents, built_);
     }
 
-    const vi::batch_arrays& b_;
     question ask_;
+    const int* system_; // of each member
     built_system<Flow> built_;
     std::vector<vi::section_point<Shape>> points_;
     std::vector<vi::kept_impact<Shape>> kept_;
@@ -136,9 +144,9 @@ private:
 
 // The members one after the other.
 template <class Flow>
-void run_alone(const vi::batch_arrays& b, question ask) {
+void run_alone(const batch_run& b, question ask) {
     berth<Flow> here(b, ask);
-    for (long long i = 0; i < b.members; ++i) {
+    for (long long i = 0; i < b.arrays.members; ++i) {
         if (i % members_between_questions == 0 && ask()) return;
         if (here.board(i)) here.finish(here.run());
     }

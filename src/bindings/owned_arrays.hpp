@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -28,25 +27,27 @@ struct owned_arrays {
     };
     vi::batch_arrays view{};
 
-    // Copy them all, each behind those that its array has already; or none.
-    void add(const std::vector<part>& parts) {
+    // Refuse arrays of other sizes than they are to have.
+    static void check_sizes(const std::vector<part>& parts) {
         for (const auto& p : parts)
             if (p.from.size() != p.size)
                 throw std::invalid_argument(std::string(p.name) + " has " +
                                             std::to_string(p.from.size()) + " numbers; expected " +
                                             std::to_string(p.size) + ".");
-        for (const auto& p : parts)
-            add(p.name, p.field, p.from.data(), p.size);
     }
-    void add(const char* name, const double* vi::batch_arrays::* field, const double* from,
-             std::size_t size) {
-        auto& all = numbers_[name];
-        all.insert(all.end(), from, from + size);
-        view.*field = all.data();
+
+    // Copy them all, or none.
+    void add(const std::vector<part>& parts) {
+        check_sizes(parts);
+        for (const auto& p : parts)
+            add(p.field, p.from.data(), p.size);
+    }
+    void add(const double* vi::batch_arrays::* field, const double* from, std::size_t size) {
+        view.*field = numbers_.emplace_back(from, from + size).data();
     }
 
 private:
-    std::map<std::string, std::vector<double>> numbers_;
+    std::vector<std::vector<double>> numbers_;
 };
 
 // Reads what ensembles/observers.py asks for.
@@ -128,7 +129,7 @@ private:
         }
         if (out.size() > n * vi::most_watched)
             throw std::invalid_argument("rows: at most 16 of one observer.");
-        to_.add(observer, field, out.data(), out.size());
+        to_.add(field, out.data(), out.size());
         return static_cast<long long>(out.size() / n);
     }
 

@@ -132,13 +132,15 @@ class Batch:
     """
     Systems of one structure with different numbers, and the members that run in them.
 
-    Arrays are C-contiguous float64 with a leading axis of systems, or of members; they
-    are copied. What they mean: see hybrid.Compiled, which gives System the same for one.
+    Arrays are C-contiguous float64. Those of systems are of one, as hybrid.Compiled gives
+    them to System. Numbers that vary are in the columns (V, S), which are kept, not copied:
+    `varied` has by name of an array the rows of their columns by place. Arrays of members
+    have a leading axis of members.
     """
 
-    def __init__(self, *, dense: bool, degrees: int, omegas: numpy.typing.NDArray[numpy.float64], kappas: numpy.typing.NDArray[numpy.float64], steps: numpy.typing.NDArray[numpy.float64], impulse: numpy.typing.NDArray[numpy.float64], mobility: numpy.typing.NDArray[numpy.float64], shift: numpy.typing.NDArray[numpy.float64], restitution: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def __init__(self, *, dense: bool, degrees: int, columns: numpy.typing.NDArray[numpy.float64], varied: dict[str, dict[int, int]], omegas: numpy.typing.NDArray[numpy.float64], kappas: numpy.typing.NDArray[numpy.float64], steps: numpy.typing.NDArray[numpy.float64], impulse: numpy.typing.NDArray[numpy.float64], mobility: numpy.typing.NDArray[numpy.float64], shift: numpy.typing.NDArray[numpy.float64], restitution: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
-    def add_mode(self, *, code: int, flow: dict[str, numpy.typing.NDArray[numpy.float64]], rows: numpy.typing.NDArray[numpy.float64], gains: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], side: list[int], to_x: numpy.typing.NDArray[numpy.float64], to_v: numpy.typing.NDArray[numpy.float64], offset: numpy.typing.NDArray[numpy.float64], from_x: numpy.typing.NDArray[numpy.float64], from_v: numpy.typing.NDArray[numpy.float64], particular: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def add_mode(self, *, code: int, varied: dict[str, dict[int, int]], flow: dict[str, numpy.typing.NDArray[numpy.float64]], rows: numpy.typing.NDArray[numpy.float64], gains: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], side: list[int], to_x: numpy.typing.NDArray[numpy.float64], to_v: numpy.typing.NDArray[numpy.float64], offset: numpy.typing.NDArray[numpy.float64], from_x: numpy.typing.NDArray[numpy.float64], from_v: numpy.typing.NDArray[numpy.float64], particular: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     def run(self, *, system: numpy.typing.NDArray[numpy.int32], position: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], phases: numpy.typing.NDArray[numpy.float64], settle: numpy.typing.NDArray[numpy.float64], observe: numpy.typing.NDArray[numpy.float64], most_impacts: int, observers: dict[str, Any]) -> dict[str, numpy.typing.NDArray[Any]]: ...
 

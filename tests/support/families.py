@@ -7,13 +7,17 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.ensembles.compiling import Part, compile_together
+from vibroimpact.ensembles.compiling import compile_together
+from vibroimpact.ensembles.tables import Tables
 
 
-def compiled(system: Any, values: dict[str, Any], codes: tuple[int, ...] = ()) -> list[Part]:
+def compiled(
+    system: Any, values: dict[str, Any], codes: tuple[int, ...] = ()
+) -> list[tuple[list[int], Tables]]:
     """All systems, in parts of one structure."""
     found = compile_together(system, values, codes)
-    return found.tables(slice(0, found.count))
+    parts = [part for part, _ in found.inside(slice(0, found.count))]
+    return [(part.systems.tolist(), part.stacks.tables()) for part in parts]
 
 
 def bits(x: Any) -> bytes:

@@ -10,16 +10,16 @@ Fails       A member that closes contacts whose forces are not determined ends a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.ensembles.compiling import Compilation, Values, compile_together
+from vibroimpact.ensembles.compiling import Compilation, RunsOf, Values, compile_together
 from vibroimpact.ensembles.observers import Observer, Outcome, kernel_observers, outputs, results
-from vibroimpact.ensembles.tables import Runs, Tables
+from vibroimpact.ensembles.tables import Runs, Stacks
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import Compiled
 from vibroimpact.mechanism import Mechanism
@@ -30,7 +30,6 @@ from vibroimpact.state import State
 Floats = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 Rows = NDArray[np.intp]
-RunsOf = Callable[[Tables], Runs]
 
 LEFT_OUT = -1  # part of a system at resonance
 
@@ -109,7 +108,7 @@ class Batch:
 
 
 def batch_of(
-    system: System, values: Mapping[str, ArrayLike], runs: RunsOf = Tables.kernel
+    system: System, values: Mapping[str, ArrayLike], runs: RunsOf = Stacks.kernel
 ) -> Batch:
     """Compile a system with other values of some parameters, all at once.
 
@@ -134,8 +133,8 @@ def batch_of(
     -----
     One to three microseconds per damper, where thousands are compiled together.
     """
-    compilation = compile_together(system, _checked(values))
-    return batch_from(compilation, slice(0, compilation.count), runs)
+    compilation = compile_together(system, _checked(values), runs=runs)
+    return batch_from(compilation, slice(0, compilation.count))
 
 
 def _checked(values: Mapping[str, ArrayLike]) -> Values:
@@ -148,7 +147,7 @@ def _checked(values: Mapping[str, ArrayLike]) -> Values:
     return arrays
 
 
-def batch_from(compilation: Compilation, place: slice, runs: RunsOf = Tables.kernel) -> Batch:
+def batch_from(compilation: Compilation, place: slice) -> Batch:
     """Some of the systems that were compiled together, numbered from the first of them.
 
     Raises
@@ -160,16 +159,17 @@ def batch_from(compilation: Compilation, place: slice, runs: RunsOf = Tables.ker
     sizes = m.degrees, len(m.contacts), len(m.forces)
     part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
     omegas, kernels = np.full((count, len(m.forces)), np.nan), list[Runs]()
-    for systems, tables in compilation.tables(place):
-        if tables.sizes != sizes:
+    for found, where in compilation.inside(place):
+        if found.stacks.sizes != sizes:
             raise InvalidParameterError(
                 f"system = {compilation.system!r}: within the ranges of the parameters its "
                 "mechanisms have different numbers of coordinates, contacts or lines. Study them "
                 "apart."
             )
-        part[systems], number[systems] = len(kernels), np.arange(len(systems))
-        omegas[systems] = tables.systems["omegas"]
-        kernels.append(runs(tables))
+        systems = found.systems[where] - place.start
+        part[systems], number[systems] = len(kernels), np.arange(where.start, where.stop)
+        omegas[systems] = found.omegas[where]
+        kernels.append(found.runs)
     values = {name: x[place] for name, x in compilation.values.items()}
     return Batch(compilation.system, values, m, omegas, part, number, tuple(kernels))
 

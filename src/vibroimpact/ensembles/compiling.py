@@ -11,14 +11,15 @@ Fails       A system that is refused alone is refused here; the message says whi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.columns import Column, Split
-from vibroimpact.ensembles.tables import Stacks, Tables, joined, stacks_of
+from vibroimpact.ensembles.tables import Floats, Runs, Stacks, joined, stacks_of
 from vibroimpact.errors import InvalidParameterError, ResonanceError, VibroImpactError
 from vibroimpact.hybrid import Hybrid
 from vibroimpact.mechanism import Mechanism
@@ -27,7 +28,28 @@ from vibroimpact.simulate import System, mechanism_of
 
 Values = dict[str, NDArray[np.float64]]
 Rows = NDArray[np.intp]
-Part = tuple[Rows, Tables]  # numbers of systems, and what they compile to
+RunsOf = Callable[[Stacks], Runs]
+
+
+class Part(NamedTuple):
+    """Compiled systems of one structure.
+
+    Attributes
+    ----------
+    systems
+        Their numbers, rising.
+    stacks
+        What they compile to.
+    omegas
+        Frequencies of their forcing lines, shape (S, L).
+    runs
+        What runs their members.
+    """
+
+    systems: Rows
+    stacks: Stacks
+    omegas: Floats
+    runs: Runs
 
 
 @dataclass(frozen=True)
@@ -36,12 +58,12 @@ class Compilation:
 
     Attributes
     ----------
-    system, values, codes
+    system, values, codes, runs
         What was asked for: see :func:`compile_together`.
     mechanism
         Of ``system``.
     parts
-        Numbers of systems, rising, and what they compile to, each part of one structure.
+        Those compiled with columns.
     apart
         Systems that columns will not do for, rising.
     """
@@ -49,8 +71,9 @@ class Compilation:
     system: System
     values: Values
     codes: tuple[int, ...]
+    runs: RunsOf
     mechanism: Mechanism
-    parts: list[tuple[Rows, Stacks]]
+    parts: list[Part]
     apart: Rows
 
     @property
@@ -58,31 +81,28 @@ class Compilation:
         """How many systems."""
         return _count(self.values)
 
-    def tables(self, place: slice) -> list[Part]:
-        """Arrays of some systems, numbered from the first of them, in parts of one structure.
+    def inside(self, place: slice) -> list[tuple[Part, slice]]:
+        """Parts with some of the systems, and where in each they are.
 
         Raises
         ------
         InvalidParameterError
             One of them is refused, or its code fails; the message names its parameters.
         """
-        structures = dict[object, list[Part]]()
-        for part in self._found(place):
-            structures.setdefault(part[1].structure, []).append(part)
-        return [_merged(same) for same in structures.values()]
+        parts = [*self.parts, *_parts_of(self._alone(place), self.runs)]
+        found = [(part, _inside(part.systems, place)) for part in parts]
+        return [(part, where) for part, where in found if where.stop > where.start]
 
-    def _found(self, place: slice) -> Iterator[Part]:
-        for systems, stacks in self.parts:
-            inside = _inside(systems, place)
-            if inside.stop > inside.start:
-                yield systems[inside] - place.start, stacks.tables(inside)
+    def _alone(self, place: slice) -> Iterator[tuple[Rows, Stacks]]:
         for k in self.apart[_inside(self.apart, place)]:
             alone = _alone(self.system, self.values, k, self.codes)
             if alone:
-                yield np.array([k - place.start]), alone.tables(slice(0, 1))
+                yield np.array([k]), alone
 
 
-def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()) -> Compilation:
+def compile_together(
+    system: System, values: Values, codes: tuple[int, ...] = (), runs: RunsOf = Stacks.kernel
+) -> Compilation:
     """Compile every system but those at resonance.
 
     Parameters
@@ -91,13 +111,15 @@ def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()
         As for :func:`vibroimpact.ensembles.batch.batch_of`; arrays of one length.
     codes
         Modes wanted beside those that every system begins with.
+    runs
+        What runs the members of systems of one structure: by default the kernel on this processor.
 
     Notes
     -----
-    A refused system raises once its tables are wanted.
+    A refused system raises once it is wanted.
     """
     pending = [np.arange(_count(values))]
-    parts, apart = list[tuple[Rows, Stacks]](), [np.arange(0)]
+    together, apart = list[tuple[Rows, Stacks]](), [np.arange(0)]
     while pending:
         systems = pending.pop()
         try:
@@ -108,11 +130,11 @@ def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()
             pending += [systems[~split.mask], systems[split.mask]]
             continue
         if stacks:
-            parts.append((systems, stacks))
+            together.append((systems, stacks))
         else:
             apart.append(systems)
     m, rising = mechanism_of(system), np.sort(np.concatenate(apart))
-    return Compilation(system, values, codes, m, parts, rising)
+    return Compilation(system, values, codes, runs, m, _parts_of(together, runs), rising)
 
 
 def _count(values: Values) -> int:
@@ -125,10 +147,21 @@ def _inside(systems: Rows, place: slice) -> slice:
     return slice(int(first), int(last))
 
 
-def _merged(parts: list[Part]) -> Part:
-    if len(parts) == 1:
-        return parts[0]
-    return np.concatenate([systems for systems, _ in parts]), joined([t for _, t in parts])
+def _parts_of(compiled: Iterable[tuple[Rows, Stacks]], runs: RunsOf) -> list[Part]:
+    """One part for each structure."""
+    structures = dict[object, list[tuple[Rows, Stacks]]]()
+    for one in compiled:
+        structures.setdefault(one[1].structure, []).append(one)
+    return [_merged(same, runs) for same in structures.values()]
+
+
+def _merged(same: list[tuple[Rows, Stacks]], runs: RunsOf) -> Part:
+    systems, stacks = same[0]
+    if len(same) > 1:
+        systems = np.concatenate([numbers for numbers, _ in same])
+        order = np.argsort(systems)
+        systems, stacks = systems[order], joined([one for _, one in same], order)
+    return Part(systems, stacks, stacks.omegas, runs(stacks))
 
 
 def _together(system: System, values: Values, systems: Rows, codes: Sequence[int]) -> Stacks | None:
@@ -139,7 +172,7 @@ def _together(system: System, values: Values, systems: Rows, codes: Sequence[int
     try:
         with np.errstate(all="ignore"):  # as Python's floats
             mechanism = _built(system, columns)
-            return None if mechanism is None else stacks_of(Hybrid(mechanism), codes)
+            return None if mechanism is None else stacks_of(Hybrid(mechanism), len(systems), codes)
     except ResonanceError:
         raise
     except (VibroImpactError, ArithmeticError):  # refused: each is asked alone
@@ -158,7 +191,7 @@ def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stac
     """One system; None at resonance."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
-        return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), codes)
+        return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), 1, codes)
     except ResonanceError:
         return None
     except Exception as error:

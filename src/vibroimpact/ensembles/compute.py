@@ -19,11 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.ensembles.batch import Arrays, Batch, Members, RunsOf, batch_of, run_members
+from vibroimpact.ensembles.batch import Arrays, Batch, Members, batch_of, run_members
 from vibroimpact.ensembles.observers import Final, Outcome
 from vibroimpact.ensembles.plan import Plan
 from vibroimpact.ensembles.starts import States
-from vibroimpact.ensembles.tables import Tables
 from vibroimpact.ensembles.tiles import Tile
 from vibroimpact.following import carried
 from vibroimpact.parameters import with_parameters
@@ -41,22 +40,20 @@ class _Work(NamedTuple):
     batch: Batch
 
 
-def compute(plan: Plan, runs: RunsOf = Tables.kernel) -> Arrays:
+def compute(plan: Plan) -> Arrays:
     """Run every member of a plan.
 
     Parameters
     ----------
     plan
         A sweep, or a tile of one.
-    runs
-        What runs the members of systems of one structure: another machine, with the same bits.
 
     Returns
     -------
     dict
         By name of a variable; the leading dimensions are those of the grid.
     """
-    return compute_with(plan, batch_of(plan.system, columns_of(plan), runs))
+    return compute_with(plan, batch_of(plan.system, columns_of(plan)))
 
 
 def columns_of(plan: Plan) -> dict[str, NDArray[np.float64]]:

@@ -17,11 +17,11 @@ from threading import Lock
 
 import numpy as np
 
-from vibroimpact.ensembles.batch import Arrays, RunsOf, batch_from
-from vibroimpact.ensembles.compiling import Compilation, Values, compile_together
+from vibroimpact.ensembles.batch import Arrays, batch_from
+from vibroimpact.ensembles.compiling import Compilation, RunsOf, Values, compile_together
 from vibroimpact.ensembles.compute import columns_of, compute_with
 from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tables import Tables
+from vibroimpact.ensembles.tables import Stacks
 from vibroimpact.ensembles.tiles import Tile, compiled_bytes
 from vibroimpact.simulate import mechanism_of
 
@@ -31,24 +31,24 @@ GROUP_BYTES = 2**25
 class Group:
     """Tiles that follow each other; some may differ in their starts only and share systems."""
 
-    def __init__(self, plan: Plan, tiles: Sequence[Tile]) -> None:
-        self._plan, self._lock = plan, Lock()
+    def __init__(self, plan: Plan, tiles: Sequence[Tile], runs: RunsOf = Stacks.kernel) -> None:
+        self._plan, self._runs, self._lock = plan, runs, Lock()
         self._compiled: Compilation | None = None
         self._tiles = {_systems_of(plan, tile): tile for tile in tiles}
         ends = np.cumsum([0, *(_count(plan, tile) for tile in self._tiles.values())]).tolist()
         self._places = dict(zip(self._tiles, starmap(slice, pairwise(ends)), strict=True))
 
-    def compute(self, tile: Tile, runs: RunsOf = Tables.kernel) -> Arrays:
+    def compute(self, tile: Tile) -> Arrays:
         """Run every member of a tile."""
         place = self._places[_systems_of(self._plan, tile)]
-        batch = batch_from(self._compilation(), place, runs)
+        batch = batch_from(self._compilation(), place)
         return compute_with(self._plan.block(tile.place), batch)
 
     def _compilation(self) -> Compilation:
         """The systems of all tiles, compiled by the thread that comes first."""
         with self._lock:
             if self._compiled is None:
-                self._compiled = compile_together(self._plan.system, self._values())
+                self._compiled = compile_together(self._plan.system, self._values(), (), self._runs)
             return self._compiled
 
     def _values(self) -> Values:
@@ -56,11 +56,13 @@ class Group:
         return {name: np.concatenate([part[name] for part in parts]) for name in self._plan.axes}
 
 
-def grouped(plan: Plan, tiles: Iterable[Tile]) -> Iterator[tuple[Tile, Group]]:
+def grouped(
+    plan: Plan, tiles: Iterable[Tile], runs: RunsOf = Stacks.kernel
+) -> Iterator[tuple[Tile, Group]]:
     """Tiles in their order, with their groups."""
     most = GROUP_BYTES // compiled_bytes(mechanism_of(plan.system))
     for together in _cut(plan, tiles, most):
-        group = Group(plan, together)
+        group = Group(plan, together, runs)
         yield from ((tile, group) for tile in together)
 
 

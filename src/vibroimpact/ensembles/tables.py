@@ -1,8 +1,12 @@
-"""Compiled systems as the arrays that the kernel's ``Batch`` takes: leading axis, the systems."""
+"""Compiled systems as the kernel's ``Batch`` takes them.
+
+Method      Systems of one structure share most of their numbers. What they share is kept once, what
+            varies as a column, and the kernel takes them as they are.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any, NamedTuple, Protocol
@@ -26,16 +30,16 @@ class Runs(Protocol):
 
 @dataclass(frozen=True)
 class Tables:
-    """Systems of one structure: arguments of ``_kernel.Batch`` and of its ``add_mode``.
+    """Systems of one structure, every number of every system: what devices take.
 
     Attributes
     ----------
     dense, degrees
         What all systems share.
     systems
-        Arrays with one entry per system; shapes as ``_kernel.Batch`` says.
+        Arrays of ``_kernel.Batch``, each with a leading axis of systems.
     modes
-        One dictionary per mode, arrays likewise.
+        Arguments of its ``add_mode``, likewise.
     """
 
     dense: bool
@@ -49,45 +53,38 @@ class Tables:
         lines = self.systems["omegas"].shape[1]
         return self.degrees, self.systems["restitution"].shape[1], lines
 
-    @property
-    def structure(self) -> tuple[object, ...]:
-        """What systems of one kernel batch have in common."""
-        return self.dense, self.sizes, tuple(mode["code"] for mode in self.modes)
-
-    def kernel(self) -> _kernel.Batch:
-        """Hand them to the kernel."""
-        batch = _kernel.Batch(dense=self.dense, degrees=self.degrees, **self.systems)
-        for mode in self.modes:
-            batch.add_mode(**mode)
-        return batch
-
 
 class Stack(NamedTuple):
     """One array of every system: what all share, and which numbers vary.
 
     Attributes
     ----------
-    shape
-        Of one system.
-    row
-        Its numbers, shape (1, k); zeros stand for those that vary.
+    shared
+        The array of one system; numbers that vary are of no matter.
     columns
-        Of these by place in the row: the number of the column.
+        Of these by place in the flat array: the number of the column.
     """
 
-    shape: tuple[int, ...]
-    row: Floats
+    shared: Floats
     columns: dict[int, int]
 
+    def of(self, columns: Floats) -> Floats:
+        """The array of every system, on a leading axis."""
+        count = columns.shape[1]
+        out = np.repeat(self.shared.reshape(1, -1), count, axis=0)
+        for i, column in self.columns.items():
+            out[:, i] = columns[column]
+        return out.reshape(count, *self.shared.shape)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Stacks:
-    """Systems of one structure as they are compiled: :class:`Tables` with stacks for arrays.
+    """Systems of one structure as they are compiled.
 
     Attributes
     ----------
     dense, degrees, systems, modes
-        As there.
+        As :class:`Tables`, with stacks for arrays.
     columns
         The numbers that vary, shape (V, S).
     """
@@ -98,34 +95,72 @@ class Stacks:
     modes: list[dict[str, Any]]
     columns: Floats
 
-    def tables(self, place: slice) -> Tables:
-        """Arrays of some of the systems, one after the other."""
-        modes = [self._arrays(mode, place) for mode in self.modes]
-        return Tables(self.dense, self.degrees, self._arrays(self.systems, place), modes)
+    @property
+    def count(self) -> int:
+        """How many systems."""
+        return int(self.columns.shape[1])
 
-    def _arrays(self, part: dict[str, Any], place: slice) -> dict[str, Any]:
-        """The same with arrays for stacks."""
-        return {
-            name: self._array(x, place) if isinstance(x, Stack)
-            else self._arrays(x, place) if isinstance(x, dict) else x
-            for name, x in part.items()
-        }  # fmt: skip
+    @property
+    def sizes(self) -> tuple[int, int, int]:
+        """Coordinates, contacts and forcing lines."""
+        systems = self.systems
+        return self.degrees, len(systems["restitution"].shared), systems["omegas"].shared.size
 
-    def _array(self, stack: Stack, place: slice) -> Floats:
-        count = place.stop - place.start
-        out = np.repeat(stack.row, count, axis=0)
-        for i, column in stack.columns.items():
-            out[:, i] = self.columns[column, place]
-        return out.reshape(count, *stack.shape)
+    @property
+    def structure(self) -> tuple[object, ...]:
+        """What systems of one kernel batch have in common."""
+        return self.dense, self.sizes, tuple(mode["code"] for mode in self.modes)
+
+    @property
+    def omegas(self) -> Floats:
+        """Frequencies of the forcing lines, shape (S, L)."""
+        return self.systems["omegas"].of(self.columns)
+
+    def kernel(self) -> _kernel.Batch:
+        """Hand them to the kernel."""
+        batch = _kernel.Batch(
+            dense=self.dense, degrees=self.degrees, columns=self.columns, **told(self.systems)
+        )
+        for mode in self.modes:
+            batch.add_mode(**told(mode))
+        return batch
+
+    def tables(self) -> Tables:
+        """Every number of every system."""
+
+        def array(stack: Stack) -> Floats:
+            return stack.of(self.columns)
+
+        modes = [_mapped(array, mode) for mode in self.modes]
+        return Tables(self.dense, self.degrees, _mapped(array, self.systems), modes)
 
 
-def stacks_of(hybrid: Hybrid, codes: Sequence[int] = ()) -> Stacks:
+def told(part: dict[str, Any]) -> dict[str, Any]:
+    """What the kernel is told of stacks: the arrays of one system, and ``varied``."""
+    flat = part | part.get("flow", {})
+    varied = {name: x.columns for name, x in flat.items() if isinstance(x, Stack) and x.columns}
+    return _mapped(lambda stack: stack.shared, part) | {"varied": varied}
+
+
+def _mapped(function: Callable[..., Any], *parts: dict[str, Any]) -> dict[str, Any]:
+    """A function of every stack in dictionaries of the same names."""
+    out = dict[str, Any]()
+    for name, x in parts[0].items():
+        same = [part[name] for part in parts]
+        inside = _mapped(function, *same) if isinstance(x, dict) else x
+        out[name] = function(*same) if isinstance(x, Stack) else inside
+    return out
+
+
+def stacks_of(hybrid: Hybrid, count: int, codes: Sequence[int] = ()) -> Stacks:
     """Numbers of compiled systems.
 
     Parameters
     ----------
     hybrid
-        Compiled with columns, or with floats: one system, or all alike.
+        Compiled with columns, or with floats: all alike.
+    count
+        How many systems it stands for.
     codes
         Modes wanted beside those that every system begins with.
 
@@ -147,7 +182,7 @@ def stacks_of(hybrid: Hybrid, codes: Sequence[int] = ()) -> Stacks:
     }
     wanted = [(), *hybrid.closed, *(closed_from_code(code, contacts) for code in codes)]
     modes = [_mode(hybrid.mode(closed), hybrid, stack) for closed in wanted]
-    return Stacks(hybrid.dense, m.degrees, systems, modes, np.array(stack.columns))
+    return Stacks(hybrid.dense, m.degrees, systems, modes, stack.table(count))
 
 
 def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
@@ -188,21 +223,27 @@ class _Stacker:
             if isinstance(x, Column):
                 columns[i], flat[i] = len(self.columns), 0.0
                 self.columns.append(x.values)
-        return Stack(shape, np.array([flat], dtype=float), columns)
+        return Stack(np.array(flat, dtype=float).reshape(shape), columns)
+
+    def table(self, count: int) -> Floats:
+        """The columns of so many systems, shape (V, S)."""
+        return np.array(self.columns).reshape(len(self.columns), count)
 
 
-def joined(parts: Sequence[Tables]) -> Tables:
-    """Systems of one structure, one part after the other."""
-    if len(parts) == 1:
-        return parts[0]
-    first = parts[0]
-    systems = {name: np.concatenate([p.systems[name] for p in parts]) for name in first.systems}
-    modes = [_joined_modes(modes) for modes in zip(*(p.modes for p in parts), strict=True)]
-    return Tables(first.dense, first.degrees, systems, modes)
+def joined(parts: Sequence[Stacks], order: NDArray[np.intp]) -> Stacks:
+    """Systems of one structure, one part after the other, then put in order."""
+    first, columns = parts[0], list[Floats]()
 
+    def stack(*same: Stack) -> Stack:
+        arrays = [x.of(part.columns) for x, part in zip(same, parts, strict=True)]
+        rows = np.concatenate(arrays).reshape(len(order), -1)[order]
+        bits = rows.view(np.int64)
+        varied = np.flatnonzero((bits != bits[0]).any(axis=0)).tolist()
+        numbers = {i: len(columns) + k for k, i in enumerate(varied)}
+        columns.extend(rows.T[varied])
+        return Stack(rows[0].reshape(same[0].shared.shape), numbers)
 
-def _joined_modes(modes: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    first = modes[0]
-    flow = {k: np.concatenate([mode["flow"][k] for mode in modes]) for k in first["flow"]}
-    same = {"code": first["code"], "flow": flow, "side": first["side"]}
-    return {k: same[k] if k in same else np.concatenate([mode[k] for mode in modes]) for k in first}
+    systems = _mapped(stack, *(part.systems for part in parts))
+    modes = [_mapped(stack, *same) for same in zip(*(part.modes for part in parts), strict=True)]
+    table = np.array(columns).reshape(len(columns), len(order))
+    return Stacks(first.dense, first.degrees, systems, modes, table)

@@ -14,7 +14,7 @@ from vibroimpact.ensembles.compute import Done
 from vibroimpact.ensembles.cuda.batch import DeviceBatch, Machine
 from vibroimpact.ensembles.cuda.card import open_card
 from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tables import Runs, Tables
+from vibroimpact.ensembles.tables import Runs, Stacks
 from vibroimpact.ensembles.tiles import Tile
 
 
@@ -28,6 +28,6 @@ def compute_tiles(
     yield from compute_in_threads(plan, tiles, workers, partial(runs_on, open_card()))
 
 
-def runs_on(machine: Machine, tables: Tables) -> Runs:
+def runs_on(machine: Machine, stacks: Stacks) -> Runs:
     """What runs members of these systems: the machine, or the processor for dense flows."""
-    return tables.kernel() if tables.dense else DeviceBatch(tables, machine)
+    return stacks.kernel() if stacks.dense else DeviceBatch(stacks.tables(), machine)

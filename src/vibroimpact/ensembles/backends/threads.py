@@ -7,11 +7,12 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 
-from vibroimpact.ensembles.batch import Arrays, RunsOf
+from vibroimpact.ensembles.batch import Arrays
+from vibroimpact.ensembles.compiling import RunsOf
 from vibroimpact.ensembles.compute import Done
 from vibroimpact.ensembles.groups import grouped
 from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tables import Tables
+from vibroimpact.ensembles.tables import Stacks
 from vibroimpact.ensembles.tiles import Tile
 
 AHEAD = 2  # tiles per thread that are begun or wait: results that nobody has taken yet are few
@@ -28,17 +29,17 @@ def compute_tiles(
 
 
 def compute_in_threads(
-    plan: Plan, tiles: Sequence[Tile], workers: int | None, runs: RunsOf = Tables.kernel
+    plan: Plan, tiles: Sequence[Tile], workers: int | None, runs: RunsOf = Stacks.kernel
 ) -> Generator[Done, None, None]:
     """Compute tiles whose members something runs, the kernel or another machine."""
     threads = workers or cores()
     pool = ThreadPoolExecutor(threads, thread_name_prefix="vibroimpact")
-    todo = grouped(plan, tiles)
+    todo = grouped(plan, tiles, runs)
     running: dict[Future[Arrays], Tile] = {}
     try:
         while True:
             for tile, group in islice(todo, AHEAD * threads - len(running)):
-                running[pool.submit(group.compute, tile, runs)] = tile
+                running[pool.submit(group.compute, tile)] = tile
             if not running:
                 return
             for future in wait(running, return_when=FIRST_COMPLETED).done:
