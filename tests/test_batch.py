@@ -110,11 +110,18 @@ def coupled(k: float) -> vi.Mechanism:
     )  # fmt: skip
 
 
+def grid(**axes: Any) -> Values:
+    """Every combination of values, the last one varying fastest."""
+    mesh = np.meshgrid(*axes.values(), indexing="ij")
+    return dict(zip(axes, (part.ravel() for part in mesh), strict=True))
+
+
 FULL = random_mechanism(np.random.default_rng(5), 3, lines=2)
 RNG = np.random.default_rng(4)
 U = RNG.uniform
 CASES: dict[str, tuple[System, Values]] = {
     "plane": (DAMPER, {"omega": U(0.5, 1.5, 12), "half_clearance": U(1.0, 10.0, 12)}),
+    "grid": (DAMPER, grid(omega=U(0.5, 1.5, 4), zeta=U(0.0, 1.5, 3), half_clearance=[1.0, 2.0])),
     "damper": (DAMPER, {"mass_ratio": U(0.01, 1.0, 12), "omega_n": U(0.1, 2.0, 12),
                         "zeta": U(0.0, 1.5, 12)}),
     "modes of three masses": (CHAIN, {"stiffness[0][0]": U(1.5, 3.0, 12)}),
@@ -191,6 +198,19 @@ def test_systems_without_forcing_are_as_alone() -> None:
     check_equal_bits(vi.Family(ball, g=1.0, gap=1.0), values)
 
 
+def test_a_grid_is_found_by_its_bits_alone() -> None:
+    """0.0 and -0.0 are two numbers: their powers and quotients differ."""
+    axes = [np.array([1.0, 2.0]), np.array([0.0, -0.0, 1.0])]
+    arrays = [part.ravel() for part in np.meshgrid(*axes, indexing="ij")]
+    parts, sizes = compiling.spread(arrays)
+    assert sizes == (2, 3)
+    assert [bits(part) for part in parts] == [bits(axis) for axis in axes]
+    assert [part.shape for part in parts] == [(2, 1), (1, 3)]
+    arrays[1][4] = 0.0
+    assert compiling.spread(arrays)[1] == (6,)
+    assert compiling.spread([x[:5] for x in arrays])[1] == (5,)
+
+
 # ---- paths ---------------------------------------------------------------------------------------
 
 
@@ -201,6 +221,11 @@ def test_systems_that_branch_apart_are_compiled_in_parts() -> None:
     found = sorted((k, tables.dense) for systems, tables in parts for k in systems)
     assert found == [(0, False), (1, False), (2, True), (3, False)]
     check_equal_bits(PAIR, values)
+
+
+def test_a_grid_is_taken_apart_where_its_systems_branch() -> None:
+    check_equal_bits(PAIR, grid(c=[0.0, 0.1, 0.2], d=[0.0, 0.1], m=[1.0, 2.0]))
+    check_equal_bits(DAMPER, grid(omega=[0.4, 0.5, 0.6], omega_n=[0.5, 0.0, 0.6], zeta=[0.0, 1.0]))
 
 
 def test_a_stop_beyond_reach_for_some_systems_is_another_structure() -> None:

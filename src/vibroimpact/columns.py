@@ -78,12 +78,13 @@ def _quotient(x: Any, y: Any) -> Any:
 
 
 def _power(x: Any, y: Any) -> Floats:
-    pairs = zip(*(a.tolist() for a in np.broadcast_arrays(x, y)), strict=True)
-    return np.array([a**b for a, b in pairs], dtype=float)
+    both = np.broadcast_arrays(x, y)
+    pairs = zip(*(a.ravel().tolist() for a in both), strict=True)
+    return np.array([a**b for a, b in pairs], dtype=float).reshape(both[0].shape)
 
 
 class Column:
-    """A number of every system, shape (S,)."""
+    """A number of every system: shape (S,), or one that spreads over the grid of the systems."""
 
     __slots__ = ("values",)
     __hash__ = None  # type: ignore[assignment]
@@ -148,4 +149,5 @@ class Column:
         return self._each(np.cos)
 
     def _each(self, function: Callable[[float], float]) -> Column:
-        return Column(np.array([function(x) for x in self.values.tolist()], dtype=float))
+        found = [function(x) for x in self.values.ravel().tolist()]
+        return Column(np.array(found, dtype=float).reshape(self.values.shape))

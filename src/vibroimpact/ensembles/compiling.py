@@ -1,9 +1,10 @@
 """Compile a system for many values of its parameters at once.
 
 Method      The system is built once with a column (columns.py) for each parameter that varies, and
-            compiled as any other: every number of it comes out as a column. Where systems disagree
-            on a branch, those on either side are compiled apart (path splitting). Where the code of
-            a system is beyond columns, or one is refused, each is compiled alone.
+            compiled as any other: every number of it comes out as a column. In a grid of parameters
+            a number is computed once for all systems that share what it depends on. Where systems
+            disagree on a branch, those on either side are compiled apart (path splitting). Where
+            the code of a system is beyond columns, or one is refused, each is compiled alone.
 Accuracy    Every array has the bits that compiling each system alone gives.
 Fails       A system that is refused alone is refused here; the message says which one it is. One
             that is forced at resonance is left out: a grid may hit it by chance.
@@ -11,6 +12,7 @@ Fails       A system that is refused alone is refused here; the message says whi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -164,17 +166,51 @@ def _merged(same: list[tuple[Rows, Stacks]], runs: RunsOf) -> Part:
     return Part(systems, stacks, stacks.omegas, runs(stacks))
 
 
+def spread(arrays: list[Floats]) -> tuple[list[Floats], tuple[int, ...]]:
+    """Arrays that are a grid, the last one varying fastest, as its axes; and its sizes.
+
+    Each axis has as many dimensions as there are arrays, and spreads over the grid. Arrays that
+    are no grid come back as they are, with their length.
+    """
+    whole, sizes = arrays[0].size, list[int]()
+    for x in arrays[:-1]:
+        bits = _bits(x[:whole])
+        other = np.flatnonzero(bits != bits[0])
+        same = int(other[0]) if other.size else whole
+        sizes.append(whole // same)
+        whole = same
+    grid = (*sizes, whole)
+    if math.prod(grid) == arrays[0].size:
+        boxes = [x.reshape(grid) for x in arrays]
+        axes = [_axis(box, i) for i, box in enumerate(boxes)]
+        if all(np.all(_bits(axis) == _bits(box)) for axis, box in zip(axes, boxes, strict=True)):
+            return axes, grid
+    return arrays, arrays[0].shape
+
+
+def _bits(x: Floats) -> NDArray[np.int64]:
+    return x.view(np.int64)
+
+
+def _axis(x: Floats, i: int) -> Floats:
+    """What varies along one dimension, at the first place of the others."""
+    return x[tuple(slice(None if k == i else 1) for k in range(x.ndim))]
+
+
 def _together(system: System, values: Values, systems: Rows, codes: Sequence[int]) -> Stacks | None:
     """Systems compiled with columns; None where columns will not do."""
     if len(systems) == 1:
         return None
-    columns = {name: Column(x[systems]) for name, x in values.items()}
+    parts, grid = spread([x[systems] for x in values.values()])
+    columns = {name: Column(part) for name, part in zip(values, parts, strict=True)}
     try:
         with np.errstate(all="ignore"):  # as Python's floats
             mechanism = _built(system, columns)
-            return None if mechanism is None else stacks_of(Hybrid(mechanism), len(systems), codes)
+            return None if mechanism is None else stacks_of(Hybrid(mechanism), grid, codes)
     except ResonanceError:
         raise
+    except Split as split:
+        raise Split(np.broadcast_to(split.mask, grid).ravel()) from None
     except (VibroImpactError, ArithmeticError):  # refused: each is asked alone
         return None
 
@@ -191,7 +227,7 @@ def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stac
     """One system; None at resonance."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
-        return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), 1, codes)
+        return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), (1,), codes)
     except ResonanceError:
         return None
     except Exception as error:

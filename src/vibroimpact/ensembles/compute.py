@@ -158,7 +158,7 @@ def _placed(work: _Work, systems: Integers, states: States, behind: Integers) ->
 def _next(work: _Work, systems: Integers, states: States, out: Arrays) -> States:
     """Where the next value starts: the final state, or the same start where there is none."""
     position, velocity = out["final_position"], out["final_velocity"]
-    forces = mechanism_of(work.plan.system).forces
+    forces = work.plan.mechanism.forces
     phase = out["final_phase"]
     if any((line.omega / forces[0].omega) % 1.0 for line in forces):  # 2 pi is no period then
         phase = states.phase + work.batch.omega[systems] * out["time"]

@@ -23,9 +23,8 @@ from vibroimpact.ensembles.compute import columns_of, compute_with
 from vibroimpact.ensembles.plan import Plan
 from vibroimpact.ensembles.tables import Stacks
 from vibroimpact.ensembles.tiles import Tile, compiled_bytes
-from vibroimpact.simulate import mechanism_of
 
-GROUP_BYTES = 2**25
+GROUP_BYTES = 2**26
 
 
 class Group:
@@ -60,7 +59,7 @@ def grouped(
     plan: Plan, tiles: Iterable[Tile], runs: RunsOf = Stacks.kernel
 ) -> Iterator[tuple[Tile, Group]]:
     """Tiles in their order, with their groups."""
-    most = GROUP_BYTES // compiled_bytes(mechanism_of(plan.system))
+    most = GROUP_BYTES // compiled_bytes(plan.mechanism)
     for together in _cut(plan, tiles, most):
         group = Group(plan, together, runs)
         yield from ((tile, group) for tile in together)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from vibroimpact.ensembles.observers import Observer
 from vibroimpact.ensembles.starts import Starts
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]
@@ -73,10 +75,15 @@ class Plan:
         """Number of members."""
         return math.prod(self.shape)
 
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """Of ``system``."""
+        return mechanism_of(self.system)
+
     @property
     def degrees(self) -> int:
         """Number of coordinates of the system."""
-        return mechanism_of(self.system).degrees
+        return self.mechanism.degrees
 
     @property
     def followed(self) -> int | None:

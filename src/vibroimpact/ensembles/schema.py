@@ -17,7 +17,6 @@ from vibroimpact.ensembles.observers import Output, outputs
 from vibroimpact.ensembles.plan import Plan
 from vibroimpact.ensembles.question import Question
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.simulate import mechanism_of
 
 Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
 
@@ -82,7 +81,7 @@ def schema_of(plan: Plan, question: Question) -> Schema:
     InvalidParameterError
         A name that stands for two things.
     """
-    variables = outputs(plan.observers, mechanism_of(plan.system))
+    variables = outputs(plan.observers, plan.mechanism)
     coords: dict[str, Coordinate] = {
         name: ((name,), axis, _attrs(name)) for name, axis in plan.axes.items()
     }
@@ -115,7 +114,7 @@ def _attrs_of(plan: Plan, question: Question) -> dict[str, Any]:
     seed = {name: x for name, x in described["start"].items() if name == "seed"}
     return seed | {
         "system": repr(plan.system),
-        "mechanism": text_of(mechanism_of(plan.system)),
+        "mechanism": text_of(plan.mechanism),
         "swept": ", ".join(plan.axes),
         "start": json.dumps(described["start"]),
         "observe": json.dumps(described["observe"]),

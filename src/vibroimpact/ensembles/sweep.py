@@ -206,7 +206,7 @@ def _check_follow(follow: str | None, axes: Mapping[str, object]) -> None:
 def _members(plan: Plan, schema: Schema) -> int:
     """Members of a tile by default."""
     cycles = plan.window.settle + plan.window.periods
-    size = schema.member_bytes + compiled_bytes(mechanism_of(plan.system))
+    size = schema.member_bytes + compiled_bytes(plan.mechanism)
     along = 1 if plan.followed is None else plan.shape[plan.followed]
     return members_per_tile(plan.size, cycles, size, along)
 

@@ -6,6 +6,7 @@ Method      Systems of one structure share most of their numbers. What they shar
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -152,15 +153,15 @@ def _mapped(function: Callable[..., Any], *parts: dict[str, Any]) -> dict[str, A
     return out
 
 
-def stacks_of(hybrid: Hybrid, count: int, codes: Sequence[int] = ()) -> Stacks:
+def stacks_of(hybrid: Hybrid, grid: tuple[int, ...], codes: Sequence[int] = ()) -> Stacks:
     """Numbers of compiled systems.
 
     Parameters
     ----------
     hybrid
         Compiled with columns, or with floats: all alike.
-    count
-        How many systems it stands for.
+    grid
+        Sizes of the grid of the systems that it stands for.
     codes
         Modes wanted beside those that every system begins with.
 
@@ -182,7 +183,7 @@ def stacks_of(hybrid: Hybrid, count: int, codes: Sequence[int] = ()) -> Stacks:
     }
     wanted = [(), *hybrid.closed, *(closed_from_code(code, contacts) for code in codes)]
     modes = [_mode(hybrid.mode(closed), hybrid, stack) for closed in wanted]
-    return Stacks(hybrid.dense, m.degrees, systems, modes, stack.table(count))
+    return Stacks(hybrid.dense, m.degrees, systems, modes, stack.table(grid))
 
 
 def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
@@ -225,9 +226,12 @@ class _Stacker:
                 self.columns.append(x.values)
         return Stack(np.array(flat, dtype=float).reshape(shape), columns)
 
-    def table(self, count: int) -> Floats:
-        """The columns of so many systems, shape (V, S)."""
-        return np.array(self.columns).reshape(len(self.columns), count)
+    def table(self, grid: tuple[int, ...]) -> Floats:
+        """The columns of all systems of a grid, shape (V, S)."""
+        out = np.empty((len(self.columns), *grid))
+        for i, column in enumerate(self.columns):
+            out[i] = column
+        return out.reshape(len(out), math.prod(grid))
 
 
 def joined(parts: Sequence[Stacks], order: NDArray[np.intp]) -> Stacks:
