@@ -2,7 +2,7 @@
 
 Method      Compiling costs a millisecond or two however few systems there are, and little more for
             thousands. The systems of tiles that follow each other are therefore compiled together
-            by the thread that first wants one of them; each tile takes its arrays from that.
+            by the thread that first wants one of them, and every tile runs in what that makes.
 Assumes     A group holds at most GROUP_BYTES of compiled systems, or one tile: a grid may be bigger
             than memory, and its tiles any of it.
 Accuracy    Results do not depend on groups: a system has the same bits in any.

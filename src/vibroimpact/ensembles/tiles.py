@@ -68,7 +68,10 @@ def members_per_tile(size: int, cycles: float, member_bytes: int, along: int = 1
 
 
 def compiled_bytes(mechanism: Mechanism) -> int:
-    """Size of a compiled system, about: the tables of its modes, once in Python and once in C++."""
+    """Size of a compiled system, about: the tables of its modes, here and on a device.
+
+    The kernel on this processor needs less: what systems share is there once (tables.py).
+    """
     n, lines, contacts = mechanism.degrees, len(mechanism.forces), len(mechanism.contacts)
     size = 2 * (n + lines)
     modes = 3**contacts if contacts <= 2 else 1  # others are compiled when they are wanted
