@@ -45,15 +45,14 @@ public:
     }
     bool busy() const { return runs_ > 0; }
 
-    // A round, in its stages.
+    // A round: look(), the stages of round(), strike(), attend().
     VI_HOT void look() {
         horizon_ = end_ - (high_ + low_);
         flight_.look(horizon_, busy_);
     }
-    VI_HOT void look_again() { flight_.look_again(); }
-    VI_HOT void approach() { flight_.approach(); }
-    VI_HOT void arrive() {
-        flight_.arrive(busy_);
+    VI_HOT auto& round() { return flight_.round; }
+    VI_HOT void strike() {
+        flight_.strike(busy_);
         count_landed();
     }
     VI_HOT void attend() {
@@ -197,10 +196,14 @@ public:
             pack.board();
         for (long round = 1; packs_[0].busy() || packs_[1].busy(); ++round) {
             if (round % between_questions == 0 && host_.interrupted()) return interrupt();
-            each_busy([](auto& pack) { pack.look(); });
-            each_busy([](auto& pack) { pack.look_again(); });
-            each_busy([](auto& pack) { pack.approach(); });
-            each_busy([](auto& pack) { pack.arrive(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.look(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.round().look_again(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.round().aim(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.round().approach(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.round().predict(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.round().close_in(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.round().land(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.strike(); });
             each_busy([](auto& pack) { pack.attend(); });
         }
     }

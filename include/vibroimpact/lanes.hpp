@@ -170,19 +170,20 @@ struct lane_flight {
     real rate_after;
     vec<real, Shape::max_dimension> before;
 
-    // Of the lanes that are `going`; `horizon` is what is left of the time of each.
+    quick_round<real, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{systems.free,
+                                                                                     end};
+
+    // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
         flow.each_coordinate([&](auto j) { end.y[j] = all.at.y[j]; });
         end.duration = all.flown;
         const auto able = going & all.quick & may_go_on(flow, all.flown, horizon);
-        round_.look(systems.free, all.at.touching, all.at.rate, able, end);
+        round.look(all.at.touching, all.at.rate, able);
     }
-    VI_HOT void look_again() { round_.look_again(systems.free, end); }
-    VI_HOT void approach() { round_.approach(systems.free, end); }
-    VI_HOT void arrive(const pack_mask<N>& going) {
+    // After the last one.
+    VI_HOT void strike(const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
-        round_.arrive(systems.free, end);
         stuck = going & !end.landed & !end.moved;
         flow.each_coordinate([&](auto j) { all.at.y[j] = end.y[j]; });
         all.flown = select(end.landed, real(0.0), end.duration);
@@ -191,9 +192,6 @@ struct lane_flight {
         rate_after = quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end,
                                   all.at, before);
     }
-
-private:
-    quick_round<real, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round_;
 };
 
 } // namespace vi

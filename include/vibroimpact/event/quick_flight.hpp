@@ -94,20 +94,27 @@ VI_HOT R nearby_root(const vec<R, taylor_rows>& g) {
 template <class T, class R, int D>
 struct neighbour {
     R part;
+    place_t<R> place;
     vec<T, D> y;
     vec<R, taylor_rows> gap;
     R s;
     mask_t<R> close;
+
+    VI_HOT void aim(const R& at) {
+        part = at;
+        place = place_of(at);
+    }
+    template <class Mode>
+    VI_HOT void go(const Mode& m, const vec<T, D>& from, const sight<R>& hit) {
+        y = m.flow.apply_ahead(place, from);
+        gap = expand_gap(m, values_of(y, m.flow.dimension()), hit);
+    }
+    template <class Mode>
+    VI_HOT void predict(const Mode& m) {
+        s = nearby_root(gap);
+        close = abs(s) <= nearby * m.flow.step;
+    }
 };
-template <class T, class Mode, class R, int D>
-VI_HOT void go_near(const Mode& m, const vec<T, D>& y, const sight<R>& hit, const R& part,
-                    neighbour<T, R, D>& near) {
-    near.part = part;
-    near.y = m.flow.apply_ahead(place_of(part), y);
-    near.gap = expand_gap(m, values_of(near.y, m.flow.dimension()), hit);
-    near.s = nearby_root(near.gap);
-    near.close = abs(near.s) <= nearby * m.flow.step;
-}
 
 // The whole number nearest to x in [0, 2^51].
 template <class R>
@@ -120,30 +127,45 @@ VI_HOT R nearest_place(const R& x) {
     return nearest(min(max(R(0.0), x), R(places - 1.0)));
 }
 
-// The same from a better guess, for lanes that were not close.
+// From a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
 VI_HOT void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
                       neighbour<T, R, D>& near) {
     const R parts = R(parts_of_step / m.flow.step);
     for (int tries = 0; tries < most_tries && any(hit.found & !near.close); ++tries) {
         const R better = nearest_place(fma(near.s, parts, near.part));
-        go_near(m, y, hit, select(hit.found & !near.close, better, near.part), near);
+        near.aim(select(hit.found & !near.close, better, near.part));
+        near.go(m, y, hit);
+        near.predict(m);
     }
+}
+
+// Where the inverse series leads to, and what the gap is there.
+template <class T, class R, int D>
+struct prediction {
+    vec<T, D> y;
+    R gap, scale; // scale: one over its slope
+};
+template <class T, class Mode, class R, int D>
+VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, R, D>& near,
+                         prediction<T, R, D>& to) {
+    to.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
+    const auto z = values_of(to.y, m.flow.dimension());
+    to.gap = gap_at(m, 0, z, hit);
+    to.scale = 1.0 / gap_at(m, 1, z, hit);
 }
 
 // (2): every lane that has found a crossing lands, or stays where it is if that is not proved.
 template <class T, class Mode, class Shape>
 VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
                  const neighbour<T, real_t<T>, Shape::max_dimension>& near,
+                 const prediction<T, real_t<T>, Shape::max_dimension>& at,
                  quick_landing<T, Shape>& out) {
     using R = real_t<T>;
     const auto& flow = m.flow;
     const R part = R(flow.step * (1.0 / parts_of_step));
-    const auto y = flow.template short_flight<nearby_order>(near.y, near.s);
-    const auto z = values_of(y, flow.dimension());
-    const R slope = gap_at(m, 1, z, hit), scale = 1.0 / slope;
-    const R miss = -(gap_at(m, 0, z, hit) * scale);
-    const R bend = fma(3.0 * near.gap[3], near.s, near.gap[2]), turn = bend * scale;
+    const R miss = -(at.gap * at.scale);
+    const R bend = fma(3.0 * near.gap[3], near.s, near.gap[2]), turn = bend * at.scale;
     const R shift = miss * fnma(turn, miss, 1.0);
     const R s = near.s + shift, from = near.part * part, end = from + s;
     out.landed = hit.found & near.close & (abs(shift) <= largest_correction * flow.step) &
@@ -151,7 +173,7 @@ VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
                  (end <= (hit.begin + hit.length) * part);
     out.contact = hit.contact;
     out.side = hit.side;
-    const auto end_state = flow.nudge(y, shift);
+    const auto end_state = flow.nudge(at.y, shift);
     out.rate = gap_at(m, 1, end_state, hit);
     select_state(out.landed, out.y, end_state, flow);
     out.duration = select(out.landed, (out.duration + from) + s, out.duration);
@@ -201,67 +223,73 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 
 } // namespace detail
 
-// One round of every lane that is going, in four stages. Packs of lanes fly them in turn, so that
-// one works while another waits for its results; nothing else is gained by a round in pieces.
+// One round of every lane that is going, in stages. Packs of lanes take turns at each: one works
+// while the results of another are on their way.
 template <class T, class Mode, class Shape>
-struct quick_round {
+class quick_round {
     using R = real_t<T>;
     using landing = quick_landing<T, Shape>;
+    static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
 
-    // The flight stands at at.y, having left the stops that `touching` and `rate` tell.
-    VI_HOT void look(const Mode& m, const vec<R, Shape::max_contacts>& touching,
-                     const vec<T, Shape::max_contacts>& rate, const mask_t<T>& able,
-                     const landing& at) {
-        const auto y = values_of(at.y, m.flow.dimension());
+public:
+    // The flight stands at at.y, at.duration after its start.
+    VI_HOT quick_round(const Mode& m, landing& at) : m_(m), at_(at) {}
+
+    // Along the wide grid; `touching` and `rate` tell the stops that the flight leaves there.
+    VI_HOT void look(const vec<R, K>& touching, const vec<T, K>& rate, const mask_t<T>& able) {
+        const auto y = values_of(at_.y, m_.flow.dimension());
         going_ = able;
-        for (int i = 0; i < m.flow.contacts(); ++i) {
-            from_[i] = detail::look_out(m.guards[i], m.flow, y, touching[i]);
+        for (int i = 0; i < m_.flow.contacts(); ++i) {
+            from_[i] = detail::look_out(m_.guards[i], m_.flow, y, touching[i]);
             going_ = going_ & ((touching[i] == 0.0) | (value(rate[i]) > 0.0)) &
-                     (from_[i].u <= m.guards[i].upper) & (from_[i].u >= m.guards[i].lower);
+                     (from_[i].u <= m_.guards[i].upper) & (from_[i].u >= m_.guards[i].lower);
         }
-        detail::look_along<0>(m, from_, y, seen_);
+        detail::look_along<0>(m_, from_, y, seen_);
     }
-
-    // Along the narrow grid, where the wide one left something undecided.
-    VI_HOT void look_again(const Mode& m, landing& at) {
+    // Along the narrow one, where something is undecided.
+    VI_HOT void look_again() {
         const mask_t<T> stuck =
             going_ & !seen_.found & (seen_.clear < double(detail::grid_intervals));
         if (!any(stuck)) return;
         const R before = select(stuck, seen_.begin, R(0.0));
-        detail::closer_look<T, R, Shape::max_dimension> close;
-        detail::look_closer(m, before, at.y, from_, close);
-        at.duration = at.duration + before * part(m);
-        detail::select_state(stuck, at.y, close.y, m.flow);
+        detail::closer_look<T, R, D> close;
+        detail::look_closer(m_, before, at_.y, from_, close);
+        at_.duration = at_.duration + before * part();
+        detail::select_state(stuck, at_.y, close.y, m_.flow);
         detail::select_sight(stuck, seen_, close.seen);
     }
-
-    // Next to the crossing that was found, or to the end of what is clear.
-    VI_HOT void approach(const Mode& m, const landing& at) {
+    // At the crossing, or at the end of what is clear.
+    VI_HOT void aim() {
         const auto gap = [&](const R& u) { return seen_.side * (seen_.limit - u); };
         const R x = detail::crossing_point(gap(seen_.u0), gap(seen_.u1), gap(seen_.u2));
         const R crossing = detail::nearest_place(fma(seen_.length, x, seen_.begin));
         seen_.found = seen_.found & going_;
-        detail::go_near(m, at.y, seen_,
-                        select(seen_.found, crossing, select(going_, seen_.begin, R(0.0))), near_);
+        near_.aim(select(seen_.found, crossing, select(going_, seen_.begin, R(0.0))));
     }
-
-    // Onto the stop, or there.
-    VI_HOT void arrive(const Mode& m, landing& at) {
-        detail::go_nearer(m, at.y, seen_, near_);
-        at.moved = going_ & !seen_.found & (seen_.begin > 0.0);
-        detail::land(m, seen_, near_, at);
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m, seen_, at);
-        detail::select_state(at.moved, at.y, near_.y, m.flow);
-        at.duration = at.duration + select(at.moved, seen_.begin * part(m), R(0.0));
+    VI_HOT void approach() { near_.go(m_, at_.y, seen_); }
+    VI_HOT void predict() { near_.predict(m_); }
+    VI_HOT void close_in() {
+        detail::go_nearer(m_, at_.y, seen_, near_);
+        detail::go_on_series(m_, seen_, near_, predicted_);
+    }
+    VI_HOT void land() {
+        at_.moved = going_ & !seen_.found & (seen_.begin > 0.0);
+        detail::land(m_, seen_, near_, predicted_, at_);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, seen_, at_);
+        detail::select_state(at_.moved, at_.y, near_.y, m_.flow);
+        at_.duration = at_.duration + select(at_.moved, seen_.begin * part(), R(0.0));
     }
 
 private:
-    VI_HOT static R part(const Mode& m) { return R(m.flow.step * (1.0 / parts_of_step)); }
+    VI_HOT R part() const { return R(m_.flow.step * (1.0 / parts_of_step)); }
 
+    const Mode& m_;
+    landing& at_;
     mask_t<T> going_;
-    vec<detail::outlook<R>, Shape::max_contacts> from_;
+    vec<detail::outlook<R>, K> from_;
     detail::sight<R> seen_;
-    detail::neighbour<T, R, Shape::max_dimension> near_;
+    detail::neighbour<T, R, D> near_;
+    detail::prediction<T, R, D> predicted_;
 };
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
@@ -280,11 +308,14 @@ VI_HOT quick_landing<T, Shape> quick_flight(const Mode& m, const trajectory<T, S
     out.landed = out.moved = false;
     auto touching = start.touching;
     while (may_go_on(m.flow, value(out.duration), horizon)) {
-        quick_round<T, Mode, Shape> round;
-        round.look(m, touching, start.rate, true, out);
-        round.look_again(m, out);
-        round.approach(m, out);
-        round.arrive(m, out);
+        quick_round<T, Mode, Shape> round(m, out);
+        round.look(touching, start.rate, true);
+        round.look_again();
+        round.aim();
+        round.approach();
+        round.predict();
+        round.close_in();
+        round.land();
         if (!out.moved) break;
         for (int i = 0; i < m.flow.contacts(); ++i)
             touching[i] = real_t<T>(0.0);
