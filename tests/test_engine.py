@@ -106,9 +106,11 @@ def test_each_lane_of_a_pack_has_the_bits_of_the_scalar_engine(
     workplace: Path, build: str, name: str
 ) -> None:
     said = run(workplace, build, name, "lanes", 400)
-    assert re.findall(r"lanes (\d) equal", said) == ["2", "4", "8"]
-    if name == "C":  # chatter (bit 2), stick (3) and release (4) happened in the lanes too
-        assert int(said.split()[-1]) & 0b11100 == 0b11100
+    for what in ("lanes", "tangents"):
+        found = re.findall(rf"{what} (\d) equal, statuses (\d+)", said)
+        assert [lanes for lanes, _ in found] == ["2", "4", "8"]
+        if name == "C":  # chatter (bit 2), stick (3) and release (4) happened in the lanes too
+            assert all(int(statuses) & 0b11100 == 0b11100 for _, statuses in found)
 
 
 @pytest.mark.parametrize("name", SETS)

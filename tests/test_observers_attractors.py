@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.families import CHAIN
 from support.members import Case, cases, impacts_in_window
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.ensembles.observers import Section, Settling, Symbol
+from vibroimpact.simulate import System, mechanism_of
 
 CASES = cases()
 
@@ -153,6 +155,39 @@ def test_tangents_change_no_bit_of_the_motion() -> None:
                 np.testing.assert_array_equal(found[name], values)
         both = case.member("spectrum", "lyapunov")
         assert both["lyapunov"] == both["spectrum"][0] == case.member("lyapunov")["lyapunov"]
+
+
+TWO_STOPS = replace(CHAIN, contacts=(vi.Contact((1.0, 0.0, 0.0), upper=0.4, restitution=0.3),
+                                     vi.Contact((0.0, -1.0, 1.0), -0.3, 0.2)))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "over"),
+    [
+        (paper_damper("A", 1.0), {"omega": (0.9, 1.1), "half_clearance": (1.0, 10.0)}),
+        (paper_damper("C", 0.4), {"omega": (0.3, 0.9), "restitution": (0.0, 1.0)}),
+        (TWO_STOPS, {"stiffness[1][1]": (2.0, 3.0), "contacts[0].upper": (0.1, 1.0)}),
+    ],
+)
+def test_tangents_in_lanes_have_the_bits_of_tangents_alone(
+    system: System, over: dict[str, tuple[float, float]]
+) -> None:
+    """All exponents of a member are found alone, the largest one for many members at once."""
+    grid = {name: np.linspace(*ends, 14) for name, ends in over.items()}
+    n = len(mechanism_of(system).mass)
+    start = vi.State((0.0,) * n, (0.0,) * (n - 1) + (1.0,))
+
+    def seen(exponents: str) -> Any:
+        return vi.sweep(
+            system, over=grid, start=start, observe=[exponents, "final", "shares"],
+            settle=20, periods=20, workers=1, progress=False,
+        )  # fmt: skip
+
+    lanes, alone = seen("lyapunov"), seen("spectrum")
+    np.testing.assert_array_equal(lanes.lyapunov, alone.spectrum[..., 0])
+    assert np.isfinite(lanes.lyapunov).sum() > 100
+    for name in lanes.drop_vars("lyapunov"):
+        np.testing.assert_array_equal(lanes[name], alone[name])
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,19 @@ VI_HD inline event<T, Shape> plain_event(status what, int contact, int side, con
     return {what, contact, side, 0, duration, T(0.0), T(0.0), before};
 }
 
+// An event without its derivatives.
+template <class T, class Shape>
+VI_HD inline event<double, Shape> values(const event<T, Shape>& e, int n) {
+    return {e.what,
+            e.contact,
+            e.side,
+            e.code,
+            plain(e.duration),
+            plain(e.rate_before),
+            plain(e.rate_after),
+            values_of(e.before, n)};
+}
+
 // Which other stops are reached within rounding at the moment of an impact.
 template <class T, class Flow>
 VI_HD inline int touch_neighbours(const hybrid<Flow>& system,

@@ -83,15 +83,7 @@ struct onlooker {
                    const clock& now) {
         const int n = system.dimension(), contacts = system.contacts();
         tangents.see(e, at, now, n, contacts);
-        event<double, Shape> plain_event{e.what,
-                                         e.contact,
-                                         e.side,
-                                         e.code,
-                                         plain(e.duration),
-                                         plain(e.rate_before),
-                                         plain(e.rate_after),
-                                         values_of(e.before, n)};
-        return see(plain_event, detail::values(at, n, contacts), now);
+        return see(detail::values(e, n), detail::values(at, n, contacts), now);
     }
 };
 

@@ -3,7 +3,9 @@
 // Method      What run.hpp does for one trajectory, for all lanes at once: clocks and counts are packs,
 //             and an impact that nobody watches costs nothing beyond them. An event that is to be
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
-//             Packs of lanes take turns at the stages of a round.
+//             Packs of lanes take turns at the stages of a round. T is a pack, or a jet of packs: then
+//             every run carries a tangent along, whose growth (observe/growth.hpp) is followed in all
+//             lanes at once.
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none. Flights are
 //                                       limited by slot.limit.t_max alone.
@@ -11,11 +13,13 @@
 //               bool build(i, code)     the mode of a closed set that is missing; false if it cannot
 //               void end(i, slot, why)  the run of lane i has ended
 //               bool interrupted()      asked now and then; true ends all runs
-// Accuracy    bits of run(): the same operations for each trajectory in the same order
+//             It shows events without derivatives.
+// Accuracy    bits of run(), with growth as its observer in lanes of jets: the same operations for
+//             each trajectory in the same order
 #pragma once
 
 #include "vibroimpact/lanes.hpp"
-#include "vibroimpact/run.hpp"
+#include "vibroimpact/observe/growth.hpp"
 
 namespace vi {
 
@@ -25,13 +29,17 @@ struct lane_slot {
     trajectory<double, typename Flow::shape_type> at;
     run_progress so_far{};
     limits limit{};
-    double watch = 0.0; // events before this time are not shown
+    double watch = 0.0;  // events before this time are not shown
+    growth<1> tangent{}; // in lanes of jets
 };
 
-template <int N, class Flow, class Host>
+template <class T, class Flow, class Host>
 class lane_pack {
+    static constexpr int N = scalar_traits<T>::lanes;
     using Shape = typename Flow::shape_type;
-    using real = pack<N>;
+    using real = real_t<T>;
+    using alone = lane_t<T>;
+    static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
     // Lane i of the pack is lane first + i of the host.
@@ -54,6 +62,11 @@ public:
     VI_HOT void strike() {
         flight_.strike(busy_);
         count_landed();
+        if constexpr (has_tangent) {
+            const auto& flow = flight_.systems.free.flow;
+            tangents_.see(flight_.end.landed, flight_.all.at, high_ + low_, flow.dimension(),
+                          flow.contacts());
+        }
     }
     VI_HOT void attend() {
         const auto attention = busy_ & (flight_.stuck | (flight_.end.landed & watched()));
@@ -66,7 +79,7 @@ public:
         for (int i = 0; i < N; ++i) {
             if (!lane(busy_, i)) continue;
             suspend(i);
-            host_.end(first_ + i, slots_[i], run_end::interrupted);
+            end(i, run_end::interrupted);
         }
     }
 
@@ -79,7 +92,7 @@ private:
 
     void count_landed() {
         const auto& landed = flight_.end.landed;
-        const real t = select(landed, flight_.end.duration, real(0.0));
+        const real t = select(landed, value(flight_.end.duration), real(0.0));
         const real sum = high_ + t, part = sum - high_; // clock::add
         low_ = low_ + ((high_ - (sum - part)) + (t - part));
         high_ = sum;
@@ -90,22 +103,31 @@ private:
 
     void load(int i) {
         auto& slot = slots_[i];
-        const bool another = host_.next(first_ + i, slot);
+        bool another = host_.next(first_ + i, slot);
+        while (another && slot.so_far.events >= slot.limit.events) {
+            host_.end(first_ + i, slot, run_end::events);
+            another = host_.next(first_ + i, slot);
+        }
         runs_ += another - lane(busy_, i);
         set_lane(busy_, i, another);
         if (!another) return;
         put_system(flight_.systems, i, *slot.system);
-        resume(i);
+        if constexpr (has_tangent) {
+            resume(i, with_tangents<1>(*slot.system, slot.at, 1));
+            set_lane(tangents_, i, slot.tangent);
+        } else {
+            resume(i, slot.at);
+        }
         set_lane(end_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
         set_lane(most_impacts_, i, static_cast<double>(slot.limit.impacts));
         set_lane(most_events_, i, static_cast<double>(slot.limit.events));
     }
 
-    // From the slot into the lane.
-    void resume(int i) {
+    // From the slot into the lane, the trajectory being there.
+    void resume(int i, const trajectory<alone, Shape>& at) {
         const auto& slot = slots_[i];
-        put_trajectory(flight_.all, i, slot.at, slot.system->dimension(), slot.system->contacts());
+        put_trajectory(flight_.all, i, at, slot.system->dimension(), slot.system->contacts());
         set_lane(high_, i, slot.so_far.now.high);
         set_lane(low_, i, slot.so_far.now.low);
         set_lane(impacts_, i, static_cast<double>(slot.so_far.impacts));
@@ -116,7 +138,7 @@ private:
     void suspend(int i) {
         auto& slot = slots_[i];
         const int n = slot.system->dimension(), contacts = slot.system->contacts();
-        slot.at = take_trajectory(flight_.all, i, n, contacts);
+        take_trajectory(flight_.all, i, n, contacts, slot.at);
         slot.so_far.now = {lane(high_, i), lane(low_, i)};
         slot.so_far.impacts = static_cast<long>(lane(impacts_, i));
         const long events = static_cast<long>(lane(events_, i));
@@ -124,49 +146,72 @@ private:
         slot.so_far.events = events;
     }
 
-    event<double, Shape> landed_event(int i) const {
-        event<double, Shape> e{status::impact,
-                               static_cast<int>(lane(flight_.end.contact, i)),
-                               static_cast<int>(lane(flight_.end.side, i)),
-                               0,
-                               lane(flight_.end.duration, i),
-                               lane(flight_.end.rate, i),
-                               lane(flight_.rate_after, i),
-                               {}};
+    void take_landing(int i, event<double, Shape>& e) {
+        e.what = status::impact;
+        e.contact = static_cast<int>(lane(flight_.end.contact, i));
+        e.side = static_cast<int>(lane(flight_.end.side, i));
+        e.code = 0;
+        e.duration = lane(value(flight_.end.duration), i);
+        e.rate_before = lane(value(flight_.end.rate), i);
+        e.rate_after = lane(value(flight_.rate_after), i);
         for (int j = 0; j < slots_[i].system->dimension(); ++j)
-            e.before[j] = lane(flight_.before[j], i);
-        return e;
+            e.before[j] = lane(value(flight_.before[j]), i);
+        int& at_once = slots_[i].so_far.at_once;
+        at_once = e.duration > 0.0 ? 0 : at_once + 1;
+    }
+
+    void follow_tangent(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
+        const auto& slot = slots_[i];
+        auto tangent = lane(tangents_, i);
+        tangent.see(e, at, slot.so_far.now, slot.system->dimension(), slot.system->contacts());
+        set_lane(tangents_, i, tangent);
+    }
+
+    // The certified step of a lane that is stuck, from the lane and back into it.
+    event<double, Shape> step_alone(int i, double left) {
+        auto& slot = slots_[i];
+        const int n = slot.system->dimension(), contacts = slot.system->contacts();
+        trajectory<alone, Shape> at{};
+        take_trajectory(flight_.all, i, n, contacts, at);
+        const auto e = detail::go_on(*slot.system, at, at.y, lane(flight_.all.flown, i), left);
+        if (e.what != status::missing_mode) {
+            count(slot.so_far, e);
+            if constexpr (has_tangent) follow_tangent(i, e, at);
+        }
+        resume(i, at);
+        slot.at = detail::values(at, n, contacts);
+        return detail::values(e, n);
     }
 
     // The event of one lane, as in run().
-    void attend(int i, double left) {
+    [[gnu::noinline]] void attend(int i, double left) {
         auto& slot = slots_[i];
         suspend(i);
         event<double, Shape> e;
-        if (lane(flight_.stuck, i)) {
-            e = detail::go_on(*slot.system, slot.at, slot.at.y, lane(flight_.all.flown, i), left);
-            if (e.what == status::missing_mode) {
-                if (e.code < 0 || !host_.build(first_ + i, e.code))
-                    return finish(i, run_end::missing);
-                return resume(i);
-            }
-            count(slot.so_far, e);
-        } else {
-            e = landed_event(i);
-            slot.so_far.at_once = e.duration > 0.0 ? 0 : slot.so_far.at_once + 1;
+        if (lane(flight_.stuck, i))
+            e = step_alone(i, left);
+        else
+            take_landing(i, e);
+        if (e.what == status::missing_mode) {
+            if (e.code < 0 || !host_.build(first_ + i, e.code)) finish(i, run_end::missing);
+            return;
         }
         const bool seen = slot.so_far.now.time() >= slot.watch;
         const bool go_on = !seen || host_.see(first_ + i, e, slot.at, slot.so_far.now);
         const run_end why = end_of_run(slot.so_far, e, slot.limit, left);
         if (why != run_end::none) return finish(i, why);
         if (!go_on) return finish(i, run_end::observer);
-        if (slot.so_far.events >= slot.limit.events) return finish(i, run_end::events);
-        if (lane(flight_.stuck, i)) resume(i); // a landing is in the lane already
+        if (slot.so_far.events >= slot.limit.events) finish(i, run_end::events);
     }
 
     void finish(int i, run_end why) {
-        host_.end(first_ + i, slots_[i], why);
+        end(i, why);
         load(i);
+    }
+
+    void end(int i, run_end why) {
+        if constexpr (has_tangent) slots_[i].tangent = lane(tangents_, i);
+        host_.end(first_ + i, slots_[i], why);
     }
 
     static constexpr typename Flow::stored nothing_{};
@@ -174,18 +219,21 @@ private:
     Host& host_;
     int first_;
     lane_slot<Flow> slots_[N];
-    lane_flight<N, Shape> flight_;
+    lane_flight<T, Shape> flight_;
     real horizon_{};
     real high_{}, low_{}, end_{}, watch_{}, impacts_{}, events_{}, most_impacts_{}, most_events_{};
     pack_mask<N> busy_{};
+    growth<1, real> tangents_{};
     int runs_ = 0; // lanes that are busy
 };
 
 // Two packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
 inline constexpr int packs_in_turn = 2;
 
-template <int N, class Flow, class Host>
+template <class T, class Flow, class Host>
 class lane_run {
+    static constexpr int N = scalar_traits<T>::lanes;
+
 public:
     static constexpr int lanes = packs_in_turn * N; // that the host sees
 
@@ -220,7 +268,7 @@ private:
     }
 
     Host& host_;
-    lane_pack<N, Flow, Host> packs_[packs_in_turn];
+    lane_pack<T, Flow, Host> packs_[packs_in_turn];
 };
 
 } // namespace vi

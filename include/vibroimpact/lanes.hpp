@@ -4,7 +4,8 @@
 //             the impact that ends their flight. Packs of lanes take turns at its stages: the results
 //             of one are on their way while another is worked on. A lane that a round cannot bring on, or that is at
 //             rest on a stop, is left to the scalar certified step. Both are what the scalar engine
-//             does with that trajectory, operation for operation: equal bits.
+//             does with that trajectory, operation for operation: equal bits. T is a pack, or a jet
+//             of packs for trajectories with tangents; systems are packs of reals for both.
 // Assumes     the free modes of all lanes have the same sizes
 #pragma once
 
@@ -40,11 +41,13 @@ struct lane_systems {
 };
 
 // Where the lanes are: in a flight that began `flown` ago, or just after an event.
-template <int N, class Shape>
+template <class T, class Shape>
 struct lane_states {
-    trajectory<pack<N>, Shape> at;
-    pack<N> flown;
-    pack_mask<N> quick; // lanes in free flight, which a round may bring on
+    static constexpr int N = scalar_traits<T>::lanes;
+
+    trajectory<T, Shape> at;
+    T flown;
+    mask_t<T> quick; // lanes in free flight, which a round may bring on
     int mode[N] = {}, held[N] = {};
 };
 
@@ -126,8 +129,8 @@ inline void put_system(lane_systems<N, Shape>& to, int i,
         set_lane(to.inverse_omega_squared[l], i, system.inverse_omega_squared[l]);
 }
 
-template <int N, class Shape>
-inline void put_trajectory(lane_states<N, Shape>& to, int i, const trajectory<double, Shape>& t,
+template <class T, class Shape>
+inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<lane_t<T>, Shape>& t,
                            int n, int contacts) {
     to.mode[i] = t.mode;
     to.held[i] = t.held;
@@ -142,43 +145,52 @@ inline void put_trajectory(lane_states<N, Shape>& to, int i, const trajectory<do
     }
 }
 
-template <int N, class Shape>
-inline trajectory<double, Shape> take_trajectory(const lane_states<N, Shape>& from, int i, int n,
-                                                 int contacts) {
-    trajectory<double, Shape> t{};
+// Lane i of x, or its value alone where S is double.
+template <class S, class T>
+inline S take_lane(const T& x, int i) {
+    if constexpr (is_same<S, double>)
+        return lane(value(x), i);
+    else
+        return lane(x, i);
+}
+
+// In place: a copy would wait until all these numbers are written.
+template <class S, class T, class Shape>
+inline void take_trajectory(const lane_states<T, Shape>& from, int i, int n, int contacts,
+                            trajectory<S, Shape>& t) {
     t.mode = from.mode[i];
     t.held = from.held[i];
     for (int j = 0; j < n; ++j)
-        t.y[j] = lane(from.at.y[j], i);
+        t.y[j] = take_lane<S>(from.at.y[j], i);
     for (int k = 0; k < contacts; ++k) {
         t.touching[k] = lane(from.at.touching[k], i);
-        t.rate[k] = lane(from.at.rate[k], i);
+        t.rate[k] = take_lane<S>(from.at.rate[k], i);
         t.flat[k] = lane(from.at.flat[k], i);
     }
-    return t;
 }
 
 // A round of all lanes, in the stages of quick_round. Lanes that landed have suffered the impact that
 // ends their flight; lanes that are stuck wait for the certified step.
-template <int N, class Shape>
+template <class T, class Shape>
 struct lane_flight {
-    using real = pack<N>;
+    static constexpr int N = scalar_traits<T>::lanes;
+    using real = real_t<T>;
     lane_systems<N, Shape> systems{};
-    lane_states<N, Shape> all{};
+    lane_states<T, Shape> all{};
     pack_mask<N> stuck;
-    quick_landing<real, Shape> end;
-    real rate_after;
-    vec<real, Shape::max_dimension> before;
+    quick_landing<T, Shape> end;
+    T rate_after;
+    vec<T, Shape::max_dimension> before;
 
-    quick_round<real, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{systems.free,
-                                                                                     end};
+    quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{systems.free,
+                                                                                  end};
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
         flow.each_coordinate([&](auto j) { end.y[j] = all.at.y[j]; });
         end.duration = all.flown;
-        const auto able = going & all.quick & may_go_on(flow, all.flown, horizon);
+        const auto able = going & all.quick & may_go_on(flow, value(all.flown), horizon);
         round.look(all.at.touching, all.at.rate, able);
     }
     // After the last one.
@@ -186,7 +198,7 @@ struct lane_flight {
         const auto& flow = systems.free.flow;
         stuck = going & !end.landed & !end.moved;
         flow.each_coordinate([&](auto j) { all.at.y[j] = end.y[j]; });
-        all.flown = select(end.landed, real(0.0), end.duration);
+        all.flown = select(end.landed, T(0.0), end.duration);
         for (int k = 0; k < flow.contacts(); ++k)
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         rate_after = quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end,

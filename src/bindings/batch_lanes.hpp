@@ -1,92 +1,168 @@
 // Running the members of a batch in SIMD lanes, for one modal flow of the kernel.
+//
+// Method      Lanes of numbers take the members in turn. Where the largest exponent is wanted, members
+//             leave them when tangents begin (ensemble.hpp), and wait, each with its system. When
+//             there are `most_settled`, lanes of jets take these to the end of their windows; then
+//             the lanes of numbers go on. All exponents of a member are found alone.
+// Accuracy    that of lane_run.hpp: no bit depends on who runs beside whom, or when
 #pragma once
+
+#include <iterator>
 
 #include "batch_of.hpp"
 #include "vibroimpact/lane_run.hpp"
 
 namespace binding {
 
-// As many lanes as a register of the target has.
-#if defined(__AVX512F__)
-inline constexpr int lanes_of_target = 8;
-#elif defined(__AVX__)
-inline constexpr int lanes_of_target = 4;
-#else
-inline constexpr int lanes_of_target = 2;
-#endif
+inline constexpr int lanes = vi::packs_in_turn * vi::native_lanes;
 
-// Members board in turn; each leaves when its run has ended, with tangents alone.
+template <class Flow>
+using berths = std::vector<std::unique_ptr<berth<Flow>>>;
+// Members that wait: enough to keep lanes busy, few enough for their systems to stay near.
+inline constexpr int most_settled = 64;
+
+// A question that is not asked again once the answer was yes.
+class stop_sign {
+public:
+    explicit stop_sign(question ask) : ask_(ask) {}
+    bool is_up() const { return up_; }
+    bool look() { return up_ = up_ || ask_(); }
+
+private:
+    question ask_;
+    bool up_ = false;
+};
+
+// A member that is to run until then. An impact that nobody watches costs nothing.
+template <class Flow>
+void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here, double until) {
+    const auto& all = here.observers();
+    const double settle = here.window().settle;
+    const double watched = all.wants(vi::sees_flights) ? 0.0
+                           : all.wants(~0u)            ? settle
+                                                       : vi::infinity();
+    slot.system = &here.hybrid();
+    slot.at = here.member().at;
+    slot.so_far = here.member().so_far;
+    slot.limit = vi::limits_of(here.window());
+    slot.watch = vi::min(watched, until);
+    slot.tangent = {settle};
+}
+
+// Members that have settled, with a tangent each.
+template <class Flow>
+class tangent_host {
+    using Shape = typename Flow::shape_type;
+
+public:
+    tangent_host(const berths<Flow>& settled, stop_sign& stop) : settled_(settled), stop_(stop) {}
+
+    bool next(int i, vi::lane_slot<Flow>& slot) {
+        if (stop_.is_up() || next_ == settled_.size()) return false;
+        here_[i] = settled_[next_++].get();
+        fill(slot, *here_[i], vi::infinity());
+        return true;
+    }
+
+    bool see(int i, const vi::event<double, Shape>& e, const vi::trajectory<double, Shape>& at,
+             const vi::clock& now) {
+        here_[i]->observers().see(here_[i]->hybrid(), e, at, now);
+        return true;
+    }
+
+    bool build(int i, int code) { return here_[i]->build(code); }
+
+    void end(int i, const vi::lane_slot<Flow>& slot, vi::run_end why) {
+        here_[i]->member() = {slot.at, slot.so_far};
+        here_[i]->leave(vi::end_of_member(why), slot.tangent);
+    }
+
+    bool interrupted() { return stop_.look(); }
+
+private:
+    const berths<Flow>& settled_;
+    stop_sign& stop_;
+    berth<Flow>* here_[lanes] = {};
+    std::size_t next_ = 0;
+};
+
+// All members of a batch, up to the begin of tangents.
 template <class Flow>
 class lane_host {
+    using Shape = typename Flow::shape_type;
+
 public:
-    lane_host(const batch_run& b, question ask) : members_(b.arrays.members), ask_(ask) {
-        constexpr int lanes = vi::packs_in_turn * lanes_of_target;
-        berths_.reserve(lanes);
+    lane_host(const batch_run& b, question ask) : b_(b), ask_(ask), stop_(ask) {
         for (int i = 0; i < lanes; ++i)
-            berths_.emplace_back(b, ask);
+            take_berth(i);
     }
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
-        auto& here = berths_[i];
-        while (!stopped_ && next_ < members_) {
+        while (!stop_.is_up() && next_ < b_.arrays.members) {
             if (next_ % members_between_questions == 0 && interrupted()) return false;
+            auto& here = *here_[i];
             if (!here.board(next_++)) continue;
             if (here.until() > 0.0) {
-                fill(slot, here);
+                fill(slot, here, here.until());
                 return true;
             }
-            here.finish(vi::run_end::observer);
+            leave(i, vi::run_end::observer);
         }
         return false;
     }
 
-    bool see(int i, const vi::event<double, typename Flow::shape_type>& e,
-             const vi::trajectory<double, typename Flow::shape_type>& at, const vi::clock& now) {
-        auto& here = berths_[i];
+    bool see(int i, const vi::event<double, Shape>& e, const vi::trajectory<double, Shape>& at,
+             const vi::clock& now) {
+        auto& here = *here_[i];
         here.observers().see(here.hybrid(), e, at, now);
         return now.time() < here.until();
     }
 
-    bool build(int i, int code) { return berths_[i].build(code); }
+    bool build(int i, int code) { return here_[i]->build(code); }
 
     void end(int i, const vi::lane_slot<Flow>& slot, vi::run_end why) {
-        auto& here = berths_[i];
-        here.member() = {slot.at, slot.so_far};
-        here.finish(why);
+        here_[i]->member() = {slot.at, slot.so_far};
+        leave(i, why);
     }
 
-    bool interrupted() {
-        stopped_ = stopped_ || ask_();
-        return stopped_;
+    bool interrupted() { return stop_.look(); }
+
+    // Take those that wait to their ends.
+    void run_settled() {
+        tangent_host<Flow> host(settled_, stop_);
+        using jets = vi::jet<vi::pack<vi::native_lanes>, 1>;
+        std::make_unique<vi::lane_run<jets, Flow, tangent_host<Flow>>>(host)->run();
+        std::move(settled_.begin(), settled_.end(), std::back_inserter(idle_));
+        settled_.clear();
     }
 
 private:
-    // From when on events are to be shown: an impact that nobody watches costs nothing.
-    static double watched_from(berth<Flow>& here) {
-        const auto& all = here.observers();
-        if (all.wants(vi::sees_flights)) return 0.0;
-        return all.wants(~0u) ? vi::min(here.window().settle, here.until()) : here.until();
+    void leave(int i, vi::run_end why) {
+        if (why != vi::run_end::observer || b_.arrays.spectrum) return here_[i]->finish(why);
+        settled_.push_back(std::move(here_[i]));
+        if (settled_.size() == most_settled) run_settled();
+        take_berth(i);
     }
 
-    static void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here) {
-        slot.system = &here.hybrid();
-        slot.at = here.member().at;
-        slot.so_far = {};
-        slot.limit = vi::limits_of(here.window());
-        slot.watch = watched_from(here);
+    void take_berth(int i) {
+        if (idle_.empty()) idle_.push_back(std::make_unique<berth<Flow>>(b_, ask_));
+        here_[i] = std::move(idle_.back());
+        idle_.pop_back();
     }
 
-    long long members_;
+    const batch_run& b_;
     question ask_;
-    std::vector<berth<Flow>> berths_;
+    stop_sign stop_;
+    std::unique_ptr<berth<Flow>> here_[lanes];
+    berths<Flow> settled_, idle_;
     long long next_ = 0;
-    bool stopped_ = false;
 };
 
 template <class Flow>
 void run_in_lanes(const batch_run& b, question ask) {
     lane_host<Flow> host(b, ask);
-    vi::lane_run<lanes_of_target, Flow, lane_host<Flow>>(host).run();
+    vi::lane_run<vi::pack<vi::native_lanes>, Flow, lane_host<Flow>>(host).run();
+    host.run_settled();
 }
 
 } // namespace binding

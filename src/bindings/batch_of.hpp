@@ -118,6 +118,12 @@ public:
             finish_with_tangents<1>();
     }
 
+    // Write down what was seen, tangents having been carried along.
+    template <int W>
+    void leave(vi::member_end end, const vi::growth<W>& tangents) {
+        vi::leave(built_.arrays(), i_, hybrid(), here_, end, tangents, built_);
+    }
+
 private:
     template <int W>
     void finish_with_tangents() {
@@ -126,11 +132,6 @@ private:
         const auto end = vi::finish_with_tangents(hybrid(), here_.now, here_.window,
                                                   here_.observers, tangents, built_);
         leave(end, tangents);
-    }
-
-    template <int W>
-    void leave(vi::member_end end, const vi::growth<W>& tangents) {
-        vi::leave(built_.arrays(), i_, hybrid(), here_, end, tangents, built_);
     }
 
     question ask_;

@@ -1,7 +1,8 @@
 // The engine on every scalar: bits of lanes, derivatives of jets, counts of operations, a hash.
 //
 //     engine_test FILE hash EVENTS     FNV-1a hash of every event of every start
-//     engine_test FILE lanes EVENTS    packs of 2, 4, 8 against the scalar engine, bit by bit
+//     engine_test FILE lanes EVENTS    packs of 2, 4, 8, also of jets, against the scalar engine, bit
+//                                      by bit
 //     engine_test FILE jet EVENTS      jets against the product of saltation matrices
 //     engine_test FILE count EVENTS    operations per event
 #include <cmath>
@@ -56,15 +57,22 @@ void hash(const system_type& system, const starts_type& starts, int events) {
     std::printf("%016llx\n", static_cast<unsigned long long>(sum.state));
 }
 
-// What a run showed: every event of it.
+// What a run showed: every event of it, and the growth of its tangent where it has one.
 struct seen {
     std::vector<vi::event<double, shape>> events;
     std::vector<vi::vec<double, n>> after;
+    vi::growth<1> tangent{1.0};
+
     bool see(const vi::event<double, shape>& e, const vi::trajectory<double, shape>& at,
              const vi::clock&) {
         events.push_back(e);
         after.push_back(at.y);
         return true;
+    }
+    bool see(const vi::event<vi::jet<double, 1>, shape>& e,
+             vi::trajectory<vi::jet<double, 1>, shape>& at, const vi::clock& now) {
+        tangent.see(e, at, now, n, 1);
+        return see(vi::detail::values(e, n), vi::detail::values(at, n, 1), now);
     }
 };
 
@@ -79,11 +87,14 @@ bool equal(const seen& a, const seen& b) {
         for (int j = 0; j < n; ++j)
             if (!same_bits(a.after[k][j], b.after[k][j])) return false;
     }
-    return true;
+    return same_bits(a.tangent.sum[0], b.tangent.sum[0]) &&
+           same_bits(a.tangent.first, b.tangent.first) &&
+           same_bits(a.tangent.last, b.tangent.last) && a.tangent.events == b.tangent.events &&
+           a.tangent.broken == b.tangent.broken;
 }
 
 // Runs of all starts in lanes; every other one is watched from its beginning, the others from the
-// last event on: lanes count without looking.
+// last event on: lanes count without looking. Some have no event left.
 struct crew {
     const system_type& system;
     const starts_type& starts;
@@ -93,14 +104,12 @@ struct crew {
     std::size_t next_start = 0;
 
     vi::limits limit() const { return {1e300, horizon, events, 1 << 30}; }
+    vi::run_progress progress(std::size_t s) const { return {{}, s % 4 == 3 ? events : 0}; }
     bool next(int i, vi::lane_slot<flow>& slot) {
         if (next_start == starts.size()) return false;
         on[i] = next_start++;
-        slot = {&system.hybrid(),
-                system.begin<double>(starts[on[i]]),
-                {},
-                limit(),
-                on[i] % 2 == 0 ? 0.0 : 1e299};
+        slot = {&system.hybrid(), system.begin<double>(starts[on[i]]), progress(on[i]),
+                limit(),          on[i] % 2 == 0 ? 0.0 : 1e299,        runs[on[i]].tangent};
         return true;
     }
     bool see(int i, const vi::event<double, shape>& e, const vi::trajectory<double, shape>& at,
@@ -109,36 +118,57 @@ struct crew {
     }
     bool build(int, int) { return false; }
     void end(int i, const vi::lane_slot<flow>& slot, vi::run_end) {
-        if (on[i] % 2 != 0) runs[on[i]].see({}, slot.at, slot.so_far.now);
-        runs[on[i]].events.back().duration = slot.so_far.now.time();
+        auto& run = runs[on[i]];
+        if (on[i] % 2 != 0) run.see(vi::event<double, shape>{}, slot.at, slot.so_far.now);
+        run.events.back().duration = slot.so_far.now.time();
+        run.tangent = slot.tangent;
     }
     bool interrupted() { return false; }
 };
 
-template <int N>
+template <class S>
+vi::trajectory<S, shape> begin(const system_type& system, const binding::start_data& start) {
+    if constexpr (vi::scalar_traits<S>::is_jet)
+        return vi::with_tangents<1>(system.hybrid(), system.begin<double>(start), 1);
+    else
+        return system.begin<double>(start);
+}
+
+template <class T>
 int compare_lanes(const system_type& system, const starts_type& starts, int events) {
+    using S = vi::lane_t<T>;
+    using runs = vi::lane_run<T, flow, crew>;
+    constexpr int lanes = vi::scalar_traits<T>::lanes;
+    const char* name = vi::scalar_traits<T>::is_jet ? "tangents" : "lanes";
     crew all{system, starts, events, std::vector<seen>(starts.size()),
-             std::vector<std::size_t>(vi::packs_in_turn * N)};
-    vi::lane_run<N, flow, crew>(all).run();
+             std::vector<std::size_t>(runs::lanes)};
+    runs(all).run();
     int statuses = 0;
     for (std::size_t s = 0; s < starts.size(); ++s) {
         seen alone;
-        auto at = system.begin<double>(starts[s]);
-        vi::run_progress so_far;
+        auto at = begin<S>(system, starts[s]);
+        auto so_far = all.progress(s);
         vi::run(system.hybrid(), at, so_far, all.limit(), alone);
         for (const auto& e : alone.events)
             statuses |= 1 << static_cast<int>(e.what);
         if (s % 2 != 0) {
-            alone = {};
-            alone.see({}, at, so_far.now);
+            alone.events.clear();
+            alone.after.clear();
+            alone.see(vi::event<double, shape>{}, vi::detail::values(at, n, 1), so_far.now);
         }
         alone.events.back().duration = so_far.now.time();
         if (equal(alone, all.runs[s])) continue;
-        std::printf("lanes of %d differ in start %zu\n", N, s);
+        std::printf("%s of %d differ in start %zu\n", name, lanes, s);
         return 1;
     }
-    std::printf("lanes %d equal, statuses %d\n", N, statuses);
+    std::printf("%s %d equal, statuses %d\n", name, lanes, statuses);
     return 0;
+}
+
+template <int N>
+int compare_packs(const system_type& system, const starts_type& starts, int events) {
+    return compare_lanes<vi::pack<N>>(system, starts, events) |
+           compare_lanes<vi::jet<vi::pack<N>, 1>>(system, starts, events);
 }
 
 // From stop to stop: d y after one impact = J (1 - f h / (h f)) exp(B t) d y before, f = y' there.
@@ -236,8 +266,8 @@ int main(int argc, char** argv) {
     const std::string what = argv[2];
     const int events = std::atoi(argv[3]);
     if (what == "lanes")
-        return compare_lanes<2>(system, starts, events) | compare_lanes<4>(system, starts, events) |
-               compare_lanes<8>(system, starts, events);
+        return compare_packs<2>(system, starts, events) | compare_packs<4>(system, starts, events) |
+               compare_packs<8>(system, starts, events);
     if (what == "jet") return compare_jets(system, starts, events);
     if (what == "count") return count(system, starts, events);
     hash(system, starts, events);

@@ -180,6 +180,7 @@ VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<
     s.clear = clear;
     s.length = R(double(grid_parts[Which]));
     s.begin = clear * s.length;
+    s.contact = s.side = s.limit = s.u0 = s.u1 = s.u2 = R(0.0);
     mask_t<R> once = R(0.0) != R(0.0), single = !once;
     for (int i = 0; i < flow.contacts(); ++i)
         note_crossing(m.guards[i], i, all[i].free, all[i].now, once, single, s);

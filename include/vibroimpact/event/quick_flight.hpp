@@ -150,7 +150,7 @@ template <class T, class Mode, class R, int D>
 VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, R, D>& near,
                          prediction<T, R, D>& to) {
     to.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
-    const auto z = values_of(to.y, m.flow.dimension());
+    const auto& z = values_of(to.y, m.flow.dimension());
     to.gap = gap_at(m, 0, z, hit);
     to.scale = 1.0 / gap_at(m, 1, z, hit);
 }
@@ -199,7 +199,7 @@ VI_HOT void look_closer(const Mode& m, const R& before, const vec<T, D>& y, vec<
                         closer_look<T, R, D>& close) {
     close.y = m.flow.apply_ahead(place_of(before), y);
     const int n = m.flow.dimension();
-    const auto z = values_of(close.y, n);
+    const auto& z = values_of(close.y, n);
     for (int i = 0; i < m.flow.contacts(); ++i) {
         from[i].u = select(before == 0.0, from[i].u, watch(m.guards[i], 0, z, n));
         from[i].second = watch(m.guards[i], 2, z, n);
@@ -237,7 +237,7 @@ public:
 
     // Along the wide grid; `touching` and `rate` tell the stops that the flight leaves there.
     VI_HOT void look(const vec<R, K>& touching, const vec<T, K>& rate, const mask_t<T>& able) {
-        const auto y = values_of(at_.y, m_.flow.dimension());
+        const auto& y = values_of(at_.y, m_.flow.dimension());
         going_ = able;
         for (int i = 0; i < m_.flow.contacts(); ++i) {
             from_[i] = detail::look_out(m_.guards[i], m_.flow, y, touching[i]);

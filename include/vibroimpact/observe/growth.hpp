@@ -8,6 +8,7 @@
 //             W = 1: the largest exponent. Tangents at events leave out the direction of the flow,
 //             whose exponent is 0: a mechanism of n coordinates and L lines has 2 n + L - 1 others
 //             (2 n - 1 without forcing).
+//             R is a pack for trajectories in lanes: those that had an event are named by a mask.
 // Assumes     tangents had time to turn before the window (ensemble.hpp: `aligning`)
 // Accuracy    (1) tends to the exponents as 1 / window in periodic, 1 / sqrt(window) in chaotic
 //             motion. Grazing has infinite derivatives.
@@ -23,30 +24,35 @@
 
 namespace vi {
 
-template <int W>
+template <int W, class R = double>
 struct growth {
     static constexpr double vanished = 0x1p-44; // what rounding leaves of length 1
-    double settle = 0.0;                        // begin of the window
+    R settle = R(0.0);                          // begin of the window
     int count = W;                              // vectors in use
-    double sum[W] = {};
-    double first = 0.0, last = 0.0;
-    long events = 0; // in the window
-    bool broken = false;
+    R sum[W] = {};
+    R first = R(0.0), last = R(0.0);
+    R events = R(0.0); // in the window
+    mask_t<R> broken{};
 
     template <class Shape>
-    VI_HD void see(const event<jet<double, W>, Shape>& e, trajectory<jet<double, W>, Shape>& at,
+    VI_HD void see(const event<jet<R, W>, Shape>& e, trajectory<jet<R, W>, Shape>& at,
                    const clock& now, int n, int contacts) {
         // completed chatter leaves parts that the rest on the stop, which follows, takes away
         if (e.what == status::horizon || e.what == status::undecided || e.what == status::chatter)
             return;
-        const double time = now.time();
-        const bool counted = time >= settle && events++ > 0;
+        see(true, at, now.time(), n, contacts);
+    }
+
+    // After an event at that time, in every lane where it `happened`.
+    template <class Shape>
+    VI_HD void see(const mask_t<R>& happened, trajectory<jet<R, W>, Shape>& at, const R& time,
+                   int n, int contacts) {
+        const mask_t<R> inside = happened & (time >= settle), counted = inside & (events > 0.0);
+        events = events + select(inside, R(1.0), R(0.0));
         for (int k = 0; k < W && k < count; ++k)
-            orthonormalise(at, k, n, contacts, counted);
-        if (counted)
-            last = time;
-        else
-            first = last = time;
+            orthonormalise(at, k, n, contacts, happened, counted);
+        last = select(happened, time, last);
+        first = select(happened & !counted, time, first);
     }
 
     VI_HD double exponent(int i) const {
@@ -55,21 +61,22 @@ struct growth {
 
 private:
     template <class Shape>
-    VI_HD void orthonormalise(trajectory<jet<double, W>, Shape>& at, int k, int n, int contacts,
-                              bool counted) {
-        const double whole = sqrt(product(at, k, k, n));
+    VI_HD void orthonormalise(trajectory<jet<R, W>, Shape>& at, int k, int n, int contacts,
+                              const mask_t<R>& happened, const mask_t<R>& counted) {
+        const R whole = sqrt(product(at, k, k, n));
         for (int j = 0; j < k; ++j)
-            combine(at, k, j, 1.0, -product(at, j, k, n), n, contacts);
-        const double length = sqrt(product(at, k, k, n));
-        if (!(length < infinity())) broken = true;
-        const bool gone = !(length > vanished * max(whole, 1.0));
-        if (counted) sum[k] = sum[k] + (gone ? -infinity() : log(length));
-        combine(at, k, k, 0.0, gone ? 0.0 : 1.0 / length, n, contacts);
+            combine(at, k, j, R(1.0), -product(at, j, k, n), n, contacts, happened);
+        const R length = sqrt(product(at, k, k, n));
+        broken = broken | (happened & !(length < infinity()));
+        const mask_t<R> gone = !(length > vanished * max(whole, R(1.0)));
+        if (any(counted))
+            sum[k] = select(counted, sum[k] + select(gone, R(-infinity()), log(length)), sum[k]);
+        combine(at, k, k, R(0.0), select(gone, R(0.0), 1.0 / length), n, contacts, happened);
     }
 
     template <class Shape>
-    VI_HD static double product(const trajectory<jet<double, W>, Shape>& at, int j, int k, int n) {
-        double sum = 0.0;
+    VI_HD static R product(const trajectory<jet<R, W>, Shape>& at, int j, int k, int n) {
+        R sum = R(0.0);
         for (int i = 0; i < n; ++i)
             sum = sum + at.y[i].d[j] * at.y[i].d[k];
         return sum;
@@ -77,14 +84,40 @@ private:
 
     // z_k becomes a z_k + b z_j.
     template <class Shape>
-    VI_HD void combine(trajectory<jet<double, W>, Shape>& at, int k, int j, double a, double b,
-                       int n, int contacts) {
+    VI_HD void combine(trajectory<jet<R, W>, Shape>& at, int k, int j, const R& a, const R& b,
+                       int n, int contacts, const mask_t<R>& happened) {
+        const auto turn = [&](jet<R, W>& x) {
+            x.d[k] = select(happened, a * x.d[k] + b * x.d[j], x.d[k]);
+        };
         for (int i = 0; i < n; ++i)
-            at.y[i].d[k] = a * at.y[i].d[k] + b * at.y[i].d[j];
+            turn(at.y[i]);
         for (int i = 0; i < contacts; ++i)
-            at.rate[i].d[k] = a * at.rate[i].d[k] + b * at.rate[i].d[j];
+            turn(at.rate[i]);
     }
 };
+
+// The growth of one lane, and back.
+template <int W, class R>
+VI_HD inline growth<W> lane(const growth<W, R>& all, int i) {
+    growth<W> one{lane(all.settle, i), all.count};
+    for (int k = 0; k < W; ++k)
+        one.sum[k] = lane(all.sum[k], i);
+    one.first = lane(all.first, i);
+    one.last = lane(all.last, i);
+    one.events = lane(all.events, i);
+    one.broken = lane(all.broken, i);
+    return one;
+}
+template <int W, class R>
+VI_HD inline void set_lane(growth<W, R>& all, int i, const growth<W>& one) {
+    set_lane(all.settle, i, one.settle);
+    for (int k = 0; k < W; ++k)
+        set_lane(all.sum[k], i, one.sum[k]);
+    set_lane(all.first, i, one.first);
+    set_lane(all.last, i, one.last);
+    set_lane(all.events, i, one.events);
+    set_lane(all.broken, i, one.broken);
+}
 
 namespace detail {
 

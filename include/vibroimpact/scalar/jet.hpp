@@ -260,7 +260,7 @@ VI_HD constexpr auto& value_of(const T& x) {
 
 template <class A, class B, class C>
     requires(detail::is_first_order<A> || detail::is_first_order<B> || detail::is_first_order<C>)
-VI_HD auto fma(const A& a, const B& b, const C& c) {
+VI_HOT auto fma(const A& a, const B& b, const C& c) {
     using detail::is_first_order, detail::value_of;
     decltype(a * b + c) y;
     using R = decltype(y.v);

@@ -19,6 +19,15 @@
 
 namespace vi {
 
+// As many lanes as a register of the target has.
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int native_lanes = 4;
+#else
+inline constexpr int native_lanes = 2;
+#endif
+
 // One truth value per lane, all bits of it set or none.
 template <int N>
 struct pack_mask {
