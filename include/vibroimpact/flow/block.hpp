@@ -15,12 +15,16 @@
 #pragma once
 
 #include "vibroimpact/math.hpp"
+#if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
+#include "vibroimpact/scalar/pack.hpp"
+#endif
 
 namespace vi {
 
-// C, S, S' and I at one time.
+// C, S, S' and I at one time, of a pack at several.
+template <class R>
 struct fundamental {
-    double c, s, ds, i;
+    R c, s, ds, i;
 };
 
 // q(t) = qq q0 + qv v0 + qs,  v(t) = vq q0 + vv v0 + vs.
@@ -55,25 +59,32 @@ VI_HD inline double exp_minus_one(double x) {
 
 namespace detail {
 
+VI_HD inline bool series_serve(double k, double c, double t) {
+    return abs(k) * t * t <= 1.0 && abs(c) * t <= 2.0;
+}
+
 // (a): S = sum s_n t^n with (n+2)(n+1) s_{n+2} = -c (n+1) s_{n+1} - k s_n; terms fall like 1/n!, and
 // faster than by halves from the fourth on: where two are below 2^-60 of the first, so is the rest.
-VI_HD inline fundamental by_series(double k, double c, double t) {
-    double before = 0.0, term = t; // s_{n-1} t^(n-1), s_n t^n
-    double s = term, ds = 1.0, i = t * t / 2.0;
-    for (int n = 1; n < 32; ++n) {
-        const double next = (-(c * t) * n * term - k * (t * t) * before) / (n * (n + 1.0));
+template <class R>
+VI_HD inline fundamental<R> by_series(const R& k, const R& c, const R& t) {
+    R before = R(0.0), term = t; // s_{n-1} t^(n-1), s_n t^n
+    R s = term, ds = R(1.0), i = t * t / 2.0;
+    mask_t<R> open = t == t;
+    for (int n = 1; n < 32 && any(open); ++n) {
+        const double m = n;
+        const R next = (-(c * t) * m * term - k * (t * t) * before) / (m * (m + 1.0));
         before = term;
         term = next;
-        s = s + term;
-        ds = ds + term * (n + 1.0) / t;
-        i = i + term * t / (n + 2.0);
-        if (n > 4 && abs(term) + abs(before) < 0x1p-60 * t) break;
+        s = select(open, s + term, s);
+        ds = select(open, ds + term * (m + 1.0) / t, ds);
+        i = select(open, i + term * t / (m + 2.0), i);
+        if (n > 4) open = open & !(abs(term) + abs(before) < 0x1p-60 * t);
     }
     return {ds + c * s, s, ds, i};
 }
 
 // (b): S = exp(-c t/2) t sinhc(D t^2), S' + (c/2) S = exp(-c t/2) cosh(sqrt(D) t), D t^2 < 1/2.
-VI_HD inline fundamental by_discriminant(double k, double c, double t, double d) {
+VI_HD inline fundamental<double> by_discriminant(double k, double c, double t, double d) {
     const double decay = exp(-c * t / 2.0);
     double cosh = 1.0, sinhc = 1.0; // even parts: cos and sin(w t)/(w t) where D < 0
     if (d * t * t < -1.0) {
@@ -95,7 +106,7 @@ VI_HD inline fundamental by_discriminant(double k, double c, double t, double d)
 }
 
 // (c): exponents r1 = -k / (c/2 + w) or -(c/2) + w, whichever does not cancel, and r2 alike.
-VI_HD inline fundamental by_exponents(double k, double c, double t, double d) {
+VI_HD inline fundamental<double> by_exponents(double k, double c, double t, double d) {
     const double w = sqrt(d);
     const double big = c >= 0.0 ? -(c / 2.0 + w) : -(c / 2.0) + w;
     const double small = k / big;
@@ -111,16 +122,45 @@ VI_HD inline fundamental by_exponents(double k, double c, double t, double d) {
 
 } // namespace detail
 
-VI_HD inline fundamental fundamental_solutions(double k, double c, double t) {
+VI_HD inline fundamental<double> fundamental_solutions(double k, double c, double t) {
     if (t == 0.0) return {1.0, 0.0, 1.0, 0.0};
-    if (abs(k) * t * t <= 1.0 && abs(c) * t <= 2.0) return detail::by_series(k, c, t);
+    if (detail::series_serve(k, c, t)) return detail::by_series(k, c, t);
     const double d = c * c / 4.0 - k;
     return d * t * t < 0.5 ? detail::by_discriminant(k, c, t, d) : detail::by_exponents(k, c, t, d);
 }
 
-VI_CALL block_step<double> propagate(double k, double c, double a, double t) {
-    const fundamental f = fundamental_solutions(k, c, t);
+namespace detail {
+
+VI_HD inline block_step<double> step_of(const fundamental<double>& f, double k, double a) {
     return {f.c, f.s, f.i * a, -k * f.s, f.ds, f.s * a};
+}
+
+} // namespace detail
+
+VI_CALL block_step<double> propagate(double k, double c, double a, double t) {
+    return detail::step_of(fundamental_solutions(k, c, t), k, a);
+}
+
+// At the times 0, part, 2 part, ...: with the bits of propagate(), most of them at once.
+template <int Count>
+VI_CALL void propagate_in_parts(double k, double c, double a, double part,
+                                block_step<double> (&to)[Count]) {
+    to[0] = propagate(k, c, a, 0.0);
+    int next = 1;
+#if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
+    constexpr int N = native_lanes < 4 ? native_lanes : 4; // more would wait for the slowest
+    for (; next + N <= Count && detail::series_serve(k, c, (next + N - 1) * part); next += N) {
+        pack<N> t;
+        for (int i = 0; i < N; ++i)
+            set_lane(t, i, (next + i) * part);
+        const auto f = detail::by_series<pack<N>>(k, c, t);
+        for (int i = 0; i < N; ++i)
+            to[next + i] =
+                detail::step_of({lane(f.c, i), lane(f.s, i), lane(f.ds, i), lane(f.i, i)}, k, a);
+    }
+#endif
+    for (; next < Count; ++next)
+        to[next] = propagate(k, c, a, next * part);
 }
 
 } // namespace vi

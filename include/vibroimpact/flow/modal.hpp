@@ -175,19 +175,10 @@ struct modal_flow : sizes<Shape> {
     {
         rungs[0] = at_time(rung * step);
         rungs[1] = at_time(rung * rung * step);
-        propagator parts[parts_of_step];
-        for (int i = 0; i < parts_of_step; ++i)
-            parts[i] = at_time(i * (step / parts_of_step));
-        for (int i = 0; i < places; i += parts_of_step) {
-            const propagator whole = at_time(i * (step / parts_of_step));
-            for (int p = 0; p < parts_of_step && i + p < places; ++p)
-                for (int j = 0; j < this->blocks(); ++j)
-                    store(ahead.entry[i + p], j, after(whole.block[j], parts[p].block[j]));
-        }
-        once = at_time(step);
         pushed = false;
         for (int j = 0; j < this->blocks(); ++j) {
             pushed = pushed || a[j] != 0.0;
+            tabulate(j);
             expand(j);
         }
     }
@@ -237,6 +228,20 @@ struct modal_flow : sizes<Shape> {
     }
 
 private:
+    // What is stored of a block.
+    VI_HD void tabulate(int j) {
+        block_step<double> parts[parts_of_step + 1];
+        propagate_in_parts(k[j], c[j], a[j], step / parts_of_step, parts);
+        once.block[j] = parts[parts_of_step];
+        for (int i = 0; i < places; i += parts_of_step) {
+            const auto whole = i <= parts_of_step
+                                   ? parts[i]
+                                   : propagate(k[j], c[j], a[j], i * (step / parts_of_step));
+            for (int p = 0; p < parts_of_step && i + p < places; ++p)
+                store(ahead.entry[i + p], j, after(whole, parts[p]));
+        }
+    }
+
     // (n+1) n S_{n+1} = -c n S_n - k S_{n-1}, S = S_1 s + S_2 s^2 + ...
     VI_HD void expand(int j) {
         double before = 0.0, coefficient = 1.0;

@@ -48,8 +48,9 @@ VI_HD inline bool same_state(const physical_state<D>& a, const physical_state<D>
     for (int i = 2 * n; i < 2 * (n + lines); ++i)
         if (!(abs(a.of[i] - b.of[i]) <= tolerance)) return false;
     double size = 0.0, apart = 0.0;
+    const double per_frequency = 1.0 / rows.frequency;
     for (int i = 0; i < 2 * n; ++i) {
-        const double unit = i < n ? 1.0 : 1.0 / rows.frequency;
+        const double unit = i < n ? 1.0 : per_frequency;
         size = max(size, unit * max(abs(a.of[i]), abs(b.of[i]))); // (1)
         apart = max(apart, unit * abs(a.of[i] - b.of[i]));
     }
