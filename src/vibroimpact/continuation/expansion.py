@@ -29,8 +29,9 @@ from vibroimpact.continuation.problem import Floats
 DEGREE = 12  # K of (1): the cheapest for curves resolved to 1e-8; 10 and 14 cost 5 to 10 % more
 TAIL = 2  # coefficients that tell what is left out; two, for f may be even or odd
 # An extremum is doubtful below so many times the largest of the last coefficients; of more than the
-# last two, for these may be small by chance where there is rounding.
-DOUBT, DOUBTFUL = 4.0, 4
+# last two, for these may be small by chance where there is rounding: of that, all coefficients have
+# their share, and 13 of one size add up.
+DOUBT, DOUBTFUL = 16.0, 4
 STANDS_OUT = 30.0  # the interval of (3) ends where f is this many times the error
 NARROWER = 0.9  # of an interval: (3) is repeated only if that gains something
 SMOOTH = 5  # on such an interval f is nearly a parabola: coefficients from here on are rounding
