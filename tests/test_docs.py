@@ -23,7 +23,11 @@ ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 DOCUMENTS = sorted([README, ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
 REFERENCE = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")
-MODULES = sorted(module.name for module in pkgutil.walk_packages(vi.__path__, "vibroimpact."))
+MODULES = sorted(
+    module.name
+    for module in pkgutil.walk_packages(vi.__path__, "vibroimpact.")
+    if not module.name.startswith("vibroimpact._kernel_")  # _kernel loads one; two would clash
+)
 PUBLIC = [f"vi.{name}" for name in vi.__all__] + [f"plotting.{name}" for name in plotting.__all__]
 
 
