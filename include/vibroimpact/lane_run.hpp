@@ -11,9 +11,9 @@
 //                                       limited by slot.limit.t_max alone.
 //               bool see(i, e, at, now) an event at or after slot.watch; false leaves the run
 //               bool build(i, code)     the mode of a closed set that is missing; false if it cannot
-//               void end(i, slot, why)  the run of lane i has ended
+//               void end(i, slot, why)  the run of lane i has ended, or had no event left to begin with
 //               bool interrupted()      asked now and then; true ends all runs
-//             It shows events without derivatives.
+//             It shows events without derivatives; slot.tangent begins and ends with the slot.
 // Accuracy    bits of run(), with growth as its observer in lanes of jets: the same operations for
 //             each trajectory in the same order
 #pragma once

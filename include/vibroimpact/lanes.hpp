@@ -2,10 +2,11 @@
 //
 // Method      All lanes fly a round at a time (event/quick_flight.hpp), those that have landed with
 //             the impact that ends their flight. Packs of lanes take turns at its stages: the results
-//             of one are on their way while another is worked on. A lane that a round cannot bring on, or that is at
-//             rest on a stop, is left to the scalar certified step. Both are what the scalar engine
-//             does with that trajectory, operation for operation: equal bits. T is a pack, or a jet
-//             of packs for trajectories with tangents; systems are packs of reals for both.
+//             of one are on their way while another is worked on. A lane that a round cannot bring
+//             on, or that is at rest on a stop, is left to the scalar certified step. Both are what
+//             the scalar engine does with that trajectory, operation for operation: equal bits.
+//             T is a pack, or a jet of packs for trajectories with tangents; systems are packs of
+//             reals for both.
 // Assumes     the free modes of all lanes have the same sizes
 #pragma once
 
@@ -34,7 +35,6 @@ struct lane_systems {
     static constexpr int D = Shape::max_dimension;
     static constexpr int K = Shape::max_contacts;
 
-    const hybrid<modal_flow<double, Shape>>* of[N];
     mode<real, flow, lane_orders> free;
     contact_law<real, D, K> laws[K];
     real inverse_omega_squared[max_lines];
@@ -118,7 +118,6 @@ inline void fill_law(contact_law<pack<N>, D, K>& to, const contact_law<double, D
 template <int N, class Shape>
 inline void put_system(lane_systems<N, Shape>& to, int i,
                        const hybrid<modal_flow<double, Shape>>& system) {
-    to.of[i] = &system;
     const int n = system.dimension();
     detail::fill_flow(to.free.flow, system.modes[0].flow, i);
     for (int k = 0; k < system.contacts(); ++k) {

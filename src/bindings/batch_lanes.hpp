@@ -92,14 +92,12 @@ class lane_host {
     using Shape = typename Flow::shape_type;
 
 public:
-    lane_host(const batch_run& b, question ask) : b_(b), ask_(ask), stop_(ask) {
-        for (int i = 0; i < lanes; ++i)
-            take_berth(i);
-    }
+    lane_host(const batch_run& b, question ask) : b_(b), ask_(ask), stop_(ask) {}
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
         while (!stop_.is_up() && next_ < b_.arrays.members) {
             if (next_ % members_between_questions == 0 && interrupted()) return false;
+            if (!here_[i]) take_berth(i);
             auto& here = *here_[i];
             if (!here.board(next_++)) continue;
             if (here.until() > 0.0) {
@@ -129,6 +127,7 @@ public:
 
     // Take those that wait to their ends.
     void run_settled() {
+        if (settled_.empty()) return;
         tangent_host<Flow> host(settled_, stop_);
         using jets = vi::jet<vi::pack<vi::native_lanes>, 1>;
         std::make_unique<vi::lane_run<jets, Flow, tangent_host<Flow>>>(host)->run();
@@ -141,7 +140,6 @@ private:
         if (why != vi::run_end::observer || b_.arrays.spectrum) return here_[i]->finish(why);
         settled_.push_back(std::move(here_[i]));
         if (settled_.size() == most_settled) run_settled();
-        take_berth(i);
     }
 
     void take_berth(int i) {
@@ -161,7 +159,8 @@ private:
 template <class Flow>
 void run_in_lanes(const batch_run& b, question ask) {
     lane_host<Flow> host(b, ask);
-    vi::lane_run<vi::pack<vi::native_lanes>, Flow, lane_host<Flow>>(host).run();
+    using packs = vi::pack<vi::native_lanes>;
+    std::make_unique<vi::lane_run<packs, Flow, lane_host<Flow>>>(host)->run(); // large for a stack
     host.run_settled();
 }
 

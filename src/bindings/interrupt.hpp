@@ -7,7 +7,7 @@ namespace binding {
 
 inline bool interrupted() {
     const nanobind::gil_scoped_acquire hold;
-    return PyErr_CheckSignals() != 0;
+    return PyErr_Occurred() || PyErr_CheckSignals() != 0; // raised is raised
 }
 
 // What a thread asks while it runs, chosen while it holds the lock: Python handles signals in its main

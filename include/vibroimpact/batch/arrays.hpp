@@ -18,7 +18,7 @@ struct batch_arrays {
     long long lines;
     long long contacts;
 
-    // systems: what _kernel.Batch is told, leading axis the systems
+    // systems: what _kernel.Batch is told of one, leading axis the systems
     const double* omegas;
     const double* kappas;
     const double* steps;
@@ -27,7 +27,7 @@ struct batch_arrays {
     const double* shift;
     const double* restitution;
 
-    // modes: what add_mode is told, leading axes (mode, system); the free mode is first
+    // modes: what add_mode is told of one system, leading axes (mode, system); the free mode is first
     const int* codes; // (mode)
     const int* side;  // (mode, contact)
     const double* k;

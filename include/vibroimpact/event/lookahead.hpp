@@ -81,7 +81,7 @@ struct corridor {
 // crosses its limit once, or is not proved to.
 template <class R>
 struct sight {
-    R clear, begin, length; // clear: so many intervals
+    R clear, begin, length; // clear: so many intervals of the wide grid
     mask_t<R> found;
     R contact, side, limit, u0, u1, u2;
 };

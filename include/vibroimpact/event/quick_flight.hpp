@@ -234,6 +234,8 @@ class quick_round {
 public:
     // The flight stands at at.y, at.duration after its start.
     VI_HOT quick_round(const Mode& m, landing& at) : m_(m), at_(at) {}
+    quick_round(const quick_round&) = delete; // of another's mode and flight
+    quick_round& operator=(const quick_round&) = delete;
 
     // Along the wide grid; `touching` and `rate` tell the stops that the flight leaves there.
     VI_HOT void look(const vec<R, K>& touching, const vec<T, K>& rate, const mask_t<T>& able) {

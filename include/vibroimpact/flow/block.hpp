@@ -69,7 +69,7 @@ template <class R>
 VI_HD inline fundamental<R> by_series(const R& k, const R& c, const R& t) {
     R before = R(0.0), term = t; // s_{n-1} t^(n-1), s_n t^n
     R s = term, ds = R(1.0), i = t * t / 2.0;
-    mask_t<R> open = t == t;
+    mask_t<R> open = R(0.0) == R(0.0);
     for (int n = 1; n < 32 && any(open); ++n) {
         const double m = n;
         const R next = (-(c * t) * m * term - k * (t * t) * before) / (m * (m + 1.0));

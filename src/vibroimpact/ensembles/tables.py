@@ -97,11 +97,6 @@ class Stacks:
     columns: Floats
 
     @property
-    def count(self) -> int:
-        """How many systems."""
-        return int(self.columns.shape[1])
-
-    @property
     def sizes(self) -> tuple[int, int, int]:
         """Coordinates, contacts and forcing lines."""
         systems = self.systems
