@@ -229,14 +229,14 @@ private:
 
 // Two packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
 inline constexpr int packs_in_turn = 2;
+template <int N>
+inline constexpr int lanes_in_turn = packs_in_turn * N; // that a host sees
 
 template <class T, class Flow, class Host>
 class lane_run {
     static constexpr int N = scalar_traits<T>::lanes;
 
 public:
-    static constexpr int lanes = packs_in_turn * N; // that the host sees
-
     explicit lane_run(Host& host) : host_(host), packs_{{host, 0}, {host, N}} {}
 
     void run() {
@@ -245,12 +245,9 @@ public:
         for (long round = 1; packs_[0].busy() || packs_[1].busy(); ++round) {
             if (round % between_questions == 0 && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.look(); });
-            each_busy([](auto& pack) VI_WITHIN { pack.round().look_again(); });
-            each_busy([](auto& pack) VI_WITHIN { pack.round().aim(); });
-            each_busy([](auto& pack) VI_WITHIN { pack.round().approach(); });
-            each_busy([](auto& pack) VI_WITHIN { pack.round().predict(); });
-            each_busy([](auto& pack) VI_WITHIN { pack.round().close_in(); });
-            each_busy([](auto& pack) VI_WITHIN { pack.round().land(); });
+            packs_[0].round().each_stage([&](const auto& stage) VI_WITHIN {
+                each_busy([&](auto& pack) VI_WITHIN { stage(pack.round()); });
+            });
             each_busy([](auto& pack) VI_WITHIN { pack.strike(); });
             each_busy([](auto& pack) { pack.attend(); });
         }

@@ -155,6 +155,12 @@ VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, 
     to.scale = 1.0 / gap_at(m, 1, z, hit);
 }
 
+// Times of the table are so far apart.
+template <class Flow>
+VI_HOT auto part_of(const Flow& flow) {
+    return flow.step * (1.0 / parts_of_step);
+}
+
 // (2): every lane that has found a crossing lands, or stays where it is if that is not proved.
 template <class T, class Mode, class Shape>
 VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
@@ -163,7 +169,7 @@ VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
                  quick_landing<T, Shape>& out) {
     using R = real_t<T>;
     const auto& flow = m.flow;
-    const R part = R(flow.step * (1.0 / parts_of_step));
+    const R part = part_of(flow);
     const R miss = -(at.gap * at.scale);
     const R bend = fma(3.0 * near.gap[3], near.s, near.gap[2]), turn = bend * at.scale;
     const R shift = miss * fnma(turn, miss, 1.0);
@@ -223,8 +229,8 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 
 } // namespace detail
 
-// One round of every lane that is going, in stages. Packs of lanes take turns at each: one works
-// while the results of another are on their way.
+// One round of every lane that is going: look(), then stages. Packs of lanes take turns at each: one
+// works while the results of another are on their way.
 template <class T, class Mode, class Shape>
 class quick_round {
     using R = real_t<T>;
@@ -248,6 +254,18 @@ public:
         }
         detail::look_along<0>(m_, from_, y, seen_);
     }
+    // The stages that follow, in order: take(stage), each to be called with the round.
+    template <class Take>
+    VI_HOT static void each_stage(const Take& take) {
+        take([](auto& round) VI_WITHIN { round.look_again(); });
+        take([](auto& round) VI_WITHIN { round.aim(); });
+        take([](auto& round) VI_WITHIN { round.approach(); });
+        take([](auto& round) VI_WITHIN { round.predict(); });
+        take([](auto& round) VI_WITHIN { round.close_in(); });
+        take([](auto& round) VI_WITHIN { round.land(); });
+    }
+
+private:
     // Along the narrow one, where something is undecided.
     VI_HOT void look_again() {
         const mask_t<T> stuck =
@@ -256,7 +274,7 @@ public:
         const R before = select(stuck, seen_.begin, R(0.0));
         detail::closer_look<T, R, D> close;
         detail::look_closer(m_, before, at_.y, from_, close);
-        at_.duration = at_.duration + before * part();
+        at_.duration = at_.duration + before * detail::part_of(m_.flow);
         detail::select_state(stuck, at_.y, close.y, m_.flow);
         detail::select_sight(stuck, seen_, close.seen);
     }
@@ -279,11 +297,9 @@ public:
         detail::land(m_, seen_, near_, predicted_, at_);
         if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, seen_, at_);
         detail::select_state(at_.moved, at_.y, near_.y, m_.flow);
-        at_.duration = at_.duration + select(at_.moved, seen_.begin * part(), R(0.0));
+        at_.duration =
+            at_.duration + select(at_.moved, seen_.begin * detail::part_of(m_.flow), R(0.0));
     }
-
-private:
-    VI_HOT R part() const { return R(m_.flow.step * (1.0 / parts_of_step)); }
 
     const Mode& m_;
     landing& at_;
@@ -312,12 +328,7 @@ VI_HOT quick_landing<T, Shape> quick_flight(const Mode& m, const trajectory<T, S
     while (may_go_on(m.flow, value(out.duration), horizon)) {
         quick_round<T, Mode, Shape> round(m, out);
         round.look(touching, start.rate, true);
-        round.look_again();
-        round.aim();
-        round.approach();
-        round.predict();
-        round.close_in();
-        round.land();
+        round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         if (!out.moved) break;
         for (int i = 0; i < m.flow.contacts(); ++i)
             touching[i] = real_t<T>(0.0);
