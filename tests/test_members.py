@@ -65,6 +65,30 @@ def test_members_of_systems_with_several_structures_run_as_alone() -> None:
         assert run.position[-1].tobytes() == out["final_position"][row].tobytes()
 
 
+def held(k: float, c: float, pull: float) -> vi.Mechanism:
+    """An impact damper whose mass moves freely, or is held by a spring, braked, or pulled."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.5]],
+        damping=[[0.1, 0.0], [0.0, c]],
+        stiffness=[[1.0, 0.0], [0.0, k]],
+        forces=(vi.Harmonic(0.9, (1.0, 0.0)),),
+        constant_force=(0.0, pull),
+        contacts=(vi.Contact((1.0, -1.0), lower=-2.0, upper=2.0, restitution=0.7),),
+    )
+
+
+def test_a_free_mass_runs_as_alone_beside_one_that_is_held() -> None:
+    """What lanes leave out for bodies that move straight on is left out for all of them or none."""
+    values = {
+        "k": np.array([0.0, 0.0, 0.0, 0.1, 0.0, 0.3]),
+        "c": np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]),
+        "pull": np.array([0.0, 0.05, 0.0, 0.0, 0.0, 0.05]),
+    }
+    members = members_of([0, 4, 1, 0, 2, 3, 5, 0, 4, 3] * 4, [0.1, 0.0], [0.3, -0.4], 300.0)
+    out = check_members(vi.Family(held, k=0.0, c=0.0, pull=0.0), values, members)
+    assert np.all(out["end"] == Outcome.OK)
+
+
 CHATTERING = paper_damper("C", 0.42, restitution=0.3), {"omega": np.linspace(0.42, 0.43, 12)}
 
 

@@ -187,7 +187,10 @@ VI_HOT T quick_impact(const Mode& m, const Law* laws, const Rates& rates,
         const mask_t<T> mine = end.landed & (end.contact == static_cast<double>(i));
         const auto r = select(end.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
         const T rate = select(mine, end.rate, T(0.0));
-        push_away(y, n, laws[i], end.side, -((1.0 + r) * rate) * laws[i].effective_mass);
+        const T along = end.side * (((1.0 + r) * rate) * laws[i].effective_mass);
+        m.flow.each_oscillator([&](auto j) VI_WITHIN { // an impulse changes velocities
+            y[2 * j + 1] = fma(laws[i].impulse[2 * j + 1], along, y[2 * j + 1]);
+        });
         const T leaving = -r * rate;
         after = select(mine, leaving, after);
         at.touching[i] = select(end.landed, select(mine, end.side, real_t<T>(0.0)), at.touching[i]);

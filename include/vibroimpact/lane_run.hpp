@@ -43,9 +43,9 @@ class lane_pack {
 
 public:
     // Lane i of the pack is lane first + i of the host.
-    lane_pack(Host& host, int first) : host_(host), first_(first) {}
-
-    void board() {
+    void board(Host& host, int first) {
+        host_ = &host;
+        first_ = first;
         for (int i = 0; i < N; ++i) {
             flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
             load(i);
@@ -59,6 +59,10 @@ public:
         flight_.look(horizon_, busy_);
     }
     VI_HOT auto& round() { return flight_.round; }
+    template <class Take>
+    VI_HOT static void each_stage(const Take& take) {
+        decltype(flight_.round)::each_stage(take);
+    }
     VI_HOT void strike() {
         flight_.strike(busy_);
         count_landed();
@@ -86,27 +90,24 @@ public:
 private:
     // Events that are not simply counted: shown to the host, or at a limit.
     pack_mask<N> watched() const {
-        return (high_ + low_ >= watch_) | (impacts_ >= most_impacts_) | (events_ >= most_events_) |
-               !(flight_.end.duration > 0.0);
+        return (high_ + low_ >= watch_) | (events_ >= most_) | !(flight_.end.duration > 0.0);
     }
 
     void count_landed() {
         const auto& landed = flight_.end.landed;
-        const real t = select(landed, value(flight_.end.duration), real(0.0));
+        const real t = only(landed, value(flight_.end.duration));
         const real sum = high_ + t, part = sum - high_; // clock::add
         low_ = low_ + ((high_ - (sum - part)) + (t - part));
         high_ = sum;
-        const real one = select(landed, real(1.0), real(0.0));
-        impacts_ = impacts_ + one;
-        events_ = events_ + one;
+        events_ = plus_where(landed, events_, real(1.0));
     }
 
     void load(int i) {
         auto& slot = slots_[i];
-        bool another = host_.next(first_ + i, slot);
+        bool another = host_->next(first_ + i, slot);
         while (another && slot.so_far.events >= slot.limit.events) {
-            host_.end(first_ + i, slot, run_end::events);
-            another = host_.next(first_ + i, slot);
+            host_->end(first_ + i, slot, run_end::events);
+            another = host_->next(first_ + i, slot);
         }
         runs_ += another - lane(busy_, i);
         set_lane(busy_, i, another);
@@ -120,8 +121,6 @@ private:
         }
         set_lane(end_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
-        set_lane(most_impacts_, i, static_cast<double>(slot.limit.impacts));
-        set_lane(most_events_, i, static_cast<double>(slot.limit.events));
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -130,8 +129,11 @@ private:
         put_trajectory(flight_.all, i, at, slot.system->dimension(), slot.system->contacts());
         set_lane(high_, i, slot.so_far.now.high);
         set_lane(low_, i, slot.so_far.now.low);
-        set_lane(impacts_, i, static_cast<double>(slot.so_far.impacts));
         set_lane(events_, i, static_cast<double>(slot.so_far.events));
+        const long impacts_left = slot.limit.impacts - slot.so_far.impacts;
+        const long events_left = slot.limit.events - slot.so_far.events;
+        const long left = impacts_left < events_left ? impacts_left : events_left;
+        set_lane(most_, i, static_cast<double>(slot.so_far.events + left));
     }
 
     // From the lane into the slot; a landed event is counted already.
@@ -140,8 +142,8 @@ private:
         const int n = slot.system->dimension(), contacts = slot.system->contacts();
         take_trajectory(flight_.all, i, n, contacts, slot.at);
         slot.so_far.now = {lane(high_, i), lane(low_, i)};
-        slot.so_far.impacts = static_cast<long>(lane(impacts_, i));
-        const long events = static_cast<long>(lane(events_, i));
+        const long events = static_cast<long>(lane(events_, i)); // impacts all that are new
+        slot.so_far.impacts += events - slot.so_far.events;
         if (events - lane(flight_.end.landed, i) != slot.so_far.events) slot.so_far.at_once = 0;
         slot.so_far.events = events;
     }
@@ -193,11 +195,11 @@ private:
         else
             take_landing(i, e);
         if (e.what == status::missing_mode) {
-            if (e.code < 0 || !host_.build(first_ + i, e.code)) finish(i, run_end::missing);
+            if (e.code < 0 || !host_->build(first_ + i, e.code)) finish(i, run_end::missing);
             return;
         }
         const bool seen = slot.so_far.now.time() >= slot.watch;
-        const bool go_on = !seen || host_.see(first_ + i, e, slot.at, slot.so_far.now);
+        const bool go_on = !seen || host_->see(first_ + i, e, slot.at, slot.so_far.now);
         const run_end why = end_of_run(slot.so_far, e, slot.limit, left);
         if (why != run_end::none) return finish(i, why);
         if (!go_on) return finish(i, run_end::observer);
@@ -211,41 +213,44 @@ private:
 
     void end(int i, run_end why) {
         if constexpr (has_tangent) slots_[i].tangent = lane(tangents_, i);
-        host_.end(first_ + i, slots_[i], why);
+        host_->end(first_ + i, slots_[i], why);
     }
 
     static constexpr typename Flow::stored nothing_{};
 
-    Host& host_;
-    int first_;
+    Host* host_ = nullptr;
+    int first_ = 0;
     lane_slot<Flow> slots_[N];
     lane_flight<T, Shape> flight_;
     real horizon_{};
-    real high_{}, low_{}, end_{}, watch_{}, impacts_{}, events_{}, most_impacts_{}, most_events_{};
+    real high_{}, low_{}, end_{}, watch_{};
+    real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};
     growth<1, real> tangents_{};
     int runs_ = 0; // lanes that are busy
 };
 
-// Two packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
-inline constexpr int packs_in_turn = 2;
-template <int N>
-inline constexpr int lanes_in_turn = packs_in_turn * N; // that a host sees
+// Several packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
+template <class T>
+inline constexpr int packs_in_turn =
+    scalar_traits<T>::is_jet ? 2 : (scalar_traits<T>::lanes == 8 ? 3 : 4);
+template <class T>
+inline constexpr int lanes_in_turn = packs_in_turn<T> * scalar_traits<T>::lanes; // that a host sees
 
 template <class T, class Flow, class Host>
 class lane_run {
     static constexpr int N = scalar_traits<T>::lanes;
 
 public:
-    explicit lane_run(Host& host) : host_(host), packs_{{host, 0}, {host, N}} {}
+    explicit lane_run(Host& host) : host_(host) {}
 
     void run() {
-        for (auto& pack : packs_)
-            pack.board();
-        for (long round = 1; packs_[0].busy() || packs_[1].busy(); ++round) {
+        for (int i = 0; i < packs_in_turn<T>; ++i)
+            packs_[i].board(host_, i * N);
+        for (long round = 1; busy(); ++round) {
             if (round % between_questions == 0 && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.look(); });
-            packs_[0].round().each_stage([&](const auto& stage) VI_WITHIN {
+            pack_type::each_stage([&](const auto& stage) VI_WITHIN {
                 each_busy([&](auto& pack) VI_WITHIN { stage(pack.round()); });
             });
             each_busy([](auto& pack) VI_WITHIN { pack.strike(); });
@@ -254,6 +259,13 @@ public:
     }
 
 private:
+    using pack_type = lane_pack<T, Flow, Host>;
+
+    bool busy() const {
+        for (const auto& pack : packs_)
+            if (pack.busy()) return true;
+        return false;
+    }
     template <class Stage>
     VI_HOT void each_busy(const Stage& stage) {
         for (auto& pack : packs_)
@@ -265,7 +277,7 @@ private:
     }
 
     Host& host_;
-    lane_pack<T, Flow, Host> packs_[packs_in_turn];
+    pack_type packs_[packs_in_turn<T>];
 };
 
 } // namespace vi

@@ -15,7 +15,18 @@
 
 namespace vi {
 
-inline constexpr int lane_orders = 4; // derivatives of u that the quick flight reads as rows
+inline constexpr int lane_orders = 1; // derivatives of u that the quick flight reads as rows
+
+template <int N, class Entry>
+VI_HOT table_rows<N, Entry> rows_at(const Entry* const (&entry)[N], const pack<N>& place) {
+    int bytes[N];
+    to_integers(place * static_cast<double>(sizeof(Entry)), bytes);
+    table_rows<N, Entry> rows;
+    for (int i = 0; i < N; ++i)
+        rows.of[i] =
+            reinterpret_cast<const Entry*>(reinterpret_cast<const char*>(entry[i]) + bytes[i]);
+    return rows;
+}
 
 // Numbers at, at + 1 of the table entry of every lane.
 template <int N, class Entry>
@@ -61,7 +72,10 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
     to.lines_ = from.lines_;
     set_lane(to.step, i, from.step);
     to.pushed = to.pushed | from.pushed;
+    for (int g = 0; g < grids; ++g)
+        set_lane(to.grid_error[g], i, from.grid_error[g]);
     for (int j = 0; j < from.blocks(); ++j) {
+        to.bends[j] = to.bends[j] | from.bends[j];
         set_lane(to.k[j], i, from.k[j]);
         set_lane(to.c[j], i, from.c[j]);
         set_lane(to.a[j], i, from.a[j]);
@@ -90,11 +104,18 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
             set_lane(to.rows[m][j], i, from.rows[m][j]);
         set_lane(to.gains[m], i, from.gains[m]);
     }
-    for (int j = 0; j < n; ++j)
+    for (int j = 0; j < n; ++j) {
+        set_lane(to.third[j], i, from.third[j]);
+        set_lane(to.fourth[j], i, from.fourth[j]);
         set_lane(to.weights[j], i, from.weights[j]);
+    }
+    for (int j = 0; j < n / 2; ++j) {
+        set_lane(to.third_push[j], i, from.third_push[j]);
+        set_lane(to.fourth_push[j], i, from.fourth_push[j]);
+    }
     for (int g = 0; g < grids; ++g)
         fill_rows(to.ahead[g], from.ahead[g], n, i);
-    fill_rows(to.expansion, from.expansion, n, i);
+    fill_rows(to.bending, from.bending, n, i);
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
     set_lane(to.least_terms, i, from.least_terms);

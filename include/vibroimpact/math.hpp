@@ -103,6 +103,17 @@ VI_HD T abs(const T& x) {
     return select(x < 0.0, -x, x);
 }
 
+// x where the mask holds, 0 elsewhere.
+template <Scalar T>
+VI_HD T only(const mask_t<T>& mask, const T& x) {
+    return select(mask, x, T(0.0));
+}
+// x + y where the mask holds, x elsewhere (no negative zero).
+template <Scalar T>
+VI_HD T plus_where(const mask_t<T>& mask, const T& x, const T& y) {
+    return x + only(mask, y);
+}
+
 // The first of equals. A NaN loses if it is second and wins if it is first.
 template <Scalar T>
 VI_HD T min(const T& a, const T& b) {

@@ -14,7 +14,7 @@
 
 namespace binding {
 
-inline constexpr int lanes = vi::lanes_in_turn<vi::native_lanes>;
+inline constexpr int lanes = vi::lanes_in_turn<vi::pack<vi::native_lanes>>;
 
 template <class Flow>
 using berths = std::vector<std::unique_ptr<berth<Flow>>>;

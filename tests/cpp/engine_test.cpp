@@ -141,7 +141,7 @@ int compare_lanes(const system_type& system, const starts_type& starts, int even
     constexpr int lanes = vi::scalar_traits<T>::lanes;
     const char* name = vi::scalar_traits<T>::is_jet ? "tangents" : "lanes";
     crew all{system, starts, events, std::vector<seen>(starts.size()),
-             std::vector<std::size_t>(vi::lanes_in_turn<lanes>)};
+             std::vector<std::size_t>(vi::lanes_in_turn<T>)};
     runs(all).run();
     int statuses = 0;
     for (std::size_t s = 0; s < starts.size(); ++s) {

@@ -30,17 +30,17 @@ struct affine_rows {
     vec<R, Count> gains;
 };
 
-// Coefficients of u's Taylor series that the quick flight reads, from u itself on.
-inline constexpr int taylor_rows = 4;
-
 template <class R, int Dimension, int Orders = taylor_order>
 struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
-    affine_rows<R, Dimension, grid_times> ahead[grids]; // of a modal flow: u at the times of a grid
-    affine_rows<R, Dimension, taylor_rows> expansion;   // u^(k) / k!
-    // What event/lookahead.hpp bounds with: terms of u within a step, per |y_j|; the share of the
-    // limits and forcing lines in them, and of the lines in the bound of |u''''|.
+    // Of a modal flow and a grid of times h apart: u'' h^2 now, then u at these times.
+    affine_rows<R, Dimension, grid_times + 1> ahead[grids];
+    affine_rows<R, Dimension, 2> bending; // u''/2 and u'''/6
+    // What event/lookahead.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
+    // what its a adds to them, and per |y_j| the terms of u within a step; what limits and lines add.
+    vec<R, Dimension> third, fourth;
+    vec<R, Dimension / 2> third_push, fourth_push;
     vec<R, Dimension> weights;
     R least_terms, least_fourth;
     R lower, upper; // infinite where there is no stop
@@ -53,13 +53,48 @@ template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flow) {
     g.least_terms = g.reach;
     g.least_fourth = R(0.0);
-    for (int j = 0; j < flow.dimension(); ++j)
+    for (int j = 0; j < flow.dimension(); ++j) {
         g.weights[j] = abs(g.rows[0][j]) + flow.step * abs(g.rows[1][j]);
-    for (int j = 2 * flow.oscillators(); j < flow.dimension(); j += 2) {
-        const R k = flow.k[j / 2], w3 = g.rows[3][j], w4 = g.rows[4][j]; // at theta = pi / 2
-        g.least_fourth = g.least_fourth + sqrt(w4 * w4 + k * (w3 * w3));
-        g.least_terms = g.least_terms + (g.weights[j] + g.weights[j + 1] * sqrt(k));
+        g.third[j] = sqrt(flow.k[j / 2]) * g.rows[3][j];
+        g.fourth[j] = g.rows[4][j];
     }
+    for (int j = 0; j < flow.oscillators(); ++j) {
+        g.third_push[j] = sqrt(flow.k[j]) * (g.rows[2][2 * j + 1] * flow.a[j]);
+        g.fourth_push[j] = g.rows[3][2 * j + 1] * flow.a[j];
+    }
+    for (int j = 2 * flow.oscillators(); j < flow.dimension(); j += 2) { // at theta = pi / 2
+        g.least_fourth = g.least_fourth + sqrt(g.fourth[j] * g.fourth[j] + g.third[j] * g.third[j]);
+        g.least_terms = g.least_terms + (g.weights[j] + g.weights[j + 1] * sqrt(flow.k[j / 2]));
+    }
+}
+
+template <class Rows, class Guard, class Flow>
+VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int grid) {
+    const double h = flow.grid_step(grid), square = h * h;
+    for (int j = 0; j < flow.dimension(); ++j)
+        to.rows[j][0] = square * g.rows[2][j];
+    to.gains[0] = square * g.gains[2];
+    for (int k = 1; k <= grid_times; ++k) {
+        const auto e = flow.whole(k * grid_parts[grid]);
+        const auto row = flow.row_before(e, g.rows[0]);
+        for (int j = 0; j < flow.dimension(); ++j)
+            to.rows[j][k] = row[j];
+        to.gains[k] = flow.gain_before(e, g.rows[0]) + g.gains[0];
+    }
+}
+
+// What the quick flight reads.
+template <class R, int Dimension, int Orders, class Flow>
+VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow) {
+    for (int i = 0; i < grids; ++i)
+        look_ahead(g.ahead[i], g, flow, i);
+    for (int j = 0; j < flow.dimension(); ++j) {
+        g.bending.rows[j][0] = g.rows[2][j] / 2.0;
+        g.bending.rows[j][1] = g.rows[3][j] / 6.0;
+    }
+    g.bending.gains[0] = g.gains[2] / 2.0;
+    g.bending.gains[1] = g.gains[3] / 6.0;
+    prepare_bounds(g, flow);
 }
 
 // Fill rows 1, 2, ... and what lies ahead from row 0.
@@ -69,23 +104,7 @@ VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow
         g.rows[m + 1] = flow.next_row(g.rows[m]);
         g.gains[m + 1] = flow.row_gain(g.rows[m]);
     }
-    if constexpr (is_modal<Flow>)
-        for (int i = 0; i < grids; ++i)
-            for (int k = 0; k < grid_times; ++k) {
-                const auto e = flow.whole((k + 1) * grid_parts[i]);
-                const auto row = flow.row_before(e, g.rows[0]);
-                for (int j = 0; j < flow.dimension(); ++j)
-                    g.ahead[i].rows[j][k] = row[j];
-                g.ahead[i].gains[k] = flow.gain_before(e, g.rows[0]) + g.gains[0];
-            }
-    if constexpr (is_modal<Flow>) prepare_bounds(g, flow);
-    double factorial = 1.0;
-    for (int k = 0; k < taylor_rows; ++k) {
-        for (int j = 0; j < flow.dimension(); ++j)
-            g.expansion.rows[j][k] = g.rows[k][j] / factorial;
-        g.expansion.gains[k] = g.gains[k] / factorial;
-        factorial = factorial * (k + 1.0);
-    }
+    if constexpr (is_modal<Flow>) prepare_quick(g, flow);
 }
 
 // Rounding of u - limit, u being the sum of terms of this size.
@@ -121,6 +140,54 @@ VI_HD inline vec<real_t<T>, D> values_of(const vec<T, D>& y, int n) {
 template <class T, class R, int Dimension, int Orders>
 VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y, int n) {
     return dot(g.rows[m], y, n, g.gains[m]);
+}
+
+// The forcing lines of a row, on top of a sum.
+template <class T, class R, int Dimension, class Flow>
+VI_HOT T add_lines(const vec<R, Dimension>& row, const vec<T, Dimension>& y, const Flow& flow,
+                   T sum) {
+    flow.each_line([&](auto j) VI_WITHIN {
+        sum = fma(row[2 * j + 1], y[2 * j + 1], fma(row[2 * j], y[2 * j], sum));
+    });
+    return sum;
+}
+
+// u and u' at y, a state of a modal flow; u is a distance, so oscillators show as positions alone.
+template <class T, class R, int Dimension, int Orders, class Flow>
+VI_HOT T watch_distance(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+                        const Flow& flow) {
+    T sum = T(g.gains[0]);
+    flow.each_oscillator([&](auto j) VI_WITHIN { sum = fma(g.rows[0][2 * j], y[2 * j], sum); });
+    return add_lines(g.rows[0], y, flow, sum);
+}
+template <class T, class R, int Dimension, int Orders, class Flow>
+VI_HOT T watch_speed(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+                     const Flow& flow) {
+    T sum = T(0.0);
+    flow.each_oscillator([&](auto j)
+                             VI_WITHIN { sum = fma(g.rows[1][2 * j + 1], y[2 * j + 1], sum); });
+    return add_lines(g.rows[1], y, flow, sum);
+}
+
+// u''/2 and u'''/6.
+template <class T, class R, int Dimension, int Orders, class Flow>
+VI_HOT vec<T, 2> watch_bending(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+                               const Flow& flow) {
+    T half = T(g.bending.gains[0]), sixth = T(g.bending.gains[1]);
+    const auto add = [&](int i) VI_WITHIN {
+        half = fma(g.bending.rows[i][0], y[i], half);
+        sixth = fma(g.bending.rows[i][1], y[i], sixth);
+    };
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        if (flow.template drifts<T>(j)) return;
+        add(2 * j);
+        add(2 * j + 1);
+    });
+    flow.each_line([&](auto j) VI_WITHIN {
+        add(2 * j);
+        add(2 * j + 1);
+    });
+    return {half, sixth};
 }
 
 // All of several affine functions at y.

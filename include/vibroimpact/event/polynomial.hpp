@@ -70,6 +70,7 @@ inline constexpr int most_halvings = 2200;
 // The caller guarantees that g^(order) is monotone there and has different signs at the ends.
 VI_HD inline double sign_change(const taylor_polynomial& g, int order, double lo, double hi) {
     const bool falling = evaluate(g, order, hi) <= 0.0;
+    const double start = lo;
     double s = hi;
     for (int i = 0; i < most_halvings; ++i) {
         const double f = evaluate(g, order, s);
@@ -79,8 +80,8 @@ VI_HD inline double sign_change(const taylor_polynomial& g, int order, double lo
         else
             hi = s;
         double next = s - f / evaluate(g, order + 1, s);
-        if (!(next > lo && next < hi)) next = lo + (hi - lo) / 2.0;
-        if (next == s || next == lo || next == hi) return next;
+        if (!(next >= lo && next <= hi)) next = lo + (hi - lo) / 2.0;
+        if (next == s || next == hi || (next == lo && lo != start)) return next; // been there
         s = next;
     }
     return s;

@@ -3,8 +3,8 @@
 // Method      A round looks ahead from where the flight is (event/lookahead.hpp) along a wide grid, and
 //             past a stop that is near along a narrow one. Where all is clear the flight goes on to
 //             its end by one stored propagator. Where it lands in the next interval, the root is
-//             predicted by the parabola through three times of the grid; one stored propagator
-//             leads next to it, the inverse series of the gap to within a millionth of a step  (1)
+//             predicted by the cubic through four times of the grid; one stored propagator leads
+//             next to it, the inverse series of the gap to within a millionth of a step         (1)
 //             of it, and from the state there one step of third order with the gap onto it.     (2)
 //             No elementary function is called.
 //             Whatever is not proved this way (several contacts in an interval, slow departure, a
@@ -43,75 +43,84 @@ VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from,
     size.each_coordinate([&](auto j) { to[j] = select(mask, from[j], to[j]); });
 }
 
-// Where in (0, 1) the parabola through g0 > 0 > g1, g2 at 0, 1, 2 vanishes: x = -g0 / rise +
-// bend x (1 - x), to second order in bend.
+// Where in (0, 1) the cubic through four times of the grid, as Everett writes it, is so far above its
+// value at 0: x = ahead / rise + x (1 - x) bend(x), bend(x) = b0 + b1 x, to third order in bend.
 template <class R>
-VI_HOT R crossing_point(const R& g0, const R& g1, const R& g2) {
-    const R rise = g1 - g0, scale = 1.0 / rise;
-    const R x = -(g0 * scale), bend = 0.5 * ((g2 - g1) - rise) * scale;
-    return x + bend * (x * (1.0 - x)) * (1.0 + bend * (1.0 - 2.0 * x));
+VI_HOT R crossing_point(const R& ahead, const R& rise, const R& bend0, const R& bend1) {
+    const R scale = 1.0 / rise, sixth = (1.0 / 6) * scale;
+    const R b0 = fma(2.0, bend0, bend1) * sixth, b1 = (bend1 - bend0) * sixth;
+    const R x = ahead * scale, width = fnma(x, x, x), bend = fma(b1, x, b0);
+    const R slope = fma(width, b1, bend * fnma(2.0, x, 1.0));
+    return fma(width * bend, fma(slope, slope, 1.0 + slope), x);
 }
 
-// A derivative of the gap on the side of the crossing.
+// What watch(guard) says of the contact of the crossing.
+template <class T, class Mode, class R, class Watch>
+VI_HOT T watch_hit(const Mode& m, const sight<R>& hit, const Watch& watch) {
+    T u = watch(m.guards[0]);
+    for (int i = 1; i < m.flow.contacts(); ++i)
+        u = select(hit.contact == static_cast<double>(i), watch(m.guards[i]), u);
+    return u;
+}
+
+// How much is left to the limit, in u; and u'.
 template <class T, class Mode, class R, int D>
-VI_HOT T gap_at(const Mode& m, int order, const vec<T, D>& y, const sight<R>& hit) {
-    T gap = T(0.0);
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        const T u = watch(m.guards[i], order, y, m.flow.dimension());
-        const T mine = order == 0 ? hit.side * (hit.limit - u) : -hit.side * u;
-        gap = i == 0 ? mine : select(hit.contact == static_cast<double>(i), mine, gap);
-    }
-    return gap;
+VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const sight<R>& hit) {
+    return hit.limit - watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
+               return watch_distance(g, y, m.flow);
+           });
+}
+template <class T, class Mode, class R, int D>
+VI_HOT T speed_at(const Mode& m, const vec<T, D>& y, const sight<R>& hit) {
+    return watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN { return watch_speed(g, y, m.flow); });
 }
 
-// The first Taylor coefficients of the gap on the side of the crossing.
+// Near a root: what is left to the limit, and the next Taylor coefficients of u.
+template <class R>
+struct expansion {
+    R left, slope, bend, twist;
+};
 template <class R, class Mode, int D>
-VI_HOT vec<R, taylor_rows> expand_gap(const Mode& m, const vec<R, D>& y, const sight<R>& hit) {
-    vec<R, taylor_rows> gap;
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        const auto u = watch_all(m.guards[i].expansion, y, m.flow);
+VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const sight<R>& hit) {
+    auto bending = watch_bending(m.guards[0], y, m.flow);
+    for (int i = 1; i < m.flow.contacts(); ++i) {
+        const auto other = watch_bending(m.guards[i], y, m.flow);
         const mask_t<R> mine = hit.contact == static_cast<double>(i);
-        unrolled<0, taylor_rows>(
-            [&](auto k) { gap[k] = i == 0 ? u[k] : select(mine, u[k], gap[k]); });
+        for (int k = 0; k < 2; ++k)
+            bending[k] = select(mine, other[k], bending[k]);
     }
-    gap[0] = gap[0] - hit.limit;
-    unrolled<0, taylor_rows>([&](auto k) { gap[k] = -hit.side * gap[k]; });
-    return gap;
+    return {left_to(m, y, hit), speed_at(m, y, hit), bending[0], bending[1]};
 }
 
 // (1) to its third power, and one Newton step on the cubic: its slope g1 (1 + q) is divided by as
 // 1 - q + q^2.
 template <class R>
-VI_HOT R nearby_root(const vec<R, taylor_rows>& g) {
-    const R scale = 1.0 / g[1];
-    const R e = -(g[0] * scale), a = g[2] * scale, b = g[3] * scale;
+VI_HOT R nearby_root(const expansion<R>& u) {
+    const R scale = 1.0 / u.slope;
+    const R e = u.left * scale, a = u.bend * scale, b = u.twist * scale;
     const R s = e * fnma(e, fnma(e, fma(2.0 * a, a, -b), a), 1.0);
     const R miss = fma(s, fma(s, fma(s, b, a), 1.0), -e), q = s * fma(3.0 * s, b, 2.0 * a);
     return fnma(miss, fma(q, q, 1.0 - q), s);
 }
 
-// A state of the grid next to the root, so many parts of a step on, and the root beyond it.
+// A state of the table next to the root, so many parts of a step on, and the root beyond it. Where
+// no crossing was found, the state is where the flight goes on to, and s is zero.
 template <class T, class R, int D>
 struct neighbour {
     R part;
-    place_t<R> place;
     vec<T, D> y;
-    vec<R, taylor_rows> gap;
+    expansion<R> u;
     R s;
     mask_t<R> close;
 
-    VI_HOT void aim(const R& at) {
-        part = at;
-        place = place_of(at);
-    }
     template <class Mode>
     VI_HOT void go(const Mode& m, const vec<T, D>& from, const sight<R>& hit) {
-        y = m.flow.apply_ahead(place, from);
-        gap = expand_gap(m, values_of(y, m.flow.dimension()), hit);
+        y = m.flow.apply_ahead(part, from);
+        u = expand_hit(m, values_of(y, m.flow.dimension()), hit);
     }
     template <class Mode>
-    VI_HOT void predict(const Mode& m) {
-        s = nearby_root(gap);
+    VI_HOT void predict(const Mode& m, const sight<R>& hit) {
+        s = only(hit.found, nearby_root(u));
         close = abs(s) <= nearby * m.flow.step;
     }
 };
@@ -131,37 +140,31 @@ VI_HOT R nearest_place(const R& x) {
 template <class T, class Mode, class R, int D>
 VI_HOT void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
                       neighbour<T, R, D>& near) {
-    const R parts = R(parts_of_step / m.flow.step);
-    for (int tries = 0; tries < most_tries && any(hit.found & !near.close); ++tries) {
-        const R better = nearest_place(fma(near.s, parts, near.part));
-        near.aim(select(hit.found & !near.close, better, near.part));
+    for (int tries = 0; tries < most_tries && any(!near.close); ++tries) {
+        const R better = nearest_place(near.part + near.s / m.flow.part());
+        near.part = select(near.close, near.part, better);
         near.go(m, y, hit);
-        near.predict(m);
+        near.predict(m, hit);
     }
 }
 
-// Where the inverse series leads to, and what the gap is there.
+// Where the inverse series leads to, and what is left there.
 template <class T, class R, int D>
 struct prediction {
     vec<T, D> y;
-    R gap, scale; // scale: one over its slope
+    R left, scale; // scale: 1 / u'
 };
 template <class T, class Mode, class R, int D>
 VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, R, D>& near,
                          prediction<T, R, D>& to) {
     to.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
     const auto& z = values_of(to.y, m.flow.dimension());
-    to.gap = gap_at(m, 0, z, hit);
-    to.scale = 1.0 / gap_at(m, 1, z, hit);
+    to.left = left_to(m, z, hit);
+    to.scale = 1.0 / speed_at(m, z, hit);
 }
 
-// Times of the table are so far apart.
-template <class Flow>
-VI_HOT auto part_of(const Flow& flow) {
-    return flow.step * (1.0 / parts_of_step);
-}
-
-// (2): every lane that has found a crossing lands, or stays where it is if that is not proved.
+// (2): every lane that has found a crossing lands, or stays where it is if that is not proved; those
+// that go on move.
 template <class T, class Mode, class Shape>
 VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
                  const neighbour<T, real_t<T>, Shape::max_dimension>& near,
@@ -169,29 +172,33 @@ VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
                  quick_landing<T, Shape>& out) {
     using R = real_t<T>;
     const auto& flow = m.flow;
-    const R part = part_of(flow);
-    const R miss = -(at.gap * at.scale);
-    const R bend = fma(3.0 * near.gap[3], near.s, near.gap[2]), turn = bend * at.scale;
-    const R shift = miss * fnma(turn, miss, 1.0);
-    const R s = near.s + shift, from = near.part * part, end = from + s;
+    const R part = flow.part(), miss = at.left * at.scale;
+    const R turn = fma(3.0 * near.u.twist, near.s, near.u.bend) * at.scale;
+    const R shift = only(hit.found, miss * fnma(turn, miss, 1.0));
+    const R s = near.s + shift, begin = (hit.begin - near.part) * part;
     out.landed = hit.found & near.close & (abs(shift) <= largest_correction * flow.step) &
-                 (abs(turn * shift) <= flattest) & (end >= hit.begin * part) &
-                 (end <= (hit.begin + hit.length) * part);
+                 (abs(turn * shift) <= flattest) & (s >= begin) &
+                 (s <= fma(hit.length, part, begin));
     out.contact = hit.contact;
     out.side = hit.side;
-    const auto end_state = flow.nudge(at.y, shift);
-    out.rate = gap_at(m, 1, end_state, hit);
-    select_state(out.landed, out.y, end_state, flow);
-    out.duration = select(out.landed, (out.duration + from) + s, out.duration);
+    const auto end = flow.nudge(at.y, shift);
+    out.rate = -hit.side * speed_at(m, end, hit);
+    const mask_t<R> gone = out.landed | out.moved;
+    if (all(gone))
+        flow.each_coordinate([&](auto j) VI_WITHIN { out.y[j] = end[j]; });
+    else
+        select_state(gone, out.y, end, flow);
+    out.duration = select(gone, (out.duration + near.part * part) + s, out.duration);
 }
 
 // Series cut off cost jets some digits of their derivatives: dt = -dg / g' again, exactly.
 template <class T, class Mode, class Shape>
 VI_HOT void sharpen(const Mode& m, const sight<real_t<T>>& hit, quick_landing<T, Shape>& at) {
-    const T shift = with_value(-gap_at(m, 0, at.y, hit) / value(at.rate), real_t<T>(0.0));
+    const T gap = hit.side * left_to(m, at.y, hit);
+    const T shift = with_value(-gap / value(at.rate), real_t<T>(0.0));
     select_state(at.landed, at.y, m.flow.template short_flight<3>(at.y, shift), m.flow);
     at.duration = select(at.landed, at.duration + shift, at.duration);
-    at.rate = with_value(gap_at(m, 1, at.y, hit), value(at.rate));
+    at.rate = with_value(-hit.side * speed_at(m, at.y, hit), value(at.rate));
 }
 
 // What the wide grid left undecided, seen along the narrow one from the state y, so much later.
@@ -203,13 +210,10 @@ struct closer_look {
 template <class T, class Mode, class R, int D, int K>
 VI_HOT void look_closer(const Mode& m, const R& before, const vec<T, D>& y, vec<outlook<R>, K> from,
                         closer_look<T, R, D>& close) {
-    close.y = m.flow.apply_ahead(place_of(before), y);
-    const int n = m.flow.dimension();
-    const auto& z = values_of(close.y, n);
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        from[i].u = select(before == 0.0, from[i].u, watch(m.guards[i], 0, z, n));
-        from[i].second = watch(m.guards[i], 2, z, n);
-    }
+    close.y = m.flow.apply_ahead(before, y);
+    const auto& z = values_of(close.y, m.flow.dimension());
+    for (int i = 0; i < m.flow.contacts(); ++i)
+        from[i].u = select(before == 0.0, from[i].u, watch_distance(m.guards[i], z, m.flow));
     look_along<1>(m, from, z, close.seen);
 }
 
@@ -222,8 +226,9 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
     take(to.side, from.side);
     take(to.limit, from.limit);
     take(to.u0, from.u0);
-    take(to.u1, from.u1);
-    take(to.u2, from.u2);
+    take(to.rise, from.rise);
+    take(to.bend0, from.bend0);
+    take(to.bend1, from.bend1);
     to.found = to.found | (mask & from.found);
 }
 
@@ -271,23 +276,23 @@ private:
         const mask_t<T> stuck =
             going_ & !seen_.found & (seen_.clear < double(detail::grid_intervals));
         if (!any(stuck)) return;
-        const R before = select(stuck, seen_.begin, R(0.0));
+        const R before = only(stuck, seen_.begin);
         detail::closer_look<T, R, D> close;
         detail::look_closer(m_, before, at_.y, from_, close);
-        at_.duration = at_.duration + before * detail::part_of(m_.flow);
+        at_.duration = at_.duration + before * m_.flow.part();
         detail::select_state(stuck, at_.y, close.y, m_.flow);
         detail::select_sight(stuck, seen_, close.seen);
     }
     // At the crossing, or at the end of what is clear.
     VI_HOT void aim() {
-        const auto gap = [&](const R& u) { return seen_.side * (seen_.limit - u); };
-        const R x = detail::crossing_point(gap(seen_.u0), gap(seen_.u1), gap(seen_.u2));
+        const R x =
+            detail::crossing_point(seen_.limit - seen_.u0, seen_.rise, seen_.bend0, seen_.bend1);
         const R crossing = detail::nearest_place(fma(seen_.length, x, seen_.begin));
         seen_.found = seen_.found & going_;
-        near_.aim(select(seen_.found, crossing, select(going_, seen_.begin, R(0.0))));
+        near_.part = only(going_, select(seen_.found, crossing, seen_.begin));
     }
     VI_HOT void approach() { near_.go(m_, at_.y, seen_); }
-    VI_HOT void predict() { near_.predict(m_); }
+    VI_HOT void predict() { near_.predict(m_, seen_); }
     VI_HOT void close_in() {
         detail::go_nearer(m_, at_.y, seen_, near_);
         detail::go_on_series(m_, seen_, near_, predicted_);
@@ -296,9 +301,6 @@ private:
         at_.moved = going_ & !seen_.found & (seen_.begin > 0.0);
         detail::land(m_, seen_, near_, predicted_, at_);
         if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, seen_, at_);
-        detail::select_state(at_.moved, at_.y, near_.y, m_.flow);
-        at_.duration =
-            at_.duration + select(at_.moved, seen_.begin * detail::part_of(m_.flow), R(0.0));
     }
 
     const Mode& m_;
@@ -313,7 +315,8 @@ private:
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
 template <class R, class Flow>
 VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
-    return flown + flow.step * double(grid_times) <= min(horizon, R(longest_flight * flow.step));
+    constexpr double grid_steps = double(grid_parts[0] * grid_times) / parts_of_step;
+    return fma(flow.step, grid_steps, flown) <= min(horizon, R(longest_flight * flow.step));
 }
 
 // A whole flight of one lane.

@@ -21,14 +21,14 @@ namespace vi {
 inline constexpr int taylor_order = 18;
 // Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
 inline constexpr int rung = 32;
-// The quick flight looks ahead at two grids of times: so many times, one step apart, and so many a
-// quarter of a step apart. From one of them, or next to it, it goes on with a stored propagator:
+// The quick flight looks ahead along two grids of so many times: a wide one, and a narrow one to look
+// into one of its intervals. From one of them, or next to it, it goes on with a stored propagator:
 // there are so many per step.
-inline constexpr int grid_times = 8;
 inline constexpr int parts_of_step = 8;
+inline constexpr int grid_times = 5;
 inline constexpr int grids = 2;
-inline constexpr int grid_parts[grids] = {parts_of_step, parts_of_step / 4}; // spacing
-inline constexpr int places = parts_of_step * grid_times + 1;
+inline constexpr int grid_parts[grids] = {12, 3}; // spacing
+inline constexpr int places = grid_parts[0] * grid_times + 1;
 // Terms of the Taylor expansion from a stored propagator on, over less than `nearby` of a step:
 // (7/10 nearby)^9 / 9! < 2^-56.
 inline constexpr int nearby_order = 8;
@@ -60,6 +60,8 @@ struct modal_flow : sizes<Shape> {
     propagator rungs[2];            // exp(B rung step), exp(B rung^2 step)
     table<R, stored, places> ahead; // exp(B j step / parts_of_step)
     bool pushed = false;            // whether any a, of any lane, is or was not zero
+    bool bends[max_blocks] = {};    // whether any k, c or a of that block is or was
+    R grid_error[grids];            // 5/96 h^4, see event/lookahead.hpp
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
@@ -74,16 +76,21 @@ struct modal_flow : sizes<Shape> {
         return out;
     }
 
-    // exp(B j step / parts_of_step) y, each lane at its own place.
+    // exp(B j step / parts_of_step) y, each lane at its own place j.
     template <class T>
-    VI_HOT constexpr state<T> apply_ahead(const place_t<R>& at, const state<T>& y) const {
+    VI_HOT constexpr state<T> apply_ahead(const real_t<T>& place, const state<T>& y) const {
         state<T> out;
-        const auto rows = ahead.at(at);
+        const auto rows = ahead.at(place);
         const int push = this->dimension(); // where I a begins
         this->each_oscillator([&](auto j) VI_WITHIN {
+            const T q = y[2 * j], v = y[2 * j + 1];
+            if (drifts<T>(j)) {
+                out[2 * j] = q + fma(place * part(), v, T(0.0));
+                out[2 * j + 1] = v + T(0.0);
+                return;
+            }
             const auto [full, velocity] = pick_two(rows, 2 * j); // C, S
             const R position = pushed ? pick_two(rows, push + j - j % 2).at(j % 2) : R(0.0);
-            const T q = y[2 * j], v = y[2 * j + 1];
             out[2 * j] = fma(full, q, fma(velocity, v, position));
             out[2 * j + 1] = fma(velocity, pull(j, q, v), full * v);
         });
@@ -111,10 +118,15 @@ struct modal_flow : sizes<Shape> {
     VI_HOT constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
         state<T> out;
         const Time square = s * s;
-        const auto sums = integrals<Order>(s, square);
-        this->each_oscillator([&](auto j) {
-            const Time velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
+        const auto sums = integrals<Order, T>(s, square);
+        this->each_oscillator([&](auto j) VI_WITHIN {
             const T q = y[2 * j], v = y[2 * j + 1];
+            if (drifts<T>(j)) {
+                out[2 * j] = fma(v, s, q + T(0.0));
+                out[2 * j + 1] = fma(T(0.0), s, v);
+                return;
+            }
+            const Time velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
             const T still = fnma(k[j], q, a[j]);
             out[2 * j] = fma(v, velocity, fma(still, position, q));
             out[2 * j + 1] = fma(fnma(c[j], v, still), velocity, v * fnma(k[j], position, R(1.0)));
@@ -137,7 +149,8 @@ struct modal_flow : sizes<Shape> {
             out[2 * j] = fma(s, fma(0.5 * s, rate, v), q);
             out[2 * j + 1] = fma(s, fnma(0.5 * s, jerk, rate), v);
         };
-        this->each_oscillator([&](auto j) {
+        this->each_oscillator([&](auto j) VI_WITHIN {
+            if (drifts<T>(j)) return move(j, T(0.0), T(0.0));
             const T rate = pull(j, y[2 * j], y[2 * j + 1]);
             move(j, rate, fma(c[j], rate, k[j] * y[2 * j + 1]));
         });
@@ -175,12 +188,30 @@ struct modal_flow : sizes<Shape> {
     {
         rungs[0] = at_time(rung * step);
         rungs[1] = at_time(rung * rung * step);
+        for (int i = 0; i < grids; ++i) {
+            const double square = grid_step(i) * grid_step(i);
+            grid_error[i] = 5.0 / 96 * (square * square);
+        }
         pushed = false;
         for (int j = 0; j < this->blocks(); ++j) {
             pushed = pushed || a[j] != 0.0;
+            bends[j] = (bits(k[j]) | bits(c[j]) | bits(a[j])) != 0;
             tabulate(j);
             expand(j);
         }
+    }
+    // Times of the table are so far apart, those of a grid so far.
+    VI_HOT constexpr R part() const { return step * (1.0 / parts_of_step); }
+    VI_HD constexpr double grid_step(int grid) const
+        requires is_same<R, double>
+    {
+        return part() * grid_parts[grid];
+    }
+    // Whether block j moves straight on in every lane: what is left out for it then are products with
+    // zeros and ones, of values at least.
+    template <class T>
+    VI_HOT constexpr bool drifts(int j) const {
+        return !scalar_traits<T>::is_jet && !bends[j];
     }
     // The stored propagator at a place of the table.
     VI_HD propagator whole(int place) const
@@ -269,15 +300,16 @@ private:
         return fnma(c[j], v, fnma(k[j], q, a[j]));
     }
 
-    // S / s and I / s^2 of every oscillator, in turn: the first terms of the series, an even number
+    // S / s and I / s^2 of every oscillator that a T needs, in turn: the first terms of the series, an even number
     // of them. Row m of the series holds the coefficients of s^(2 m), then those of s^(2 m + 1): even
     // and odd powers are summed apart, which halves the time until the result is there.
-    template <int Order, class Time>
+    template <int Order, class T, class Time>
     VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square) const {
         constexpr int rows = (Order + 1) / 2;
         const int odd = this->dimension();
         vec<Time, max_dimension> out;
-        this->each_oscillator([&](auto j) {
+        this->each_oscillator([&](auto j) VI_WITHIN {
+            if (drifts<T>(j)) return;
             for (int i = 2 * j; i < 2 * j + 2; ++i) {
                 Time even = Time(series[rows - 1][i]), more = Time(series[rows - 1][odd + i]);
                 unrolled<0, rows - 1>([&](auto term) {

@@ -9,44 +9,24 @@
 
 namespace vi {
 
-// A small whole number per lane.
-template <int Lanes>
-struct place {
-    int of[Lanes];
-};
-template <class R>
-using place_t = place<scalar_traits<R>::lanes>;
-
-// Of a real that is a whole number >= 0.
-template <class R>
-VI_HOT place_t<R> place_of(const R& x) {
-    place_t<R> p;
-    for (int i = 0; i < scalar_traits<R>::lanes; ++i)
-        p.of[i] = static_cast<int>(plain(lane(x, i)));
-    return p;
-}
-
 // One entry per lane.
 template <int Lanes, class Entry>
 struct table_rows {
     const Entry* of[Lanes];
 };
 
+// Places are whole numbers, one per lane.
 template <class R, class Entry, int Places>
 struct table { // of a pack
     const Entry* entry[scalar_traits<R>::lanes];
-    VI_HOT constexpr table_rows<scalar_traits<R>::lanes, Entry> at(const place_t<R>& p) const {
-        table_rows<scalar_traits<R>::lanes, Entry> rows;
-        for (int i = 0; i < scalar_traits<R>::lanes; ++i)
-            rows.of[i] = entry[i] + p.of[i];
-        return rows;
-    }
+    VI_HOT auto at(const R& place) const { return rows_at(entry, place); }
 };
 template <class Entry, int Places>
 struct table<double, Entry, Places> {
-    Entry entry[Places];
-    VI_HOT constexpr table_rows<1, Entry> at(const place<1>& p) const {
-        return {{entry + p.of[0]}};
+    alignas(16) Entry entry[Places]; // no pair lies across two lines of the cache
+    template <class S>
+    VI_HOT constexpr table_rows<1, Entry> at(const S& place) const {
+        return {{entry + static_cast<int>(plain(place))}};
     }
 };
 

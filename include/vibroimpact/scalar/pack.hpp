@@ -49,13 +49,41 @@ struct pack_mask {
     pack_mask& operator|=(const pack_mask& b) { return *this = *this | b; }
 };
 
+#if defined(__AVX512F__)
+// A bit per lane, in a register of its own kind: GCC moves vectors of truth values to and fro.
+template <>
+struct pack_mask<8> {
+    __mmask8 bits;
+
+    pack_mask() = default;
+    explicit pack_mask(bool b) : bits(b ? 0xff : 0) {}
+    static pack_mask of(int lanes) {
+        pack_mask mask;
+        mask.bits = static_cast<__mmask8>(lanes);
+        return mask;
+    }
+    friend pack_mask operator&(const pack_mask& a, const pack_mask& b) {
+        return of(a.bits & b.bits);
+    }
+    friend pack_mask operator|(const pack_mask& a, const pack_mask& b) {
+        return of(a.bits | b.bits);
+    }
+    friend pack_mask operator!(const pack_mask& a) { return of(~a.bits); }
+    pack_mask& operator&=(const pack_mask& b) { return *this = *this & b; }
+    pack_mask& operator|=(const pack_mask& b) { return *this = *this | b; }
+
+    friend bool any(const pack_mask& mask) { return mask.bits != 0; }
+    friend bool lane(const pack_mask& mask, int i) { return (mask.bits >> i & 1) != 0; }
+    friend void set_lane(pack_mask& mask, int i, bool s) {
+        mask = of((mask.bits & ~(1 << i)) | (s << i));
+    }
+};
+#endif
+
 template <int N>
 bool any(const pack_mask<N>& mask) {
 #if defined(__AVX__)
     if constexpr (N == 4) return _mm256_movemask_pd(__m256d(mask.v)) != 0;
-#endif
-#if defined(__AVX512DQ__)
-    if constexpr (N == 8) return _mm512_movepi64_mask(__m512i(mask.v)) != 0;
 #endif
     long long joined = 0;
     for (int i = 0; i < N; ++i)
@@ -78,8 +106,11 @@ void set_lane(pack_mask<N>& mask, int i, bool s) {
     mask.v[i] = -static_cast<long long>(s);
 }
 
+enum class comparison { less, at_most, equal, unequal };
+
 template <int N>
 struct pack {
+    using enum comparison;
     static_assert(N == 2 || N == 4 || N == 8);
     typedef double vector __attribute__((vector_size(8 * N)));
     typedef unsigned long long bit_vector __attribute__((vector_size(8 * N)));
@@ -101,17 +132,39 @@ struct pack {
     pack& operator*=(const pack& b) { return *this = *this * b; }
     pack& operator/=(const pack& b) { return *this = *this / b; }
 
-    friend mask operator<(const pack& a, const pack& b) { return mask(a.v < b.v); }
-    friend mask operator<=(const pack& a, const pack& b) { return mask(a.v <= b.v); }
-    friend mask operator>(const pack& a, const pack& b) { return mask(a.v > b.v); }
-    friend mask operator>=(const pack& a, const pack& b) { return mask(a.v >= b.v); }
-    friend mask operator==(const pack& a, const pack& b) { return mask(a.v == b.v); }
-    friend mask operator!=(const pack& a, const pack& b) { return mask(a.v != b.v); }
+    friend mask operator<(const pack& a, const pack& b) { return compared<less>(a, b); }
+    friend mask operator<=(const pack& a, const pack& b) { return compared<at_most>(a, b); }
+    friend mask operator>(const pack& a, const pack& b) { return compared<less>(b, a); }
+    friend mask operator>=(const pack& a, const pack& b) { return compared<at_most>(b, a); }
+    friend mask operator==(const pack& a, const pack& b) { return compared<equal>(a, b); }
+    friend mask operator!=(const pack& a, const pack& b) { return compared<unequal>(a, b); }
 
     friend pack fma(const pack& a, const pack& b, const pack& c) { return fused(a, b, c); }
     friend pack fnma(const pack& a, const pack& b, const pack& c) { return fused_away(a, b, c); }
     friend pack select(const mask& m, const pack& a, const pack& b) { return chosen(m, a, b); }
 };
+
+template <comparison What, int N>
+pack_mask<N> compared(const pack<N>& a, const pack<N>& b) {
+    using enum comparison;
+#if defined(__AVX512F__)
+    if constexpr (N == 8) {
+        constexpr int code = What == less      ? _CMP_LT_OS
+                             : What == at_most ? _CMP_LE_OS
+                             : What == equal   ? _CMP_EQ_OQ
+                                               : _CMP_NEQ_UQ;
+        return pack_mask<N>::of(_mm512_cmp_pd_mask(a.v, b.v, code));
+    } else
+#endif
+        if constexpr (What == less)
+        return pack_mask<N>(a.v < b.v);
+    else if constexpr (What == at_most)
+        return pack_mask<N>(a.v <= b.v);
+    else if constexpr (What == equal)
+        return pack_mask<N>(a.v == b.v);
+    else
+        return pack_mask<N>(a.v != b.v);
+}
 
 template <int N>
 pack<N> fused(const pack<N>& a, const pack<N>& b, const pack<N>& c) {
@@ -145,7 +198,12 @@ pack<N> chosen(const pack_mask<N>& m, const pack<N>& a, const pack<N>& b) {
 #if defined(__AVX__)
     if constexpr (N == 4) return pack<N>(_mm256_blendv_pd(b.v, a.v, __m256d(m.v)));
 #endif
-    return pack<N>(m.v ? a.v : b.v);
+#if defined(__AVX512F__)
+    if constexpr (N == 8)
+        return pack<N>(_mm512_mask_blend_pd(m.bits, b.v, a.v));
+    else
+#endif
+        return pack<N>(m.v ? a.v : b.v);
 }
 
 template <int N>
@@ -184,6 +242,53 @@ pack<N> sqrt(const pack<N>& x) {
     for (int i = 0; i < N; ++i)
         root.v[i] = sqrt(x.v[i]);
     return root;
+}
+
+// Of lanes that hold whole numbers.
+template <int N>
+VI_HOT void to_integers(const pack<N>& x, int (&to)[N]) {
+    typedef int vector __attribute__((vector_size(4 * N)));
+    const vector whole = __builtin_convertvector(x.v, vector);
+    __builtin_memcpy(to, &whole, sizeof to);
+}
+
+// As math.hpp says, in one instruction where there is one.
+template <int N>
+pack<N> only(const pack_mask<N>& m, const pack<N>& x) {
+#if defined(__AVX512F__)
+    if constexpr (N == 8)
+        return pack<N>(_mm512_maskz_mov_pd(m.bits, x.v));
+    else
+#endif
+        return pack<N>::from_bits(typename pack<N>::bit_vector(x.v) &
+                                  typename pack<N>::bit_vector(m.v));
+}
+template <int N>
+pack<N> plus_where(const pack_mask<N>& m, const pack<N>& x, const pack<N>& y) {
+#if defined(__AVX512F__)
+    if constexpr (N == 8) return pack<N>(_mm512_mask_add_pd(x.v, m.bits, x.v, y.v));
+#endif
+    return x + only(m, y);
+}
+template <int N>
+pack<N> min(const pack<N>& a, const pack<N>& b) {
+#if defined(__AVX__)
+    if constexpr (N == 4) return pack<N>(_mm256_min_pd(b.v, a.v));
+#endif
+#if defined(__AVX512F__)
+    if constexpr (N == 8) return pack<N>(_mm512_min_pd(b.v, a.v));
+#endif
+    return select(b < a, b, a);
+}
+template <int N>
+pack<N> max(const pack<N>& a, const pack<N>& b) {
+#if defined(__AVX__)
+    if constexpr (N == 4) return pack<N>(_mm256_max_pd(b.v, a.v));
+#endif
+#if defined(__AVX512F__)
+    if constexpr (N == 8) return pack<N>(_mm512_max_pd(b.v, a.v));
+#endif
+    return select(b > a, b, a);
 }
 
 // Two numbers from each lane's own place: lane i of `first` is from[i][0], of `second` from[i][1].
