@@ -31,6 +31,7 @@ struct lane_slot {
     limits limit{};
     double watch = 0.0;  // events before this time are not shown
     growth<1> tangent{}; // in lanes of jets
+    long version = 0;    // of what `system` points to: another number, another system
 };
 
 template <class T, class Flow, class Host>
@@ -112,7 +113,7 @@ private:
         runs_ += another - lane(busy_, i);
         set_lane(busy_, i, another);
         if (!another) return;
-        put_system(flight_.systems, i, *slot.system);
+        put_system(i, *slot.system, slot.version);
         if constexpr (has_tangent) {
             resume(i, with_tangents<1>(*slot.system, slot.at, 1));
             set_lane(tangents_, i, slot.tangent);
@@ -121,6 +122,13 @@ private:
         }
         set_lane(end_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
+    }
+
+    void put_system(int i, const hybrid<Flow>& system, long version) {
+        if (&system == systems_[i] && version == versions_[i]) return;
+        systems_[i] = &system;
+        versions_[i] = version;
+        vi::put_system(flight_.systems, i, system);
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -221,6 +229,8 @@ private:
     Host* host_ = nullptr;
     int first_ = 0;
     lane_slot<Flow> slots_[N];
+    const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
+    long versions_[N] = {};
     lane_flight<T, Shape> flight_;
     real horizon_{};
     real high_{}, low_{}, end_{}, watch_{};

@@ -42,6 +42,7 @@ void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here, double until) {
                            : all.wants(~0u)            ? settle
                                                        : vi::infinity();
     slot.system = &here.hybrid();
+    slot.version = here.version();
     slot.at = here.member().at;
     slot.so_far = here.member().so_far;
     slot.limit = vi::limits_of(here.window());

@@ -32,6 +32,7 @@ public:
     void become(long long s) {
         if (s == s_) return;
         s_ = s;
+        ++version_;
         numbers_.become(s);
         std::fill(codes_.begin(), codes_.end(), not_built);
         vi::build_system(b_, 0, in());
@@ -51,6 +52,7 @@ public:
 
     const vi::batch_arrays& arrays() const { return b_; }
     const vi::hybrid<Flow>& system() const { return system_; }
+    long version() const { return version_; }
     room in() {
         return {&system_,        modes_.get(),     from_free_.data(),
                 to_free_.data(), extremes_.data(), averages_.data()};
@@ -60,6 +62,7 @@ private:
     system_numbers numbers_;
     vi::batch_arrays b_; // of this one system
     long long s_ = -1;
+    long version_ = 0; // so many systems have been here
     vi::hybrid<Flow> system_{};
     std::vector<int> codes_;
     std::unique_ptr<mode[]> modes_;
@@ -90,6 +93,7 @@ public:
     }
 
     const vi::hybrid<Flow>& hybrid() const { return built_.system(); }
+    long version() const { return built_.version(); }
     vi::member<double, Flow>& member() { return here_.now; }
     vi::observers<Flow>& observers() { return here_.observers; }
     const vi::window& window() const { return here_.window; }

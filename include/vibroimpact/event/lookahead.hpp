@@ -96,7 +96,7 @@ struct along_grid {
     R u[grid_times + 2];       // u_{-1}, u_0, ...
     R slack;                   // e/4 and the margin
     corridor<R> ends, corners; // for u at times of the grid, for (2)
-    interval<R> open_end;       // the first interval that is not clear
+    interval<R> open_end;      // the first interval that is not clear
 
     template <int Which, class G, class Flow, int D>
     VI_HOT void begin(const G& g, const Flow& flow, const outlook<R>& from, const vec<R, D>& y) {
