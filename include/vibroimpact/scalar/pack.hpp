@@ -50,7 +50,7 @@ struct pack_mask {
 };
 
 #if defined(__AVX512F__)
-// A bit per lane, in a register of its own kind: GCC moves vectors of truth values to and fro.
+// A bit per lane, in a register of its own kind: GCC moves vectors of truth values back and forth.
 template <>
 struct pack_mask<8> {
     __mmask8 bits;
