@@ -289,6 +289,11 @@ def test_scalar_types_keep_their_promises(compiler: str, tmp_path: Path) -> None
     subprocess.run([build(compiler, "scalar_test", tmp_path)], check=True)
 
 
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_roots_are_found_where_newtons_method_goes_round(compiler: str, tmp_path: Path) -> None:
+    subprocess.run([build(compiler, "root_test", tmp_path)], check=True)
+
+
 # Coefficients -------------------------------------------------------------------------------------
 
 

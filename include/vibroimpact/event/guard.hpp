@@ -58,7 +58,7 @@ VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flo
         g.third[j] = sqrt(flow.k[j / 2]) * g.rows[3][j];
         g.fourth[j] = g.rows[4][j];
     }
-    for (int j = 0; j < flow.oscillators(); ++j) {
+    for (int j = 0; j < flow.blocks(); ++j) {
         g.third_push[j] = sqrt(flow.k[j]) * (g.rows[2][2 * j + 1] * flow.a[j]);
         g.fourth_push[j] = g.rows[3][2 * j + 1] * flow.a[j];
     }
@@ -208,6 +208,7 @@ VI_HOT vec<T, Count> watch_all(const affine_rows<R, Dimension, Count>& p,
 template <int Dimension, int Count, class Shape>
 VI_HOT vec<double, Count> watch_all(const affine_rows<double, Dimension, Count>& p,
                                     const vec<double, Dimension>& y, const sizes<Shape>& size) {
+    static_assert(Count % 2 == 0);
     using pair = pack<2>;
     const auto at = [](const vec<double, Count>& row, int k) {
         pair both;

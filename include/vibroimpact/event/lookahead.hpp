@@ -9,7 +9,7 @@
 //             stays between its limits if its ends do and, by e/4, its two corners:
 //               u_k + (u_{k+1} - u_{k-1})/4  and  u_{k+1} - (u_{k+2} - u_k)/4             (2)
 //             (theory T15). On a stop u0 is that limit exactly.
-//               It crosses once if u0 is before the limit, u1 past it, and u' or u'' keeps its
+//               It crosses once if u0 is between the limits, u1 past one, and u' or u'' keeps its
 //             sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0, where lo, hi are the bounds
 //             (1); it keeps away from the lower limit meanwhile if (u0 + u1)/2 - hi/4 does.   (3)
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose

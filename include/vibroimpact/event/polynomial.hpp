@@ -80,8 +80,12 @@ VI_HD inline double sign_change(const taylor_polynomial& g, int order, double lo
         else
             hi = s;
         double next = s - f / evaluate(g, order + 1, s);
-        if (!(next >= lo && next <= hi)) next = lo + (hi - lo) / 2.0;
-        if (next == s || next == hi || (next == lo && lo != start)) return next; // been there
+        if (next == s) return s;
+        const bool known = next == hi || (next == lo && lo != start); // no root there
+        if (known || !(next >= lo && next <= hi)) {
+            next = lo + (hi - lo) / 2.0;
+            if (next == lo || next == hi) return next;
+        }
         s = next;
     }
     return s;

@@ -208,7 +208,7 @@ struct modal_flow : sizes<Shape> {
         return part() * grid_parts[grid];
     }
     // Whether block j moves straight on in every lane: what is left out for it then are products with
-    // zeros and ones, of values at least.
+    // zeros and ones, where states are finite and no derivatives are carried.
     template <class T>
     VI_HOT constexpr bool drifts(int j) const {
         return !scalar_traits<T>::is_jet && !bends[j];
@@ -300,9 +300,10 @@ private:
         return fnma(c[j], v, fnma(k[j], q, a[j]));
     }
 
-    // S / s and I / s^2 of every oscillator that a T needs, in turn: the first terms of the series, an even number
-    // of them. Row m of the series holds the coefficients of s^(2 m), then those of s^(2 m + 1): even
-    // and odd powers are summed apart, which halves the time until the result is there.
+    // S / s and I / s^2 of every oscillator that a T needs, in turn: the first terms of the series, an
+    // even number of them. Row m of the series holds the coefficients of s^(2 m), then those of
+    // s^(2 m + 1): even and odd powers are summed apart, which halves the time until the result is
+    // there.
     template <int Order, class T, class Time>
     VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square) const {
         constexpr int rows = (Order + 1) / 2;

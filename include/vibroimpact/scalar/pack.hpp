@@ -144,19 +144,21 @@ struct pack {
     friend pack select(const mask& m, const pack& a, const pack& b) { return chosen(m, a, b); }
 };
 
+#if defined(__AVX512F__)
+template <comparison What>
+pack_mask<8> compared(const pack<8>& a, const pack<8>& b) {
+    using enum comparison;
+    constexpr int code = What == less      ? _CMP_LT_OS
+                         : What == at_most ? _CMP_LE_OS
+                         : What == equal   ? _CMP_EQ_OQ
+                                           : _CMP_NEQ_UQ;
+    return pack_mask<8>::of(_mm512_cmp_pd_mask(a.v, b.v, code));
+}
+#endif
 template <comparison What, int N>
 pack_mask<N> compared(const pack<N>& a, const pack<N>& b) {
     using enum comparison;
-#if defined(__AVX512F__)
-    if constexpr (N == 8) {
-        constexpr int code = What == less      ? _CMP_LT_OS
-                             : What == at_most ? _CMP_LE_OS
-                             : What == equal   ? _CMP_EQ_OQ
-                                               : _CMP_NEQ_UQ;
-        return pack_mask<N>::of(_mm512_cmp_pd_mask(a.v, b.v, code));
-    } else
-#endif
-        if constexpr (What == less)
+    if constexpr (What == less)
         return pack_mask<N>(a.v < b.v);
     else if constexpr (What == at_most)
         return pack_mask<N>(a.v <= b.v);
