@@ -17,6 +17,7 @@ namespace vi {
 
 inline constexpr int lane_orders = 1; // derivatives of u that the quick flight reads as rows
 
+// The table entry of every lane at its place.
 template <int N, class Entry>
 VI_HOT table_rows<N, Entry> rows_at(const Entry* const (&entry)[N], const pack<N>& place) {
     int bytes[N];

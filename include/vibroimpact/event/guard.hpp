@@ -53,21 +53,23 @@ template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flow) {
     g.least_terms = g.reach;
     g.least_fourth = R(0.0);
-    for (int j = 0; j < flow.dimension(); ++j) {
-        g.weights[j] = abs(g.rows[0][j]) + flow.step * abs(g.rows[1][j]);
-        g.third[j] = sqrt(flow.k[j / 2]) * g.rows[3][j];
-        g.fourth[j] = g.rows[4][j];
-    }
     for (int j = 0; j < flow.blocks(); ++j) {
-        g.third_push[j] = sqrt(flow.k[j]) * (g.rows[2][2 * j + 1] * flow.a[j]);
+        const R root = sqrt(flow.k[j]);
+        for (int i = 2 * j; i < 2 * j + 2; ++i) {
+            g.weights[i] = abs(g.rows[0][i]) + flow.step * abs(g.rows[1][i]);
+            g.third[i] = root * g.rows[3][i];
+            g.fourth[i] = g.rows[4][i];
+        }
+        g.third_push[j] = root * (g.rows[2][2 * j + 1] * flow.a[j]);
         g.fourth_push[j] = g.rows[3][2 * j + 1] * flow.a[j];
-    }
-    for (int j = 2 * flow.oscillators(); j < flow.dimension(); j += 2) { // at theta = pi / 2
-        g.least_fourth = g.least_fourth + sqrt(g.fourth[j] * g.fourth[j] + g.third[j] * g.third[j]);
-        g.least_terms = g.least_terms + (g.weights[j] + g.weights[j + 1] * sqrt(flow.k[j / 2]));
+        if (j < flow.oscillators()) continue;
+        const R w3 = g.third[2 * j], w4 = g.fourth[2 * j]; // at theta = pi / 2
+        g.least_fourth = g.least_fourth + sqrt(w4 * w4 + w3 * w3);
+        g.least_terms = g.least_terms + (g.weights[2 * j] + g.weights[2 * j + 1] * root);
     }
 }
 
+// u'' h^2 and u at the times of a grid, as rows.
 template <class Rows, class Guard, class Flow>
 VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int grid) {
     const double h = flow.grid_step(grid), square = h * h;

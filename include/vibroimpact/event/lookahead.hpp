@@ -11,7 +11,7 @@
 //             (theory T15). On a stop u0 is that limit exactly.
 //               It crosses once if u0 is between the limits, u1 past one, and u' or u'' keeps its
 //             sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0, where lo, hi are the bounds
-//             (1); it keeps away from the lower limit meanwhile if (u0 + u1)/2 - hi/4 does.   (3)
+//             (1); it keeps away from the other limit meanwhile if its corners (2) do.         (3)
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
 //             energy decays, so |w''''| <= sqrt(w''''(0)^2 + k w'''(0)^2).                (4)
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; no contact is behind a stop, and those
@@ -57,7 +57,7 @@ VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, con
             proof_margin * terms};
 }
 
-// Between the limits, by a margin.
+// From one value to another: the limits, less a margin, or a pair of corners.
 template <class R>
 struct corridor {
     R low, high;
@@ -80,8 +80,11 @@ inline constexpr int grid_intervals = grid_times - 1;
 template <class R>
 struct interval {
     R before, first, last, after;
-    VI_HOT R leaving() const { return fma(0.25, last - before, first); } // the corners (2)
-    VI_HOT R arriving() const { return fnma(0.25, after - first, last); }
+    VI_HOT corridor<R> corners() const { // (2), the lower and the higher one
+        const R leaving = fma(0.25, last - before, first);
+        const R arriving = fnma(0.25, after - first, last);
+        return {min(arriving, leaving), max(arriving, leaving)};
+    }
     VI_HOT void take(const mask_t<R>& mask, const interval& s) {
         before = select(mask, s.before, before);
         first = select(mask, s.first, first);
@@ -111,9 +114,9 @@ struct along_grid {
     }
     VI_HOT interval<R> after_time(int k) const { return {u[k], u[k + 1], u[k + 2], u[k + 3]}; }
     VI_HOT mask_t<R> clear(const interval<R>& s) const {
-        const R leaving = s.leaving(), arriving = s.arriving();
-        return (max(arriving, leaving) < corners.high) & (min(arriving, leaving) > corners.low) &
-               (s.last < ends.high) & (s.last > ends.low);
+        const auto both = s.corners();
+        return (both.high < corners.high) & (both.low > corners.low) & (s.last < ends.high) &
+               (s.last > ends.low);
     }
 };
 
@@ -124,12 +127,11 @@ VI_HOT mask_t<R> note_crossing(const G& g, int i, const along_grid<R>& at, sight
     const R rise = u.last - u.first, slack = 4.0 * at.slack;
     const R bend0 = rise - (u.first - u.before), bend1 = (u.after - u.last) - rise;
     const R least = min(bend0, bend1), most = max(bend0, bend1);
-    const R middle = 0.5 * (u.first + u.last); // less a quarter of D: the corners
+    const auto corners = u.corners();
     const R steep = fma(2.0, abs(rise), -max(most, -least)), bent = max(least, -most);
     const mask_t<R> once = (max(steep, bent) > slack) & (u.first < g.upper) & (u.first > g.lower);
-    const mask_t<R> up = once & (u.last > g.upper) & (fnma(0.25, most, middle) > at.corners.low);
-    const mask_t<R> down =
-        once & (u.last < g.lower) & (fnma(0.25, least, middle) < at.corners.high);
+    const mask_t<R> up = once & (u.last > g.upper) & (corners.low > at.corners.low);
+    const mask_t<R> down = once & (u.last < g.lower) & (corners.high < at.corners.high);
     const mask_t<R> mine = up | down;
     const auto note = [&](R& to, const R& x) VI_WITHIN { to = i == 0 ? x : select(mine, x, to); };
     note(s.contact, R(static_cast<double>(i)));

@@ -280,8 +280,8 @@ private:
         detail::closer_look<T, R, D> close;
         detail::look_closer(m_, before, at_.y, from_, close);
         at_.duration = at_.duration + before * m_.flow.part();
-        detail::select_state(stuck & (before > 0.0), at_.y, close.y,
-                             m_.flow); // the others are there
+        const mask_t<T> advanced = stuck & (before > 0.0); // the others are there
+        detail::select_state(advanced, at_.y, close.y, m_.flow);
         detail::select_sight(stuck, seen_, close.seen);
     }
     // At the crossing, or at the end of what is clear.

@@ -28,67 +28,55 @@ inline constexpr int native_lanes = 4;
 inline constexpr int native_lanes = 2;
 #endif
 
-// One truth value per lane, all bits of it set or none.
+// Truth values side by side: all bits of a lane set or none. AVX-512 has registers with a bit per
+// lane; GCC would move vectors there and back.
 template <int N>
-struct pack_mask {
-    typedef long long vector __attribute__((vector_size(8 * N)));
-    vector v;
-
-    pack_mask() = default;
-    explicit pack_mask(bool b) : v(vector{} - static_cast<long long>(b)) {}
-    explicit pack_mask(const vector& lanes) : v(lanes) {}
-
-    friend pack_mask operator&(const pack_mask& a, const pack_mask& b) {
-        return pack_mask(a.v & b.v);
-    }
-    friend pack_mask operator|(const pack_mask& a, const pack_mask& b) {
-        return pack_mask(a.v | b.v);
-    }
-    friend pack_mask operator!(const pack_mask& a) { return pack_mask(~a.v); }
-    pack_mask& operator&=(const pack_mask& b) { return *this = *this & b; }
-    pack_mask& operator|=(const pack_mask& b) { return *this = *this | b; }
+struct truth_values {
+    typedef long long type __attribute__((vector_size(8 * N)));
 };
-
 #if defined(__AVX512F__)
-// A bit per lane, in a register of its own kind: GCC moves vectors of truth values back and forth.
 template <>
-struct pack_mask<8> {
-    __mmask8 bits;
-
-    pack_mask() = default;
-    explicit pack_mask(bool b) : bits(b ? 0xff : 0) {}
-    static pack_mask of(int lanes) {
-        pack_mask mask;
-        mask.bits = static_cast<__mmask8>(lanes);
-        return mask;
-    }
-    friend pack_mask operator&(const pack_mask& a, const pack_mask& b) {
-        return of(a.bits & b.bits);
-    }
-    friend pack_mask operator|(const pack_mask& a, const pack_mask& b) {
-        return of(a.bits | b.bits);
-    }
-    friend pack_mask operator!(const pack_mask& a) { return of(~a.bits); }
-    pack_mask& operator&=(const pack_mask& b) { return *this = *this & b; }
-    pack_mask& operator|=(const pack_mask& b) { return *this = *this | b; }
-
-    friend bool any(const pack_mask& mask) { return mask.bits != 0; }
-    friend bool lane(const pack_mask& mask, int i) { return (mask.bits >> i & 1) != 0; }
-    friend void set_lane(pack_mask& mask, int i, bool s) {
-        mask = of((mask.bits & ~(1 << i)) | (s << i));
-    }
+struct truth_values<8> {
+    using type = __mmask8;
 };
 #endif
+template <int N>
+inline constexpr bool has_bit_per_lane = sizeof(typename truth_values<N>::type) == 1;
+
+// One truth value per lane.
+template <int N>
+struct pack_mask {
+    using values = typename truth_values<N>::type;
+    values v;
+
+    pack_mask() = default;
+    explicit pack_mask(bool b) : v(static_cast<values>(values{} - static_cast<long long>(b))) {}
+    explicit pack_mask(const values& lanes) : v(lanes) {}
+
+    friend pack_mask operator&(const pack_mask& a, const pack_mask& b) {
+        return pack_mask(static_cast<values>(a.v & b.v));
+    }
+    friend pack_mask operator|(const pack_mask& a, const pack_mask& b) {
+        return pack_mask(static_cast<values>(a.v | b.v));
+    }
+    friend pack_mask operator!(const pack_mask& a) { return pack_mask(static_cast<values>(~a.v)); }
+    pack_mask& operator&=(const pack_mask& b) { return *this = *this & b; }
+    pack_mask& operator|=(const pack_mask& b) { return *this = *this | b; }
+};
 
 template <int N>
 bool any(const pack_mask<N>& mask) {
 #if defined(__AVX__)
     if constexpr (N == 4) return _mm256_movemask_pd(__m256d(mask.v)) != 0;
 #endif
-    long long joined = 0;
-    for (int i = 0; i < N; ++i)
-        joined |= mask.v[i];
-    return joined != 0;
+    if constexpr (has_bit_per_lane<N>) {
+        return mask.v != 0;
+    } else {
+        long long joined = 0;
+        for (int i = 0; i < N; ++i)
+            joined |= mask.v[i];
+        return joined != 0;
+    }
 }
 
 template <int N>
@@ -98,12 +86,18 @@ bool all(const pack_mask<N>& mask) {
 
 template <int N>
 bool lane(const pack_mask<N>& mask, int i) {
-    return mask.v[i] != 0;
+    if constexpr (has_bit_per_lane<N>)
+        return (mask.v >> i & 1) != 0;
+    else
+        return mask.v[i] != 0;
 }
 
 template <int N>
 void set_lane(pack_mask<N>& mask, int i, bool s) {
-    mask.v[i] = -static_cast<long long>(s);
+    if constexpr (has_bit_per_lane<N>)
+        mask.v = static_cast<typename pack_mask<N>::values>((mask.v & ~(1 << i)) | (s << i));
+    else
+        mask.v[i] = -static_cast<long long>(s);
 }
 
 enum class comparison { less, at_most, equal, unequal };
@@ -152,7 +146,7 @@ pack_mask<8> compared(const pack<8>& a, const pack<8>& b) {
                          : What == at_most ? _CMP_LE_OS
                          : What == equal   ? _CMP_EQ_OQ
                                            : _CMP_NEQ_UQ;
-    return pack_mask<8>::of(_mm512_cmp_pd_mask(a.v, b.v, code));
+    return pack_mask<8>(_mm512_cmp_pd_mask(a.v, b.v, code));
 }
 #endif
 template <comparison What, int N>
@@ -202,7 +196,7 @@ pack<N> chosen(const pack_mask<N>& m, const pack<N>& a, const pack<N>& b) {
 #endif
 #if defined(__AVX512F__)
     if constexpr (N == 8)
-        return pack<N>(_mm512_mask_blend_pd(m.bits, b.v, a.v));
+        return pack<N>(_mm512_mask_blend_pd(m.v, b.v, a.v));
     else
 #endif
         return pack<N>(m.v ? a.v : b.v);
@@ -259,7 +253,7 @@ template <int N>
 pack<N> only(const pack_mask<N>& m, const pack<N>& x) {
 #if defined(__AVX512F__)
     if constexpr (N == 8)
-        return pack<N>(_mm512_maskz_mov_pd(m.bits, x.v));
+        return pack<N>(_mm512_maskz_mov_pd(m.v, x.v));
     else
 #endif
         return pack<N>::from_bits(typename pack<N>::bit_vector(x.v) &
@@ -268,7 +262,7 @@ pack<N> only(const pack_mask<N>& m, const pack<N>& x) {
 template <int N>
 pack<N> plus_where(const pack_mask<N>& m, const pack<N>& x, const pack<N>& y) {
 #if defined(__AVX512F__)
-    if constexpr (N == 8) return pack<N>(_mm512_mask_add_pd(x.v, m.bits, x.v, y.v));
+    if constexpr (N == 8) return pack<N>(_mm512_mask_add_pd(x.v, m.v, x.v, y.v));
 #endif
     return x + only(m, y);
 }
