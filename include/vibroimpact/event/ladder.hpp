@@ -19,21 +19,28 @@ struct ladder {
     VI_HD explicit ladder(const state& start) : y(start), tens(start), hundreds(start) {}
 
     VI_HD void advance(const Flow& flow) {
-        if (++ones_ < rung) {
+        if (++ones_ < rung)
             y = flow.apply(flow.once, y);
-            return;
-        }
+        else
+            leap(flow);
+    }
+    // To the end of a rung that begins here, or has been marched through.
+    VI_HD void leap(const Flow& flow) {
         ones_ = 0;
-        if (++tens_ < rung) {
-            tens = flow.apply(flow.rungs[0], tens);
-        } else {
-            tens_ = 0;
-            ++hundreds_;
-            hundreds = flow.apply(flow.rungs[1], hundreds);
-            tens = hundreds;
-        }
+        if (++tens_ == rung) return leap_far(flow);
+        tens = flow.apply(flow.rungs[0], tens);
         y = tens;
     }
+    VI_HD void leap_far(const Flow& flow) {
+        tens_ = 0;
+        ++hundreds_;
+        hundreds = flow.apply(flow.rungs[1], hundreds);
+        tens = hundreds;
+        y = tens;
+    }
+    // So many steps may be leapt from here, though not where the flight starts.
+    VI_HD int leap_ahead() const { return ones_ > 0 || steps() == 0.0 ? 0 : rung; }
+    VI_HD int far_leap_ahead() const { return tens_ > 0 ? 0 : rung * leap_ahead(); }
 
     VI_HD double steps() const {
         return ones_ + rung * (tens_ + rung * static_cast<double>(hundreds_));

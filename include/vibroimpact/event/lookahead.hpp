@@ -26,8 +26,6 @@
 
 namespace vi {
 
-inline constexpr double proof_margin = 0x1p-30;
-
 namespace detail {
 
 // A contact as seen from where a flight is: u there, M for all that follows, the margin of proofs.
