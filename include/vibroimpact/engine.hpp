@@ -172,59 +172,71 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     return e;
 }
 
-// Apply the impact that ends a quick flight, in every lane where it was proved.
+// Apply the impact that ends a quick flight, in every lane where it was proved. It changes velocities
+// alone: `before` is what those of oscillators were.
 template <class T, class Mode, class Law, class Shape, class Rates>
-VI_HOT T quick_impact(const Mode& m, const Law* laws, const Rates& rates,
-                      const quick_landing<T, Shape>& end, trajectory<T, Shape>& at,
-                      vec<T, Shape::max_dimension>& before) {
-    const int n = m.flow.dimension();
-    m.flow.each_coordinate([&](auto j) { before[j] = end.y[j]; });
-    renormalise_forcing(before, n, m.flow.lines(), rates);
+VI_HOT void quick_impact(const Mode& m, const Law* laws, const Rates& rates,
+                         const quick_landing<T>& end, const vec<T, Shape::max_dimension>& landed,
+                         trajectory<T, Shape>& at, vec<T, Shape::max_dimension / 2>& before) {
+    const auto& flow = m.flow;
     vec<T, Shape::max_dimension> y;
-    m.flow.each_coordinate([&](auto j) { y[j] = before[j]; });
-    T after = T(0.0);
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        const mask_t<T> mine = end.landed & (end.contact == static_cast<double>(i));
-        const auto r = select(end.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
+    flow.each_coordinate([&](auto j) VI_WITHIN { y[j] = landed[j]; });
+    renormalise_forcing(y, flow.dimension(), flow.lines(), rates);
+    flow.each_oscillator([&](auto j) VI_WITHIN { before[j] = y[2 * j + 1]; });
+    flow.each_contact([&](auto i) VI_WITHIN {
+        const mask_t<T> mine = flow.contacts() == 1
+                                   ? end.landed
+                                   : end.landed & (end.seen.contact == static_cast<double>(i));
+        const auto r =
+            select(end.seen.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
         const T rate = select(mine, end.rate, T(0.0));
-        const T along = end.side * (((1.0 + r) * rate) * laws[i].effective_mass);
-        m.flow.each_oscillator([&](auto j) VI_WITHIN { // an impulse changes velocities
+        const T along = end.seen.side * (((1.0 + r) * rate) * laws[i].effective_mass);
+        flow.each_oscillator([&](auto j) VI_WITHIN {
             y[2 * j + 1] = fma(laws[i].impulse[2 * j + 1], along, y[2 * j + 1]);
         });
         const T leaving = -r * rate;
-        after = select(mine, leaving, after);
-        at.touching[i] = select(end.landed, select(mine, end.side, real_t<T>(0.0)), at.touching[i]);
+        at.touching[i] =
+            select(end.landed, select(mine, end.seen.side, real_t<T>(0.0)), at.touching[i]);
         at.rate[i] = select(end.landed, leaving, at.rate[i]);
         at.flat[i] = select(end.landed, real_t<T>(0.0), at.flat[i]);
-    }
-    detail::select_state(end.landed, at.y, y, m.flow);
-    return after;
+    });
+    flow.each_coordinate([&](auto j) VI_WITHIN { at.y[j] = select(end.landed, y[j], landed[j]); });
 }
 
 namespace detail {
 
+// The state before an impact, from the one after it and what velocities were.
+template <class T, int D, class Shape>
+VI_HOT void put_before(const vec<T, D>& after, const vec<T, D / 2>& velocity,
+                       const sizes<Shape>& size, vec<T, D>& to) {
+    size.each_coordinate([&](auto j) VI_WITHIN { to[j] = after[j]; });
+    size.each_oscillator([&](auto j) VI_WITHIN { to[2 * j + 1] = velocity[j]; });
+}
+
 template <class T, class Flow, class Shape>
 VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Shape>& at,
-                                   const quick_landing<T, Shape>& end) {
+                                   const quick_landing<T>& end) {
     event<T, Shape> e; // filled in place: most of what it costs is moving it
+    vec<T, Shape::max_dimension / 2> before;
     e.what = status::impact;
-    e.contact = static_cast<int>(plain(end.contact));
-    e.side = static_cast<int>(plain(end.side));
+    e.contact = static_cast<int>(plain(end.seen.contact));
+    e.side = static_cast<int>(plain(end.seen.side));
     e.code = 0;
     e.duration = end.duration;
     e.rate_before = end.rate;
-    e.rate_after =
-        quick_impact(system.modes[0], system.laws, system.inverse_omega_squared, end, at, e.before);
+    const auto y = at.y;
+    quick_impact(system.modes[0], system.laws, system.inverse_omega_squared, end, y, at, before);
+    e.rate_after = at.rate[e.contact];
+    put_before(at.y, before, system, e.before);
     return e;
 }
 
-// The rest of a flight that the quick flight has brought to y, certified.
+// The rest of a flight that a quick flight has brought on, certified.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type>
-go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
-      const vec<T, Flow::max_dimension>& y, const T& flown, double horizon) {
+VI_HD inline event<T, typename Flow::shape_type> go_on(const hybrid<Flow>& system,
+                                                       trajectory<T, typename Flow::shape_type>& at,
+                                                       const T& flown, double horizon) {
     if (!(plain(flown) > 0.0)) return certified_step(system, at, horizon);
-    at.y = y;
     for (int i = 0; i < system.contacts(); ++i)
         at.touching[i] = 0.0;
     auto e = certified_step(system, at, horizon - plain(flown));
@@ -241,7 +253,7 @@ step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, d
         if (at.mode == 0 && at.held == 0) {
             const auto end = quick_flight(system.modes[0], at, horizon);
             if (end.landed) return detail::quick_event(system, at, end);
-            return detail::go_on(system, at, end.y, end.duration, horizon);
+            return detail::go_on(system, at, end.duration, horizon);
         }
     }
     return certified_step(system, at, horizon);

@@ -55,10 +55,7 @@ public:
     bool busy() const { return runs_ > 0; }
 
     // A round: look(), the stages of round(), strike(), attend().
-    VI_HOT void look() {
-        horizon_ = end_ - (high_ + low_);
-        flight_.look(horizon_, busy_);
-    }
+    VI_HOT void look() { flight_.look(time_left(), busy_); }
     VI_HOT auto& round() { return flight_.round; }
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
@@ -77,7 +74,7 @@ public:
         const auto attention = busy_ & (flight_.stuck | (flight_.end.landed & watched()));
         if (!any(attention)) return;
         for (int i = 0; i < N; ++i)
-            if (lane(attention, i)) attend(i, lane(horizon_, i));
+            if (lane(attention, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
     }
 
     void interrupt() {
@@ -89,6 +86,8 @@ public:
     }
 
 private:
+    real time_left() const { return end_ - (high_ + low_); }
+
     // Events that are not simply counted: shown to the host, or at a limit.
     pack_mask<N> watched() const {
         return (high_ + low_ >= watch_) | (events_ >= most_) | !(flight_.end.duration > 0.0);
@@ -158,14 +157,16 @@ private:
 
     void take_landing(int i, event<double, Shape>& e) {
         e.what = status::impact;
-        e.contact = static_cast<int>(lane(flight_.end.contact, i));
-        e.side = static_cast<int>(lane(flight_.end.side, i));
+        e.contact = static_cast<int>(lane(flight_.end.seen.contact, i));
+        e.side = static_cast<int>(lane(flight_.end.seen.side, i));
         e.code = 0;
         e.duration = lane(value(flight_.end.duration), i);
         e.rate_before = lane(value(flight_.end.rate), i);
-        e.rate_after = lane(value(flight_.rate_after), i);
-        for (int j = 0; j < slots_[i].system->dimension(); ++j)
-            e.before[j] = lane(value(flight_.before[j]), i);
+        e.rate_after = slots_[i].at.rate[e.contact];
+        vec<double, Shape::max_dimension / 2> before;
+        for (int j = 0; j < slots_[i].system->oscillators(); ++j)
+            before[j] = lane(value(flight_.before[j]), i);
+        detail::put_before(slots_[i].at.y, before, *slots_[i].system, e.before);
         int& at_once = slots_[i].so_far.at_once;
         at_once = e.duration > 0.0 ? 0 : at_once + 1;
     }
@@ -183,7 +184,7 @@ private:
         const int n = slot.system->dimension(), contacts = slot.system->contacts();
         trajectory<alone, Shape> at{};
         take_trajectory(flight_.all, i, n, contacts, at);
-        const auto e = detail::go_on(*slot.system, at, at.y, lane(flight_.all.flown, i), left);
+        const auto e = detail::go_on(*slot.system, at, lane(flight_.all.flown, i), left);
         if (e.what != status::missing_mode) {
             count(slot.so_far, e);
             if constexpr (has_tangent) follow_tangent(i, e, at);
@@ -232,7 +233,6 @@ private:
     const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
     long versions_[N] = {};
     lane_flight<T, Shape> flight_;
-    real horizon_{};
     real high_{}, low_{}, end_{}, watch_{};
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};

@@ -87,10 +87,9 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
             set_lane(to.series[m][j], i, from.series[m][j]);
 }
 
-template <int N, int D, int Count>
-inline void fill_rows(affine_rows<pack<N>, D, Count>& to, const affine_rows<double, D, Count>& from,
-                      int n, int i) {
-    for (int k = 0; k < Count; ++k) {
+template <int N, int D>
+inline void fill_rows(rows_ahead<pack<N>, D>& to, const rows_ahead<double, D>& from, int n, int i) {
+    for (int k = 0; k < from.count; ++k) {
         for (int j = 0; j < n; ++j)
             set_lane(to.rows[j][k], i, from.rows[j][k]);
         set_lane(to.gains[k], i, from.gains[k]);
@@ -116,7 +115,7 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
     }
     for (int g = 0; g < grids; ++g)
         fill_rows(to.ahead[g], from.ahead[g], n, i);
-    fill_rows(to.bending, from.bending, n, i);
+    to.shifted = to.shifted | from.shifted;
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
     set_lane(to.least_terms, i, from.least_terms);
@@ -199,31 +198,31 @@ struct lane_flight {
     lane_systems<N, Shape> systems{};
     lane_states<T, Shape> all{};
     pack_mask<N> stuck;
-    quick_landing<T, Shape> end;
-    T rate_after;
-    vec<T, Shape::max_dimension> before;
+    quick_landing<T> end;
+    vec<T, Shape::max_dimension / 2> before; // velocities
 
     quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{systems.free,
-                                                                                  end};
+                                                                                  all.at, end};
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
-        flow.each_coordinate([&](auto j) { end.y[j] = all.at.y[j]; });
         end.duration = all.flown;
         const auto able = going & all.quick & may_go_on(flow, value(all.flown), horizon);
-        round.look(all.at.touching, all.at.rate, able);
+        round.look(able);
     }
     // After the last one.
     VI_HOT void strike(const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
+        vec<T, Shape::max_dimension> y;
+        round.land(y);
         stuck = going & !end.landed & !end.moved;
-        flow.each_coordinate([&](auto j) { all.at.y[j] = end.y[j]; });
         all.flown = select(end.landed, T(0.0), end.duration);
-        for (int k = 0; k < flow.contacts(); ++k)
+        flow.each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
-        rate_after = quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end,
-                                  all.at, before);
+        });
+        quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end, y, all.at,
+                     before);
     }
 };
 

@@ -23,20 +23,21 @@ inline constexpr double unit_roundoff = 0x1p-53;
 
 enum side_of_guard { lower_side = -1, no_side = 0, upper_side = 1 };
 
-// Several affine functions of y at once: value k is the sum of rows[j][k] y_j + gains[k].
-template <class R, int Dimension, int Count>
-struct affine_rows {
-    vec<vec<R, Count>, Dimension> rows;
-    vec<R, Count> gains;
+// u at times to come, all at once: value k is the sum of rows[j][k] y_j + gains[k]. Value 0 is u'' h^2
+// now, the others are u at the times of a grid, h apart.
+template <class R, int Dimension>
+struct rows_ahead {
+    static constexpr int count = grid_times + 1;
+    vec<vec<R, count>, Dimension> rows;
+    vec<R, count> gains;
 };
 
 template <class R, int Dimension, int Orders = taylor_order>
 struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
-    // Of a modal flow and a grid of times h apart: u'' h^2 now, then u at these times.
-    affine_rows<R, Dimension, grid_times + 1> ahead[grids];
-    affine_rows<R, Dimension, 2> bending; // u''/2 and u'''/6
+    rows_ahead<R, Dimension> ahead[grids]; // of a modal flow
+    bool shifted = false; // whether any of their gains, of any lane, is or was not zero
     // What event/lookahead.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
     // what its a adds to them, and per |y_j| the terms of u within a step; what limits and lines add.
     vec<R, Dimension> third, fourth;
@@ -69,7 +70,6 @@ VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flo
     }
 }
 
-// u'' h^2 and u at the times of a grid, as rows.
 template <class Rows, class Guard, class Flow>
 VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int grid) {
     const double h = flow.grid_step(grid), square = h * h;
@@ -88,14 +88,12 @@ VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int gri
 // What the quick flight reads.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow) {
-    for (int i = 0; i < grids; ++i)
+    g.shifted = false;
+    for (int i = 0; i < grids; ++i) {
         look_ahead(g.ahead[i], g, flow, i);
-    for (int j = 0; j < flow.dimension(); ++j) {
-        g.bending.rows[j][0] = g.rows[2][j] / 2.0;
-        g.bending.rows[j][1] = g.rows[3][j] / 6.0;
+        for (const R& gain : g.ahead[i].gains.x)
+            g.shifted = g.shifted || gain != 0.0;
     }
-    g.bending.gains[0] = g.gains[2] / 2.0;
-    g.bending.gains[1] = g.gains[3] / 6.0;
     prepare_bounds(g, flow);
 }
 
@@ -144,44 +142,75 @@ VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimensi
     return dot(g.rows[m], y, n, g.gains[m]);
 }
 
-// The forcing lines of a row, on top of a sum.
-template <class T, class R, int Dimension, class Flow>
-VI_HOT T add_lines(const vec<R, Dimension>& row, const vec<T, Dimension>& y, const Flow& flow,
-                   T sum) {
-    flow.each_line([&](auto j) VI_WITHIN {
-        sum = fma(row[2 * j + 1], y[2 * j + 1], fma(row[2 * j], y[2 * j], sum));
-    });
-    return sum;
-}
-
-// u and u' at y, a state of a modal flow; u is a distance, so oscillators show as positions alone.
+// u at y, a state of a modal flow; being a distance, it shows oscillators as positions alone.
 template <class T, class R, int Dimension, int Orders, class Flow>
 VI_HOT T watch_distance(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                         const Flow& flow) {
     T sum = T(g.gains[0]);
     flow.each_oscillator([&](auto j) VI_WITHIN { sum = fma(g.rows[0][2 * j], y[2 * j], sum); });
-    return add_lines(g.rows[0], y, flow, sum);
+    flow.each_line([&](auto j) VI_WITHIN {
+        sum = fma(g.rows[0][2 * j + 1], y[2 * j + 1], fma(g.rows[0][2 * j], y[2 * j], sum));
+    });
+    return sum;
 }
+// u'. What rows[0] has before q, rows[1] has before q'.
 template <class T, class R, int Dimension, int Orders, class Flow>
 VI_HOT T watch_speed(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                      const Flow& flow) {
     T sum = T(0.0);
-    flow.each_oscillator([&](auto j)
-                             VI_WITHIN { sum = fma(g.rows[1][2 * j + 1], y[2 * j + 1], sum); });
-    return add_lines(g.rows[1], y, flow, sum);
+    flow.each_oscillator([&](auto j) VI_WITHIN { sum = fma(g.rows[0][2 * j], y[2 * j + 1], sum); });
+    flow.each_line([&](auto j) VI_WITHIN {
+        sum = fma(g.rows[0][2 * j], y[2 * j + 1], fma(g.rows[1][2 * j], y[2 * j], sum));
+    });
+    return sum;
 }
 
-// u''/2 and u'''/6.
+// u, u', u''/2 and u'''/6: what u shows of q, u'' shows of q''.
 template <class T, class R, int Dimension, int Orders, class Flow>
-VI_HOT vec<T, 2> watch_bending(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
-                               const Flow& flow) {
-    T half = T(g.bending.gains[0]), sixth = T(g.bending.gains[1]);
-    const auto add = [&](int i) VI_WITHIN {
-        half = fma(g.bending.rows[i][0], y[i], half);
-        sixth = fma(g.bending.rows[i][1], y[i], sixth);
+VI_HOT vec<T, 4> expand(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+                        const Flow& flow) {
+    T u = T(g.gains[0]), slope = T(0.0), bend = T(0.0), twist = T(0.0);
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        const T &q = y[2 * j], &v = y[2 * j + 1];
+        const R& row = g.rows[0][2 * j];
+        u = fma(row, q, u);
+        slope = fma(row, v, slope);
+        if (flow.template drifts<T>(j)) return;
+        const T rate = flow.pull(j, q, v);
+        bend = fma(row, rate, bend);
+        twist = fnma(row, fma(flow.c[j], rate, flow.k[j] * v), twist);
+    });
+    flow.each_line([&](auto j) VI_WITHIN { // q'' = -k q
+        const T &q = y[2 * j], &v = y[2 * j + 1];
+        const T share = fma(g.rows[0][2 * j + 1], v, g.rows[0][2 * j] * q);
+        const T change = fma(g.rows[0][2 * j], v, g.rows[1][2 * j] * q);
+        u = u + share;
+        slope = slope + change;
+        bend = fnma(flow.k[j], share, bend);
+        twist = fnma(flow.k[j], change, twist);
+    });
+    return {u, slope, 0.5 * bend, (1.0 / 6) * twist};
+}
+
+// u along a grid, value by value: u'' h^2 at y, then u at the times of the grid.
+template <class T, class R, int Dimension, int Orders, class Flow>
+VI_HOT void watch_ahead(const guard<R, Dimension, Orders>& g, int grid, const vec<T, Dimension>& y,
+                        const Flow& flow, vec<T, grid_times + 1>& to) {
+    constexpr int count = grid_times + 1;
+    const auto& p = g.ahead[grid];
+    unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = T(0.0); });
+    if (g.shifted) unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = T(p.gains[k]); });
+    const auto add = [&](auto j) VI_WITHIN {
+        unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = fma(p.rows[j][k], y[j], to[k]); });
     };
     flow.each_oscillator([&](auto j) VI_WITHIN {
-        if (flow.template drifts<T>(j)) return;
+        if (flow.template drifts<T>(j)) { // rows of u'' are zero, those of q all the same
+            unrolled<1, count>([&](auto k) VI_WITHIN {
+                to[k] =
+                    fma(p.rows[2 * j + 1][k], y[2 * j + 1], fma(p.rows[2 * j][1], y[2 * j], to[k]));
+            });
+            return;
+        }
         add(2 * j);
         add(2 * j + 1);
     });
@@ -189,41 +218,28 @@ VI_HOT vec<T, 2> watch_bending(const guard<R, Dimension, Orders>& g, const vec<T
         add(2 * j);
         add(2 * j + 1);
     });
-    return {half, sixth};
-}
-
-// All of several affine functions at y.
-template <class T, class R, int Dimension, int Count, class Shape>
-VI_HOT vec<T, Count> watch_all(const affine_rows<R, Dimension, Count>& p,
-                               const vec<T, Dimension>& y, const sizes<Shape>& size) {
-    vec<T, Count> sum;
-    unrolled<0, Count>([&](auto k) {
-        T one = T(p.gains[k]);
-        size.each_coordinate([&](auto j) { one = fma(p.rows[j][k], y[j], one); });
-        sum[k] = one;
-    });
-    return sum;
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
 // The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
-template <int Dimension, int Count, class Shape>
-VI_HOT vec<double, Count> watch_all(const affine_rows<double, Dimension, Count>& p,
-                                    const vec<double, Dimension>& y, const sizes<Shape>& size) {
-    static_assert(Count % 2 == 0);
+template <int Dimension, int Orders, class Flow>
+VI_HOT void watch_ahead(const guard<double, Dimension, Orders>& g, int grid,
+                        const vec<double, Dimension>& y, const Flow& flow,
+                        vec<double, grid_times + 1>& to) {
+    constexpr int count = grid_times + 1;
+    static_assert(count % 2 == 0);
     using pair = pack<2>;
-    const auto at = [](const vec<double, Count>& row, int k) {
+    const auto& p = g.ahead[grid];
+    const auto at = [](const vec<double, count>& row, int k) {
         pair both;
         __builtin_memcpy(&both.v, row.x + k, sizeof both.v);
         return both;
     };
-    vec<double, Count> sum;
-    for (int k = 0; k < Count; k += 2) {
+    for (int k = 0; k < count; k += 2) {
         pair both = at(p.gains, k);
-        size.each_coordinate([&](auto j) { both = fma(at(p.rows[j], k), pair(y[j]), both); });
-        __builtin_memcpy(sum.x + k, &both.v, sizeof both.v);
+        flow.each_coordinate([&](auto j) { both = fma(at(p.rows[j], k), pair(y[j]), both); });
+        __builtin_memcpy(to.x + k, &both.v, sizeof both.v);
     }
-    return sum;
 }
 #endif
 

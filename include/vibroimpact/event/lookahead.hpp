@@ -61,14 +61,13 @@ struct corridor {
     R low, high;
 };
 
-// What a look along a grid finds: all is clear up to `begin`, in parts of a step; then comes an
-// interval of some `length` in which a contact crosses its limit once, or is not proved to: u0 at its
-// start, `rise` more at its end, D at both.
+// What a look along a grid finds, in parts of a step: all is clear up to `begin`; in the interval
+// after it, of some `length`, a contact crosses its limit once, next to `place`, or is not proved to.
 template <class R>
 struct sight {
-    R clear, begin, length; // clear: so many intervals of the grid
+    R begin, length, place;
     mask_t<R> found;
-    R contact, side, limit, u0, rise, bend0, bend1;
+    R contact = R(0.0), side, limit;
 };
 
 // The last interval of a grid serves only to look one time further.
@@ -94,29 +93,41 @@ struct interval {
 // A contact along a grid.
 template <class R>
 struct along_grid {
-    R u[grid_times + 2];       // u_{-1}, u_0, ...
+    R before, now;             // u_{-1}, u_0
+    vec<R, grid_times + 1> u;  // u'' h^2, u_1, u_2, ...
     R slack;                   // e/4 and the margin
     corridor<R> ends, corners; // for u at times of the grid, for (2)
     interval<R> open_end;      // the first interval that is not clear
 
     template <int Which, class G, class Flow, int D>
     VI_HOT void begin(const G& g, const Flow& flow, const outlook<R>& from, const vec<R, D>& y) {
-        const auto sum = watch_all(g.ahead[Which], y, flow);
-        u[1] = from.u;
-        unrolled<0, grid_times>([&](auto k) VI_WITHIN { u[k + 2] = sum[k + 1]; });
-        u[0] = fma(2.0, u[1], sum[0] - u[2]);
+        watch_ahead(g, Which, y, flow, u);
+        now = from.u;
+        before = fma(2.0, now, u[0] - u[1]);
         slack = fma(from.fourth, flow.grid_error[Which], from.margin);
         ends = {g.lower + from.margin, g.upper - from.margin};
         corners = {g.lower + slack, g.upper - slack};
         open_end = after_time(0);
     }
-    VI_HOT interval<R> after_time(int k) const { return {u[k], u[k + 1], u[k + 2], u[k + 3]}; }
+    VI_HOT const R& at(int k) const { return k < 0 ? before : k == 0 ? now : u[k]; }
+    VI_HOT interval<R> after_time(int k) const { return {at(k - 1), at(k), at(k + 1), at(k + 2)}; }
     VI_HOT mask_t<R> clear(const interval<R>& s) const {
         const auto both = s.corners();
         return (both.high < corners.high) & (both.low > corners.low) & (s.last < ends.high) &
                (s.last > ends.low);
     }
 };
+
+// Where in (0, 1) the cubic through four times of the grid, as Everett writes it, is so far above its
+// value at 0: x = ahead / rise + x (1 - x) bend(x), bend(x) = b0 + b1 x, to third order in bend.
+template <class R>
+VI_HOT R crossing_point(const R& ahead, const R& rise, const R& bend0, const R& bend1) {
+    const R scale = 1.0 / rise, sixth = (1.0 / 6) * scale;
+    const R b0 = fma(2.0, bend0, bend1) * sixth, b1 = (bend1 - bend0) * sixth;
+    const R x = ahead * scale, width = fnma(x, x, x), bend = fma(b1, x, b0);
+    const R slope = fma(width, b1, bend * fnma(2.0, x, 1.0));
+    return fma(width * bend, fma(slope, slope, 1.0 + slope), x);
+}
 
 // (3) for one contact: whether it crosses.
 template <class R, class G>
@@ -131,14 +142,14 @@ VI_HOT mask_t<R> note_crossing(const G& g, int i, const along_grid<R>& at, sight
     const mask_t<R> up = once & (u.last > g.upper) & (corners.low > at.corners.low);
     const mask_t<R> down = once & (u.last < g.lower) & (corners.high < at.corners.high);
     const mask_t<R> mine = up | down;
-    const auto note = [&](R& to, const R& x) VI_WITHIN { to = i == 0 ? x : select(mine, x, to); };
-    note(s.contact, R(static_cast<double>(i)));
+    const R limit = select(down, R(g.lower), R(g.upper));
+    const R x = crossing_point(limit - u.first, rise, bend0, bend1);
+    const auto note = [&](R& to, const R& found)
+                          VI_WITHIN { to = i == 0 ? found : select(mine, found, to); };
     note(s.side, select(down, R(-1.0), R(1.0)));
-    note(s.limit, select(down, R(g.lower), R(g.upper)));
-    note(s.u0, u.first);
-    note(s.rise, rise);
-    note(s.bend0, bend0);
-    note(s.bend1, bend1);
+    note(s.limit, limit);
+    note(s.place, fma(s.length, x, s.begin));
+    if (i > 0) s.contact = select(mine, R(static_cast<double>(i)), s.contact);
     return mine;
 }
 
@@ -147,6 +158,7 @@ template <class R, class Mode, int K>
 VI_HOT mask_t<R> find_crossing(const Mode& m, const along_grid<R> (&all)[K], sight<R>& s) {
     mask_t<R> once = note_crossing(m.guards[0], 0, all[0], s);
     if (m.flow.contacts() == 1) return once;
+    s.contact = R(0.0);
     mask_t<R> single = once | all[0].clear(all[0].open_end);
     for (int i = 1; i < m.flow.contacts(); ++i) {
         const mask_t<R> mine = note_crossing(m.guards[i], i, all[i], s);
@@ -161,21 +173,19 @@ VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<
                        sight<R>& s) {
     const auto& flow = m.flow;
     along_grid<R> all[K];
-    for (int i = 0; i < flow.contacts(); ++i)
-        all[i].template begin<Which>(m.guards[i], flow, from[i], y);
-    R clear = R(0.0);
+    flow.each_contact(
+        [&](auto i) VI_WITHIN { all[i].template begin<Which>(m.guards[i], flow, from[i], y); });
+    s.length = R(double(grid_parts[Which]));
+    s.begin = R(0.0);
     mask_t<R> open = R(0.0) == R(0.0);
     unrolled<0, grid_intervals>([&](auto k) VI_WITHIN {
-        for (int i = 0; i < flow.contacts(); ++i)
-            open = open & all[i].clear(all[i].after_time(k));
-        clear = plus_where(open, clear, R(1.0));
+        flow.each_contact([&](auto i)
+                              VI_WITHIN { open = open & all[i].clear(all[i].after_time(k)); });
+        s.begin = plus_where(open, s.begin, s.length);
         if constexpr (k + 1 != grid_intervals)
-            for (int i = 0; i < flow.contacts(); ++i)
-                all[i].open_end.take(open, all[i].after_time(k + 1));
+            flow.each_contact(
+                [&](auto i) VI_WITHIN { all[i].open_end.take(open, all[i].after_time(k + 1)); });
     });
-    s.clear = clear;
-    s.length = R(double(grid_parts[Which]));
-    s.begin = clear * s.length;
     s.found = find_crossing(m, all, s) & !open;
 }
 

@@ -25,14 +25,13 @@ inline constexpr double largest_correction = 0x1p-18; // c, of a step
 inline constexpr double flattest = 0x1p-18;           // g'' c / 2 g'
 inline constexpr int most_tries = 2;                  // more, to find the root from a better guess
 
-// Where a flight has got to: onto a stop, if landed, to a place that is proved to be clear otherwise.
-template <class T, class Shape>
+// What a round saw and did: it brought the trajectory onto a stop, or moved it to a place up to which
+// all is clear. `duration` is that of the flight up to there.
+template <class T>
 struct quick_landing {
-    using real = real_t<T>;
+    detail::sight<real_t<T>> seen;
     mask_t<T> landed, moved;
-    real contact, side;
     T duration, rate;
-    vec<T, Shape::max_dimension> y;
 };
 
 namespace detail {
@@ -41,17 +40,6 @@ template <class M, class T, int D, class Shape>
 VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from,
                          const sizes<Shape>& size) {
     size.each_coordinate([&](auto j) { to[j] = select(mask, from[j], to[j]); });
-}
-
-// Where in (0, 1) the cubic through four times of the grid, as Everett writes it, is so far above its
-// value at 0: x = ahead / rise + x (1 - x) bend(x), bend(x) = b0 + b1 x, to third order in bend.
-template <class R>
-VI_HOT R crossing_point(const R& ahead, const R& rise, const R& bend0, const R& bend1) {
-    const R scale = 1.0 / rise, sixth = (1.0 / 6) * scale;
-    const R b0 = fma(2.0, bend0, bend1) * sixth, b1 = (bend1 - bend0) * sixth;
-    const R x = ahead * scale, width = fnma(x, x, x), bend = fma(b1, x, b0);
-    const R slope = fma(width, b1, bend * fnma(2.0, x, 1.0));
-    return fma(width * bend, fma(slope, slope, 1.0 + slope), x);
 }
 
 // What watch(guard) says of the contact of the crossing.
@@ -82,14 +70,14 @@ struct expansion {
 };
 template <class R, class Mode, int D>
 VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const sight<R>& hit) {
-    auto bending = watch_bending(m.guards[0], y, m.flow);
+    auto u = expand(m.guards[0], y, m.flow);
     for (int i = 1; i < m.flow.contacts(); ++i) {
-        const auto other = watch_bending(m.guards[i], y, m.flow);
+        const auto other = expand(m.guards[i], y, m.flow);
         const mask_t<R> mine = hit.contact == static_cast<double>(i);
-        for (int k = 0; k < 2; ++k)
-            bending[k] = select(mine, other[k], bending[k]);
+        for (int k = 0; k < 4; ++k)
+            u[k] = select(mine, other[k], u[k]);
     }
-    return {left_to(m, y, hit), speed_at(m, y, hit), bending[0], bending[1]};
+    return {hit.limit - u[0], u[1], u[2], u[3]};
 }
 
 // (1) to its third power, and one Newton step on the cubic: its slope g1 (1 + q) is divided by as
@@ -165,13 +153,13 @@ VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, 
 
 // (2): every lane that has found a crossing lands, or stays where it is if that is not proved; those
 // that go on move.
-template <class T, class Mode, class Shape>
-VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
-                 const neighbour<T, real_t<T>, Shape::max_dimension>& near,
-                 const prediction<T, real_t<T>, Shape::max_dimension>& at,
-                 quick_landing<T, Shape>& out) {
+template <class T, class Mode, int D>
+VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
+                 const prediction<T, real_t<T>, D>& at, const vec<T, D>& start,
+                 quick_landing<T>& out, vec<T, D>& y) {
     using R = real_t<T>;
     const auto& flow = m.flow;
+    const auto& hit = out.seen;
     const R part = flow.part(), miss = at.left * at.scale;
     const R turn = fma(3.0 * near.u.twist, near.s, near.u.bend) * at.scale;
     const R shift = only(hit.found, miss * fnma(turn, miss, 1.0));
@@ -179,26 +167,22 @@ VI_HOT void land(const Mode& m, const sight<real_t<T>>& hit,
     out.landed = hit.found & near.close & (abs(shift) <= largest_correction * flow.step) &
                  (abs(turn * shift) <= flattest) & (s >= begin) &
                  (s <= fma(hit.length, part, begin));
-    out.contact = hit.contact;
-    out.side = hit.side;
-    const auto end = flow.nudge(at.y, shift);
-    out.rate = -hit.side * speed_at(m, end, hit);
+    y = flow.nudge(at.y, shift);
+    out.rate = -hit.side * speed_at(m, y, hit);
     const mask_t<R> gone = out.landed | out.moved;
-    if (all(gone))
-        flow.each_coordinate([&](auto j) VI_WITHIN { out.y[j] = end[j]; });
-    else
-        select_state(gone, out.y, end, flow);
+    if (!all(gone)) select_state(!gone, y, start, flow);
     out.duration = select(gone, (out.duration + near.part * part) + s, out.duration);
 }
 
 // Series cut off cost jets some digits of their derivatives: dt = -dg / g' again, exactly.
-template <class T, class Mode, class Shape>
-VI_HOT void sharpen(const Mode& m, const sight<real_t<T>>& hit, quick_landing<T, Shape>& at) {
-    const T gap = hit.side * left_to(m, at.y, hit);
+template <class T, class Mode, int D>
+VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
+    const auto& hit = at.seen;
+    const T gap = hit.side * left_to(m, y, hit);
     const T shift = with_value(-gap / value(at.rate), real_t<T>(0.0));
-    select_state(at.landed, at.y, m.flow.template short_flight<3>(at.y, shift), m.flow);
+    select_state(at.landed, y, m.flow.template short_flight<3>(y, shift), m.flow);
     at.duration = select(at.landed, at.duration + shift, at.duration);
-    at.rate = with_value(-hit.side * speed_at(m, at.y, hit), value(at.rate));
+    at.rate = with_value(-hit.side * speed_at(m, y, hit), value(at.rate));
 }
 
 // What the wide grid left undecided, seen along the narrow one from the state y, so much later.
@@ -222,13 +206,10 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
     const auto take = [&](R& x, const R& y) { x = select(mask, y, x); };
     take(to.begin, from.begin);
     take(to.length, from.length);
+    take(to.place, from.place);
     take(to.contact, from.contact);
     take(to.side, from.side);
     take(to.limit, from.limit);
-    take(to.u0, from.u0);
-    take(to.rise, from.rise);
-    take(to.bend0, from.bend0);
-    take(to.bend1, from.bend1);
     to.found = to.found | (mask & from.found);
 }
 
@@ -239,76 +220,84 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 template <class T, class Mode, class Shape>
 class quick_round {
     using R = real_t<T>;
-    using landing = quick_landing<T, Shape>;
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
+    using outlooks = vec<detail::outlook<R>, K>;
 
 public:
-    // The flight stands at at.y, at.duration after its start.
-    VI_HOT quick_round(const Mode& m, landing& at) : m_(m), at_(at) {}
+    // The flight stands at at.y, end.duration after its start.
+    VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, quick_landing<T>& end)
+        : m_(m), at_(at), end_(end) {}
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
-    // Along the wide grid; `touching` and `rate` tell the stops that the flight leaves there.
-    VI_HOT void look(const vec<R, K>& touching, const vec<T, K>& rate, const mask_t<T>& able) {
+    // Along the wide grid.
+    VI_HOT void look(const mask_t<T>& able) {
         const auto& y = values_of(at_.y, m_.flow.dimension());
-        going_ = able;
-        for (int i = 0; i < m_.flow.contacts(); ++i) {
-            from_[i] = detail::look_out(m_.guards[i], m_.flow, y, touching[i]);
-            going_ = going_ & ((touching[i] == 0.0) | (value(rate[i]) > 0.0)) &
-                     (from_[i].u <= m_.guards[i].upper) & (from_[i].u >= m_.guards[i].lower);
-        }
-        detail::look_along<0>(m_, from_, y, seen_);
+        outlooks from;
+        look_out(y, from);
+        mask_t<T> going = able;
+        m_.flow.each_contact([&](auto i) VI_WITHIN {
+            going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0)) &
+                    (from[i].u <= m_.guards[i].upper) & (from[i].u >= m_.guards[i].lower);
+        });
+        detail::look_along<0>(m_, from, y, end_.seen);
+        const mask_t<T> found = end_.seen.found & going;
+        const double end = detail::grid_intervals * grid_parts[0];
+        stuck_ = going & !found & (end_.seen.begin < end);
+        end_.seen.found = found;
+        going_ = going;
     }
-    // The stages that follow, in order: take(stage), each to be called with the round.
+    // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
         take([](auto& round) VI_WITHIN { round.look_again(); });
-        take([](auto& round) VI_WITHIN { round.aim(); });
         take([](auto& round) VI_WITHIN { round.approach(); });
         take([](auto& round) VI_WITHIN { round.predict(); });
         take([](auto& round) VI_WITHIN { round.close_in(); });
-        take([](auto& round) VI_WITHIN { round.land(); });
+    }
+    // The last one: `y` is the state after it.
+    VI_HOT void land(vec<T, D>& y) {
+        end_.moved = going_ & !end_.seen.found & (end_.seen.begin > 0.0);
+        detail::land(m_, near_, predicted_, at_.y, end_, y);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end_);
     }
 
 private:
+    VI_HOT void look_out(const vec<R, D>& y, outlooks& from) const {
+        m_.flow.each_contact([&](auto i) VI_WITHIN {
+            from[i] = detail::look_out(m_.guards[i], m_.flow, y, at_.touching[i]);
+        });
+    }
     // Along the narrow one, where something is undecided.
     VI_HOT void look_again() {
-        const mask_t<T> stuck =
-            going_ & !seen_.found & (seen_.clear < double(detail::grid_intervals));
-        if (!any(stuck)) return;
-        const R before = only(stuck, seen_.begin);
+        if (!any(stuck_)) return;
+        const R before = only(stuck_, end_.seen.begin);
         detail::closer_look<T, R, D> close;
-        detail::look_closer(m_, before, at_.y, from_, close);
-        at_.duration = at_.duration + before * m_.flow.part();
-        const mask_t<T> advanced = stuck & (before > 0.0); // the others are there
+        outlooks from;
+        look_out(values_of(at_.y, m_.flow.dimension()), from);
+        detail::look_closer(m_, before, at_.y, from, close);
+        end_.duration = end_.duration + before * m_.flow.part();
+        const mask_t<T> advanced = stuck_ & (before > 0.0); // the others are there
         detail::select_state(advanced, at_.y, close.y, m_.flow);
-        detail::select_sight(stuck, seen_, close.seen);
+        detail::select_sight(stuck_, end_.seen, close.seen);
     }
-    // At the crossing, or at the end of what is clear.
-    VI_HOT void aim() {
-        const R x =
-            detail::crossing_point(seen_.limit - seen_.u0, seen_.rise, seen_.bend0, seen_.bend1);
-        const R crossing = detail::nearest_place(fma(seen_.length, x, seen_.begin));
-        seen_.found = seen_.found & going_;
-        near_.part = only(going_, select(seen_.found, crossing, seen_.begin));
+    // Next to the crossing, or to the end of what is clear.
+    VI_HOT void approach() {
+        const auto& seen = end_.seen;
+        const R crossing = detail::nearest_place(seen.place);
+        near_.part = only(going_, select(seen.found, crossing, seen.begin));
+        near_.go(m_, at_.y, seen);
     }
-    VI_HOT void approach() { near_.go(m_, at_.y, seen_); }
-    VI_HOT void predict() { near_.predict(m_, seen_); }
+    VI_HOT void predict() { near_.predict(m_, end_.seen); }
     VI_HOT void close_in() {
-        detail::go_nearer(m_, at_.y, seen_, near_);
-        detail::go_on_series(m_, seen_, near_, predicted_);
-    }
-    VI_HOT void land() {
-        at_.moved = going_ & !seen_.found & (seen_.begin > 0.0);
-        detail::land(m_, seen_, near_, predicted_, at_);
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, seen_, at_);
+        detail::go_nearer(m_, at_.y, end_.seen, near_);
+        detail::go_on_series(m_, end_.seen, near_, predicted_);
     }
 
     const Mode& m_;
-    landing& at_;
-    mask_t<T> going_;
-    vec<detail::outlook<R>, K> from_;
-    detail::sight<R> seen_;
+    trajectory<T, Shape>& at_;
+    quick_landing<T>& end_;
+    mask_t<T> going_, stuck_;
     detail::neighbour<T, R, D> near_;
     detail::prediction<T, R, D> predicted_;
 };
@@ -320,24 +309,25 @@ VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
     return fma(flow.step, grid_steps, flown) <= min(horizon, R(longest_flight * flow.step));
 }
 
-// A whole flight of one lane.
+// A whole flight of one lane, or as much of it as is proved.
 template <class T, class Mode, class Shape>
-VI_HOT quick_landing<T, Shape> quick_flight(const Mode& m, const trajectory<T, Shape>& start,
-                                            const real_t<T>& horizon) {
-    quick_landing<T, Shape> out;
-    out.y = start.y;
-    out.duration = T(0.0);
-    out.landed = out.moved = false;
-    auto touching = start.touching;
-    while (may_go_on(m.flow, value(out.duration), horizon)) {
-        quick_round<T, Mode, Shape> round(m, out);
-        round.look(touching, start.rate, true);
+VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at,
+                                     const real_t<T>& horizon) {
+    quick_landing<T> end;
+    end.duration = T(0.0);
+    end.landed = end.moved = false;
+    while (may_go_on(m.flow, value(end.duration), horizon)) {
+        quick_round<T, Mode, Shape> round(m, at, end);
+        round.look(true);
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
-        if (!out.moved) break;
+        vec<T, Shape::max_dimension> y;
+        round.land(y);
+        at.y = y;
+        if (!end.moved) break;
         for (int i = 0; i < m.flow.contacts(); ++i)
-            touching[i] = real_t<T>(0.0);
+            at.touching[i] = real_t<T>(0.0);
     }
-    return out;
+    return end;
 }
 
 } // namespace vi

@@ -144,7 +144,7 @@ struct modal_flow : sizes<Shape> {
     template <class T, class Time>
     VI_HOT constexpr state<T> nudge(const state<T>& y, const Time& s) const {
         state<T> out;
-        const auto move = [&](int j, const T& rate, const T& jerk) { // jerk with the other sign
+        const auto move = [&](auto j, const T& rate, const T& jerk) VI_WITHIN { // jerk reversed
             const T q = y[2 * j], v = y[2 * j + 1];
             out[2 * j] = fma(s, fma(0.5 * s, rate, v), q);
             out[2 * j + 1] = fma(s, fnma(0.5 * s, jerk, rate), v);
@@ -154,7 +154,8 @@ struct modal_flow : sizes<Shape> {
             const T rate = pull(j, y[2 * j], y[2 * j + 1]);
             move(j, rate, fma(c[j], rate, k[j] * y[2 * j + 1]));
         });
-        this->each_line([&](auto j) { move(j, -(k[j] * y[2 * j]), k[j] * y[2 * j + 1]); });
+        this->each_line([&](auto j)
+                            VI_WITHIN { move(j, -(k[j] * y[2 * j]), k[j] * y[2 * j + 1]); });
         return out;
     }
 
@@ -212,6 +213,11 @@ struct modal_flow : sizes<Shape> {
     template <class T>
     VI_HOT constexpr bool drifts(int j) const {
         return !scalar_traits<T>::is_jet && !bends[j];
+    }
+    // q'' of an oscillator.
+    template <class T>
+    VI_HOT constexpr T pull(int j, const T& q, const T& v) const {
+        return fnma(c[j], v, fnma(k[j], q, a[j]));
     }
     // The stored propagator at a place of the table.
     VI_HD propagator whole(int place) const
@@ -292,12 +298,6 @@ private:
         to[2 * j] = e.qq;
         to[2 * j + 1] = e.qv;
         to[this->dimension() + j] = e.qs;
-    }
-
-    // q'' of an oscillator.
-    template <class T>
-    VI_HOT constexpr T pull(int j, const T& q, const T& v) const {
-        return fnma(c[j], v, fnma(k[j], q, a[j]));
     }
 
     // S / s and I / s^2 of every oscillator that a T needs, in turn: the first terms of the series, an
