@@ -78,7 +78,7 @@ class Effort:
     settling: int = scaling.SETTLING_IMPACTS
     double_roots: int = 320
     rounds: int = 5
-    side: int = 100
+    side: int = 300
     sizes: scaling.Sizes = field(default_factory=scaling.Sizes)
 
 

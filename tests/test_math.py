@@ -294,6 +294,11 @@ def test_roots_are_found_where_newtons_method_goes_round(compiler: str, tmp_path
     subprocess.run([build(compiler, "root_test", tmp_path)], check=True)
 
 
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_how_far_a_contact_gets_is_bounded_by_no_less(compiler: str, tmp_path: Path) -> None:
+    subprocess.run([build(compiler, "reach_test", tmp_path)], check=True)
+
+
 # Coefficients -------------------------------------------------------------------------------------
 
 

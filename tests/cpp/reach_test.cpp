@@ -1,0 +1,69 @@
+// How far a contact is said to get, beside how far it gets. Prints what fails, returns 1.
+#include <cstdio>
+
+#include "vibroimpact/event/reach.hpp"
+
+namespace {
+
+using flow = vi::modal_flow<double, vi::fixed<2, 0, 1>>;
+using guard = vi::guard<double, 2>;
+
+struct block {
+    double k, c, a;
+};
+
+// u = r q + s q', clear for so long between limits symmetric to `middle`?
+bool clear(const block& b, double r, double s, double q, double v, double middle, double limit,
+           double time) {
+    flow f{};
+    f.k[0] = b.k;
+    f.c[0] = b.c;
+    f.a[0] = b.a;
+    guard g{};
+    g.rows[0] = {{r, s}};
+    g.lower = middle - limit;
+    g.upper = middle + limit;
+    g.reach = vi::max(vi::abs(g.lower), vi::abs(g.upper));
+    return vi::stays_clear(g, f, vi::vec<double, 2>{{q, v}}, time);
+}
+
+// The answer changes at a limit of this size: no less is clear, and a little more is.
+bool turns_at(const char* name, const block& b, double r, double s, double q, double v,
+              double middle, double size, double time) {
+    const bool within = clear(b, r, s, q, v, middle, size * (1.0 + 1e-6), time);
+    const bool beyond = clear(b, r, s, q, v, middle, size * (1.0 - 1e-6), time);
+    if (within && !beyond) return true;
+    std::fprintf(stderr, "%s: within %d, beyond %d\n", name, within, beyond);
+    return false;
+}
+
+// No limit that the motion reaches may be called clear.
+bool never_clear(const char* name, const block& b, double r, double s, double q, double v,
+                 double middle, double size, double time) {
+    if (!clear(b, r, s, q, v, middle, size * (1.0 - 1e-6), time)) return true;
+    std::fprintf(stderr, "%s: said to be clear\n", name);
+    return false;
+}
+
+} // namespace
+
+int main() {
+    const block oscillator{4.0, 0.0, 0.0}, pushed{4.0, 0.0, 8.0}, damped{4.0, 0.5, 0.0};
+    const block free{0.0, 0.0, 0.0}, falling{0.0, 0.0, -2.0}, braked{0.0, 0.3, 0.0};
+    // amplitudes sqrt(q^2 + v^2 / k), of q' twice as much; around a / k where pushed
+    bool right = turns_at("a speed", oscillator, 1, 0, 0.0, 3.0, 0.0, 1.5, 100.0);
+    right &= turns_at("a place", oscillator, 1, 0, -1.5, 0.0, 0.0, 1.5, 100.0);
+    right &= turns_at("of a speed", oscillator, 0, 1, 1.5, 0.0, 0.0, 3.0, 100.0);
+    right &= turns_at("both", oscillator, 1, 1, 0.0, 3.0, 0.0, vi::sqrt(1.5 * 1.5 + 9.0), 100.0);
+    right &= turns_at("a constant force", pushed, 1, 0, 2.0, 3.0, 2.0, 1.5, 100.0);
+    right &= never_clear("a damped one", damped, 1, 0, 1.5, 0.0, 0.0, 1.5, 100.0);
+    // straight on: 0.5 t; falling: q' t - t^2
+    right &= turns_at("straight on", free, 1, 0, 0.0, 0.5, 0.0, 5.0, 10.0);
+    right &= turns_at("straight back", free, 1, 0, 0.0, -0.5, 0.0, 5.0, 10.0);
+    right &= turns_at("one way", free, 1, 0, 0.0, 0.5, 2.5, 2.5 * (1.0 + 1e-7), 10.0);
+    right &= never_clear("one way", free, 1, 0, 0.0, -0.5, 3.0, 3.01, 10.0);
+    right &= never_clear("falling", falling, 1, 0, 0.0, -0.5, 0.0, 105.0, 10.0);
+    right &= never_clear("its speed", falling, 0, 1, 0.0, -0.5, 0.0, 20.5, 10.0);
+    right &= never_clear("braked", braked, 1, 0, 0.0, 0.3, 0.0, 1.0 - 0.05, 10.0);
+    return right ? 0 : 1;
+}
