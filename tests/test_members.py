@@ -89,6 +89,14 @@ def test_a_free_mass_runs_as_alone_beside_one_that_is_held() -> None:
     assert np.all(out["end"] == Outcome.OK)
 
 
+def test_a_narrow_clearance_runs_as_alone_beside_a_wide_one() -> None:
+    """Rounds look ahead at times one step apart in the first, one and a half in the other."""
+    members = members_of(list(range(8)) * 5, [0.1, 0.0], [0.3, -0.4], 300.0)
+    values = {"half_clearance": np.array([1.0, 5.0, 1.5, 9.0, 2.0, 0.7, 1.0, 6.0])}
+    out = check_members(paper_damper("A", 1.0), values, members)
+    assert np.all(out["end"] == Outcome.OK)
+
+
 CHATTERING = paper_damper("C", 0.42, restitution=0.3), {"omega": np.linspace(0.42, 0.43, 12)}
 
 

@@ -25,6 +25,22 @@ struct mode {
     guard<R, dimension_limit, Orders> guards[Flow::max_contacts];
 };
 
+inline constexpr double liveliest = 0.07; // as measured: more, and the wider spacing costs time
+
+// What the quick flight reads, once flow and guards have their numbers.
+template <class R, class Flow, int Orders>
+VI_HD inline void prepare_quick(mode<R, Flow, Orders>& m) {
+    if constexpr (is_modal<Flow>) {
+        const int contacts = m.flow.contacts();
+        R most = R(0.0);
+        for (int i = 0; i < contacts; ++i)
+            most = max(most, liveliness(m.guards[i], m.flow));
+        if (most > liveliest) m.flow.set_spacing(lively_spacing);
+        for (int i = 0; i < contacts; ++i)
+            prepare_quick(m.guards[i], m.flow);
+    }
+}
+
 // Affine change of coordinates y -> matrix y + shift.
 template <int Dimension>
 struct coordinate_map {

@@ -73,8 +73,11 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
     to.lines_ = from.lines_;
     set_lane(to.step, i, from.step);
     to.pushed = to.pushed | from.pushed;
-    for (int g = 0; g < grids; ++g)
+    for (int g = 0; g < grids; ++g) {
+        set_lane(to.spacing[g], i, from.spacing[g]);
         set_lane(to.grid_error[g], i, from.grid_error[g]);
+    }
+    set_lane(to.sight, i, from.sight);
     for (int j = 0; j < from.blocks(); ++j) {
         to.bends[j] = to.bends[j] | from.bends[j];
         set_lane(to.k[j], i, from.k[j]);

@@ -77,12 +77,33 @@ VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int gri
         to.rows[j][0] = square * g.rows[2][j];
     to.gains[0] = square * g.gains[2];
     for (int k = 1; k <= grid_times; ++k) {
-        const auto e = flow.whole(k * grid_parts[grid]);
+        const auto e = flow.whole(k * static_cast<int>(flow.spacing[grid]));
         const auto row = flow.row_before(e, g.rows[0]);
         for (int j = 0; j < flow.dimension(); ++j)
             to.rows[j][k] = row[j];
         to.gains[k] = flow.gain_before(e, g.rows[0]) + g.gains[0];
     }
+}
+
+// The slack e/4 of (1) in event/lookahead.hpp for the wide grid, as a part of half the clearance, where
+// oscillators move as much as the forcing makes u move.
+template <class R, int Dimension, int Orders, class Flow>
+VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow) {
+    const R half = (g.upper - g.lower) / 2.0;
+    R forced = R(0.0), fourth = R(0.0), squares = R(0.0);
+    for (int j = 0; j < flow.blocks(); ++j) {
+        const R r = g.rows[0][2 * j], s = g.rows[0][2 * j + 1], square = flow.k[j] * flow.k[j];
+        const R size = sqrt(r * r + flow.k[j] * (s * s));
+        if (j < flow.oscillators()) {
+            if (r != 0.0) squares = squares + square;
+        } else {
+            forced = forced + size;
+            fourth = fourth + square * size;
+        }
+    }
+    const R room = half < infinity() ? half : max(forced, R(1.0));
+    const R moved = forced > 0.0 ? min(forced, room) : room;
+    return flow.grid_error[0] * (fourth + squares * moved) / room;
 }
 
 // What the quick flight reads.
@@ -97,14 +118,13 @@ VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow
     prepare_bounds(g, flow);
 }
 
-// Fill rows 1, 2, ... and what lies ahead from row 0.
+// Fill rows 1, 2, ... from row 0.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow) {
     for (int m = 0; m < Orders; ++m) {
         g.rows[m + 1] = flow.next_row(g.rows[m]);
         g.gains[m + 1] = flow.row_gain(g.rows[m]);
     }
-    if constexpr (is_modal<Flow>) prepare_quick(g, flow);
 }
 
 // Rounding of u - limit, u being the sum of terms of this size.

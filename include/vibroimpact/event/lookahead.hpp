@@ -168,14 +168,15 @@ VI_HOT mask_t<R> find_crossing(const Mode& m, const along_grid<R> (&all)[K], sig
     return once & single;
 }
 
+// Whether all is clear.
 template <int Which, class R, class Mode, int D, int K>
-VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y,
-                       sight<R>& s) {
+VI_HOT mask_t<R> look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y,
+                            sight<R>& s) {
     const auto& flow = m.flow;
     along_grid<R> all[K];
     flow.each_contact(
         [&](auto i) VI_WITHIN { all[i].template begin<Which>(m.guards[i], flow, from[i], y); });
-    s.length = R(double(grid_parts[Which]));
+    s.length = flow.spacing[Which];
     s.begin = R(0.0);
     mask_t<R> open = R(0.0) == R(0.0);
     unrolled<0, grid_intervals>([&](auto k) VI_WITHIN {
@@ -187,6 +188,7 @@ VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<
                 [&](auto i) VI_WITHIN { all[i].open_end.take(open, all[i].after_time(k + 1)); });
     });
     s.found = find_crossing(m, all, s) & !open;
+    return open;
 }
 
 } // namespace detail

@@ -240,10 +240,9 @@ public:
             going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0)) &
                     (from[i].u <= m_.guards[i].upper) & (from[i].u >= m_.guards[i].lower);
         });
-        detail::look_along<0>(m_, from, y, end_.seen);
+        const mask_t<T> clear = detail::look_along<0>(m_, from, y, end_.seen);
         const mask_t<T> found = end_.seen.found & going;
-        const double end = detail::grid_intervals * grid_parts[0];
-        stuck_ = going & !found & (end_.seen.begin < end);
+        stuck_ = going & !found & !clear;
         end_.seen.found = found;
         going_ = going;
     }
@@ -305,8 +304,7 @@ private:
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
 template <class R, class Flow>
 VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
-    constexpr double grid_steps = double(grid_parts[0] * grid_times) / parts_of_step;
-    return fma(flow.step, grid_steps, flown) <= min(horizon, R(longest_flight * flow.step));
+    return flown + flow.sight <= min(horizon, R(longest_flight * flow.step));
 }
 
 // A whole flight of one lane, or as much of it as is proved.

@@ -27,8 +27,10 @@ inline constexpr int rung = 32;
 inline constexpr int parts_of_step = 8;
 inline constexpr int grid_times = 5;
 inline constexpr int grids = 2;
-inline constexpr int grid_parts[grids] = {12, 3}; // spacing
-inline constexpr int places = grid_parts[0] * grid_times + 1;
+// Spacings of the wide one, in parts: what is seen of a lively motion is bounded too loosely with the
+// wider. Four times of the narrow one span an interval of the wide one.
+inline constexpr int wider_spacing = 12, lively_spacing = 8, narrower = 4;
+inline constexpr int places = wider_spacing * grid_times + 1;
 // Terms of the Taylor expansion from a stored propagator on, over less than `nearby` of a step:
 // (7/10 nearby)^9 / 9! < 2^-56.
 inline constexpr int nearby_order = 8;
@@ -61,7 +63,9 @@ struct modal_flow : sizes<Shape> {
     table<R, stored, places> ahead; // exp(B j step / parts_of_step)
     bool pushed = false;            // whether any a, of any lane, is or was not zero
     bool bends[max_blocks] = {};    // whether any k, c or a of that block is or was
-    R grid_error[grids];            // 5/96 h^4, see event/lookahead.hpp
+    R spacing[grids];               // of the times of a grid, in parts of a step
+    R grid_error[grids];            // 5/96 h^4, h the same in units of time
+    R sight;                        // how far the wide grid goes
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
@@ -189,10 +193,7 @@ struct modal_flow : sizes<Shape> {
     {
         rungs[0] = at_time(rung * step);
         rungs[1] = at_time(rung * rung * step);
-        for (int i = 0; i < grids; ++i) {
-            const double square = grid_step(i) * grid_step(i);
-            grid_error[i] = 5.0 / 96 * (square * square);
-        }
+        set_spacing(wider_spacing);
         pushed = false;
         for (int j = 0; j < this->blocks(); ++j) {
             pushed = pushed || a[j] != 0.0;
@@ -201,12 +202,23 @@ struct modal_flow : sizes<Shape> {
             expand(j);
         }
     }
+    VI_HD void set_spacing(int parts)
+        requires is_same<R, double>
+    {
+        spacing[0] = parts;
+        spacing[1] = parts / narrower;
+        for (int i = 0; i < grids; ++i) {
+            const double square = grid_step(i) * grid_step(i);
+            grid_error[i] = 5.0 / 96 * (square * square);
+        }
+        sight = grid_times * grid_step(0);
+    }
     // Times of the table are so far apart, those of a grid so far.
     VI_HOT constexpr R part() const { return step * (1.0 / parts_of_step); }
     VI_HD constexpr double grid_step(int grid) const
         requires is_same<R, double>
     {
-        return part() * grid_parts[grid];
+        return part() * spacing[grid];
     }
     // Whether block j moves straight on in every lane: what is left out for it then are products with
     // zeros and ones, where states are finite and no derivatives are carried.
