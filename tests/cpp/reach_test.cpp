@@ -1,7 +1,8 @@
 // How far a contact is said to get, beside how far it gets. Prints what fails, returns 1.
 #include <cstdio>
 
-#include "vibroimpact/event/reach.hpp"
+#include "vibroimpact/assemble.hpp"
+#include "vibroimpact/event/certified_flight.hpp"
 
 namespace {
 
@@ -45,6 +46,18 @@ bool never_clear(const char* name, const block& b, double r, double s, double q,
     return false;
 }
 
+// An oscillator between far stops, without a horizon: leaps end where the march would.
+bool a_flight_without_end_is_undecided() {
+    const double k = 1.0, none = 0.0, row[] = {1.0, 0.0};
+    vi::mode<double, flow> m{};
+    vi::set_flow(m.flow, {0.5, &k, &none, &none, nullptr, nullptr});
+    vi::set_guard(m.guards[0], {row, 0.0, -2.0, 2.0, 0}, m.flow);
+    vi::trajectory<double, flow::shape_type> start{};
+    start.y = {{1.0, 0.0}};
+    const auto end = vi::certified_flight(m, start, vi::infinity());
+    return end.end == vi::flight_end::undecided;
+}
+
 } // namespace
 
 int main() {
@@ -65,5 +78,6 @@ int main() {
     right &= never_clear("falling", falling, 1, 0, 0.0, -0.5, 0.0, 105.0, 10.0);
     right &= never_clear("its speed", falling, 0, 1, 0.0, -0.5, 0.0, 20.5, 10.0);
     right &= never_clear("braked", braked, 1, 0, 0.0, 0.3, 0.0, 1.0 - 0.05, 10.0);
+    right &= a_flight_without_end_is_undecided();
     return right ? 0 : 1;
 }

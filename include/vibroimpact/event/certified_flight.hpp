@@ -137,7 +137,8 @@ template <class Mode, class Ladder>
 VI_HD inline bool leap(const Mode& m, double horizon, Ladder& at) {
     const auto& flow = m.flow;
     const auto may = [&](int steps) {
-        return steps > 0 && (at.steps() + steps + 1.0) * flow.step < horizon &&
+        return steps > 0 && at.steps() + steps < most_steps &&
+               (at.steps() + steps + 1.0) * flow.step < horizon &&
                all_stay_clear(m, at.y, steps * flow.step);
     };
     if (may(at.far_leap_ahead()))
