@@ -201,7 +201,7 @@ private:
             vi::set_guard(m.guards[i],
                           {from.row.data(), from.gain, from.lower, from.upper, from.side}, m.flow);
         }
-        vi::prepare_quick(m);
+        if (data.code == 0) vi::prepare_quick(m); // rounds are of the free mode
         return m;
     }
 

@@ -78,7 +78,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
             {b.rows + at * n, b.gains[at], b.lower[at], b.upper[at], b.side[m * contacts + i]},
             flow);
     }
-    prepare_quick(to);
+    if (m == 0) prepare_quick(to); // rounds are of the free mode
     const auto free = coordinates_of(b, 0, s), here = coordinates_of(b, m, s);
     room.from_free[m] = map_between<D>(free, here, n);
     room.to_free[m] = map_between<D>(here, free, n);
