@@ -85,7 +85,6 @@ public:
     bool board(long long i) {
         i_ = i;
         built_.become(system_[i]);
-        here_ = {};
         if (!vi::board(built_.arrays(), i, built_.in(), {points_.data(), kept_.data()}, here_))
             return false;
         here_.window.interrupted = ask_;

@@ -54,7 +54,7 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
     auto& all = out.observers;
     const double omega = b.lines ? b.omegas[s * b.lines] : 0.0;
     const physical_rows physical{coordinates_of(b, 0, s), b.lines ? omega : 1.0 / b.steps[s]};
-    all.wanted = static_cast<unsigned>(b.wanted);
+    all.begin(static_cast<unsigned>(b.wanted));
     all.settle = out.window.settle;
     all.section.contact = static_cast<int>(b.contact);
     all.section.side = static_cast<int>(b.stop);
@@ -81,7 +81,7 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
 
 } // namespace detail
 
-// Take member i to its start, `out` being new; false if it ends there, behind a stop.
+// Take member i to its start; false if it ends there, behind a stop.
 template <class Flow>
 VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Flow>& built,
                         const member_room<Flow>& lent, passage<Flow>& out) {
@@ -91,7 +91,7 @@ VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Fl
         b.end[i] = static_cast<signed char>(member_end::behind_stop);
         return false;
     }
-    out.now.at = out.start;
+    out.now = {out.start};
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
     detail::prepare_observers(b, b.system[i], built, lent, out);
     out.observers.depart(out.start);

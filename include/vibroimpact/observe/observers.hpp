@@ -59,6 +59,21 @@ struct observers {
 
     VI_HD bool wants(unsigned bits) const { return (wanted & observers_compiled & bits) != 0; }
 
+    // Those that are wanted, anew. The others keep what they hold: nobody reads it.
+    VI_HD void begin(unsigned bits) {
+        wanted = bits;
+        renew(section, sees_section);
+        renew(symbol, sees_symbol);
+        renew(impacts, sees_impacts);
+        renew(speeds, sees_speeds);
+        renew(power, sees_power);
+        renew(settling, sees_settling);
+        renew(extremes, sees_extremes);
+        renew(averages, sees_averages);
+        renew(shares, sees_shares);
+        renew(rotation, sees_rotation);
+    }
+
     // Say where the motion starts.
     VI_HD void depart(const trajectory<double, Shape>& from) {
         if (wants(sees_flights)) before = from;
@@ -77,6 +92,10 @@ struct observers {
     }
 
 private:
+    template <class Observer>
+    VI_HD void renew(Observer& observer, unsigned bit) {
+        if (wants(bit)) observer = Observer{};
+    }
     VI_HD void see(const stretch<Flow>& s) {
         if (wants(sees_extremes)) extremes.see(s);
         if (wants(sees_averages)) averages.see(s);
