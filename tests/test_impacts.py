@@ -72,18 +72,25 @@ def test_impacts_happen_on_the_stops(name: str, omega: float) -> None:
     assert np.abs(u - side * d.half_clearance).max() <= 64.0 * UNIT * 100.0
 
 
+def _another_touches(m: vi.Mechanism, contact: vi.Contact, x: np.ndarray) -> bool:
+    others = [c for c in m.contacts if c is not contact]
+    return any(min(c.upper - np.dot(c.row, x), np.dot(c.row, x) - c.lower) < 1e-9 for c in others)
+
+
 @given(
     seed=st.integers(0, 10_000), n=st.integers(1, 6), contacts=st.integers(1, 3),
 )  # fmt: skip
 def test_impulse_acts_along_the_contact_and_loses_the_right_energy(
     seed: int, n: int, contacts: int
 ) -> None:
-    """v+ - v- = -(1 + R) u' M^-1 n / (n M^-1 n), in any mechanism."""
+    """v+ - v- = -(1 + R) u' M^-1 n / (n M^-1 n), where nothing rests on a stop."""
     m = random_mechanism(np.random.default_rng(seed), n, contacts=min(n, contacts))
     run = vi.simulate(m, vi.State((0.0,) * n, (1.0,) * n), impacts=20, t_max=200.0)
     mass = np.array(m.mass)
     for i in np.flatnonzero(run.status == vi.Status.IMPACT):
         contact = m.contacts[run.contact[i]]
+        if _another_touches(m, contact, run.position[i]):
+            continue  # it takes an impulse too: tests/test_resting.py
         row, v = np.array(contact.row), run.velocity_before[i]
         push = np.linalg.solve(mass, row)
         r = contact.restitutions[1 if run.stop[i] == 0 else 0]

@@ -69,7 +69,7 @@ VI_HD inline int touch_neighbours(const hybrid<Flow>& system,
         at.touching[i] = 0.0;
         const auto& g = free.guards[i];
         const double u = plain(watch(g, 0, at.y, n));
-        const double terms = plain(magnitude(g, 0, at.y, n, free.flow.step));
+        const double terms = plain(magnitude(g, 0, at.y, free.flow));
         const double side = side_within(g, u, terms);
         if (side == 0.0) continue;
         at.touching[i] = side;
@@ -92,8 +92,7 @@ strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
         static_cast<int>(plain(at.touching[contact])), duration, at.y);
     e.rate_before = at.rate[contact];
     if (!resolve_impact(system, at)) e.what = status::undecided;
-    for (int i = 0; i < system.contacts(); ++i)
-        if (at.touching[i] != 0.0) set_on_stop(system, at, i);
+    set_on_stops(system, at);
     e.rate_after = at.rate[contact];
     return e;
 }

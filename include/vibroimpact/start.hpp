@@ -23,7 +23,7 @@ VI_HD inline start_gap gap_at_start(const hybrid<Flow>& system,
     const int n = system.dimension();
     const double u = watch(g, 0, at.y, n);
     const double above = u - g.lower, below = g.upper - u;
-    const double terms = magnitude(g, 0, at.y, n, system.modes[0].flow.step);
+    const double terms = magnitude(g, 0, at.y, system.modes[0].flow);
     return {above, below, rounding_at(above < below ? g.lower : g.upper, terms)};
 }
 
@@ -47,7 +47,7 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
     const auto& g = free.guards[i];
     const int n = system.dimension();
     const double u = plain(watch(g, 0, at.y, n));
-    at.touching[i] = side_within(g, u, magnitude(g, 0, at.y, n, free.flow.step));
+    at.touching[i] = side_within(g, u, magnitude(g, 0, at.y, free.flow));
     T rate = T(0.0);
     double terms = 0.0;
     for (int k = 0; k < p.degrees; ++k) {

@@ -82,10 +82,10 @@ VI_HD inline taylor_polynomial gap_on(int side, double limit, const taylor_polyn
 }
 
 // What is exact of a gap that its flight has not left yet: zeros. In the first step also the rate.
-template <class Guard, class T, class Shape>
+template <class Guard, class T, class Shape, class Flow>
 VI_HD inline void keep_exact(taylor_polynomial& g, const Guard& guard, int i,
                              const vec<T, Shape::max_dimension>& y,
-                             const trajectory<T, Shape>& start, int n, double step, bool first) {
+                             const trajectory<T, Shape>& start, const Flow& flow, bool first) {
     g.d[0] = 0.0;
     if (first) {
         g.d[1] = plain(start.rate[i]);
@@ -93,8 +93,7 @@ VI_HD inline void keep_exact(taylor_polynomial& g, const Guard& guard, int i,
         return;
     }
     for (int m = 1; m <= 3; ++m)
-        if (abs(g.d[m]) <= 64.0 * unit_roundoff * plain(magnitude(guard, m, y, n, step)))
-            g.d[m] = 0.0;
+        if (abs(g.d[m]) <= 64.0 * unit_roundoff * plain(magnitude(guard, m, y, flow))) g.d[m] = 0.0;
 }
 
 // `still` says whether the flight has not left the stop that it started on.
@@ -106,7 +105,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     const int n = m.flow.dimension();
     const taylor_polynomial u = derivatives(guard, y, n);
     const double farthest = change_bound(u, span);
-    const double terms = plain(magnitude(guard, 0, y, n, m.flow.step));
+    const double terms = plain(magnitude(guard, 0, y, m.flow));
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
@@ -116,7 +115,8 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
         if (leaving && applications > 0) still = leaving = abs(gap) <= eps;
         if (gap > farthest + eps) continue; // not within reach of this step
         taylor_polynomial g = gap_on(side, limit, u);
-        if (leaving) keep_exact(g, guard, i, y, start, n, m.flow.step, applications == 0);
+        if (leaving) keep_exact(g, guard, i, y, start, m.flow, applications == 0);
+        if (guard.closed && applications == 0 && start.flat[i] != 0.0) g.d[0] = 0.0;
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
         const window_verdict v = first_root(g, span, eps, leaving);
         if (v.what == finding::none) continue;

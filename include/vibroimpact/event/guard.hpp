@@ -263,14 +263,19 @@ VI_HOT void watch_ahead(const guard<double, Dimension, Orders>& g, int grid,
 }
 #endif
 
-// Size of the terms that add up to u^(m), over one step: what rounding errors are relative to.
-template <class T, class R, int Dimension, int Orders>
+// Size of the terms that add up to u^(m), over one step: what rounding errors are relative to. A flow
+// that is not modal mixes coordinates, and leaves the rounding of the largest in all.
+template <class T, class R, int Dimension, int Orders, class Flow>
 VI_HD inline real_t<T> magnitude(const guard<R, Dimension, Orders>& g, int m,
-                                 const vec<T, Dimension>& y, int n, R step) {
-    real_t<T> sum = real_t<T>(0.0);
+                                 const vec<T, Dimension>& y, const Flow& flow) {
+    const int n = flow.dimension();
+    real_t<T> largest = real_t<T>(0.0), sum = real_t<T>(0.0);
+    if constexpr (!is_modal<Flow>)
+        for (int i = 0; i < n; ++i)
+            largest = max(largest, abs(value(y[i])));
     for (int i = 0; i < n; ++i) {
-        const real_t<T> x = value(y[i]);
-        sum = sum + abs(g.rows[m][i] * x) + step * abs(g.rows[m + 1][i] * x);
+        const real_t<T> x = is_modal<Flow> ? value(y[i]) : largest;
+        sum = sum + abs(g.rows[m][i] * x) + flow.step * abs(g.rows[m + 1][i] * x);
     }
     return sum;
 }

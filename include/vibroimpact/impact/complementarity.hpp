@@ -2,7 +2,8 @@
 //
 // Method      Find x >= 0 with w = b + A x >= 0 and x . w = 0, A symmetric positive definite, by
 //             trying the sets of active contacts (x_i > 0) from the empty one on: for a set S,
-//             A_SS x_S = -b_S by Gauss elimination, accepted if x_S >= 0 and w >= 0 outside S.
+//             A_SS x_S = -b_S by Gauss elimination, accepted if x_S >= 0 and w >= 0 outside S,
+//             within the slack that is given: of sets that differ by ties the smallest is found.
 // Assumes     at most max_contacts unknowns; A positive definite: the solution exists and is unique.
 //             Dependent contacts (two stops that hold the same coordinate) make A singular.
 // Fails       returns -1 where no set is accepted
@@ -19,6 +20,7 @@ struct small_system {
     int n = 0;
     double a[N][N];
     double b[N];
+    double slack[N]; // w_i is zero where it is above -slack_i
 };
 
 template <int N>
@@ -60,17 +62,23 @@ VI_HD inline bool solve_active(const small_system<N>& p, int set, vec<double, N>
     return true;
 }
 
+// w_i.
+template <int N>
+VI_HD inline double left_over(const small_system<N>& p, int i, const vec<double, N>& x) {
+    double w = p.b[i];
+    for (int j = 0; j < p.n; ++j)
+        w = w + p.a[i][j] * x[j];
+    return w;
+}
+
 template <int N>
 VI_HD inline bool accepted(const small_system<N>& p, int set, const vec<double, N>& x) {
     for (int i = 0; i < p.n; ++i) {
         if (set >> i & 1) {
             if (!(x[i] >= 0.0)) return false;
-            continue;
+        } else if (!(left_over(p, i, x) >= -p.slack[i])) {
+            return false;
         }
-        double w = p.b[i];
-        for (int j = 0; j < p.n; ++j)
-            w = w + p.a[i][j] * x[j];
-        if (!(w >= 0.0)) return false;
     }
     return true;
 }

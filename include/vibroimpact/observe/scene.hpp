@@ -60,8 +60,8 @@ VI_HD inline stretch<Flow> flown(const hybrid<Flow>& system,
                                  trajectory<double, typename Flow::shape_type> from,
                                  double duration, double skip) {
     if (from.mode == 0) {
-        const int code = closed_set(system, from);
-        if (code > 0) enter_mode(system, from, code);
+        const auto next = closed_set(system, from);
+        if (next.decided && next.code > 0) enter_mode(system, from, next.code);
     }
     stretch<Flow> s{system, from.y, from.mode, duration};
     if (skip > 0.0) {

@@ -1,0 +1,176 @@
+// Which of the contacts that rest on their stops stay closed, and which open.
+//
+// Method      Forces f along the gaps of resting contacts make their gap accelerations a = b + A f, b
+//             those of free flight and A the mobility, and
+//                 0 <= f  complementary to  a >= 0                                         (1)
+//             has one solution. Contacts with a = 0 and f = 0 within rounding, or whose force has just
+//             fallen to zero, are ties. With the others of (1) closed or open, the next derivative
+//             decides them: forces that grow at rates r make their gap jerks
+//                 c + A' r,   0 <= r  complementary to  c + A' r >= 0                      (2)
+//             where c are the jerks in the mode of the closed ones, ties being open, and A' is the
+//             mobility that is left beside these, A_tt - A_tc A_cc^-1 A_ct. What ties in (2), closes.
+// Assumes     gap rates of resting contacts are zero
+// Fails       no solution: contacts that hold the same coordinate. A mode that was not built
+// Reference   theory.md, "Sticking and release"
+#pragma once
+
+#include "vibroimpact/impact/law.hpp"
+
+namespace vi {
+
+// Contacts that stay closed, as a code; -1 where (1) or (2) has no solution. Where ties are not
+// decided yet, the mode of this code is needed for it.
+struct closing {
+    int code;
+    bool decided;
+};
+
+namespace detail {
+
+VI_HD inline int power_of_three(int n) {
+    int p = 1;
+    for (int i = 0; i < n; ++i)
+        p = 3 * p;
+    return p;
+}
+VI_HD inline int code_of(int contact, double side) {
+    return (side > 0.0 ? 1 : 2) * power_of_three(contact);
+}
+VI_HD inline double side_in_code(int code, int contact) {
+    const int digit = code / power_of_three(contact) % 3;
+    return digit == 1 ? 1.0 : digit == 2 ? -1.0 : 0.0;
+}
+
+// m-th derivative of the gap of a touching contact, in the mode the trajectory is in.
+template <class T, class Flow, class State>
+VI_HD inline T gap_derivative(const hybrid<Flow>& system, const State& at, int i, int m) {
+    const T u = watch(system.modes[at.mode].guards[i], m, at.y, system.dimension());
+    return -at.touching[i] * u;
+}
+template <class Flow, class State>
+VI_HD inline double rounding_of(const hybrid<Flow>& system, const State& at, int i, int m) {
+    const auto& mode = system.modes[at.mode];
+    return 64.0 * unit_roundoff * plain(magnitude(mode.guards[i], m, at.y, mode.flow));
+}
+
+// Resting contacts: those that are known to tie, the others, and (1) for these.
+template <int N>
+struct resting_contacts {
+    contact_list<N> ties{}, others{};
+    small_system<N> problem{};
+};
+template <class Flow, class State>
+VI_HD inline auto find_resting(const hybrid<Flow>& system, const State& at) {
+    resting_contacts<Flow::max_contacts> out;
+    for (int i = 0; i < system.contacts(); ++i)
+        if (at.touching[i] != 0.0 && at.rate[i] == 0.0)
+            (at.flat[i] != 0.0 ? out.ties : out.others).add(i);
+    auto& p = out.problem;
+    p.n = out.others.count;
+    double noise[Flow::max_contacts] = {};
+    for (int i = 0; i < p.n; ++i) {
+        p.b[i] = gap_derivative<double>(system, at, out.others.index[i], 2);
+        noise[i] = rounding_of(system, at, out.others.index[i], 2);
+        for (int j = 0; j < p.n; ++j)
+            p.a[i][j] = gap_mobility(system, at, out.others.index[i], out.others.index[j]);
+    }
+    for (int i = 0; i < p.n; ++i) // rounding reaches a contact through the forces at others, too
+        for (int j = 0; j < p.n; ++j)
+            p.slack[i] += abs(p.a[i][j]) * (noise[j] / p.a[j][j]);
+    return out;
+}
+
+// A_cc^-1 A_ct for the tie t; c are the active contacts of the problem.
+template <class Flow, class State, int N>
+VI_HD inline vec<double, N> shares_of(const hybrid<Flow>& system, const State& at,
+                                      const resting_contacts<N>& resting, int active, int tie) {
+    small_system<N> beside = resting.problem;
+    for (int i = 0; i < beside.n; ++i)
+        beside.b[i] = -gap_mobility(system, at, resting.others.index[i], tie);
+    vec<double, N> shares{};
+    solve_active(beside, active, shares);
+    return shares;
+}
+
+// (2); the trajectory is in the mode of the active contacts.
+template <class Flow, class State, int N>
+VI_HD inline small_system<N> problem_of_ties(const hybrid<Flow>& system, const State& at,
+                                             const resting_contacts<N>& resting, int active) {
+    const auto& ties = resting.ties;
+    small_system<N> p{};
+    p.n = ties.count;
+    for (int j = 0; j < p.n; ++j) {
+        const auto shares = shares_of(system, at, resting, active, ties.index[j]);
+        const double jerk = gap_derivative<double>(system, at, ties.index[j], 3);
+        const double noise = rounding_of(system, at, ties.index[j], 3);
+        p.b[j] = abs(jerk) <= noise ? -noise : jerk;
+        for (int i = 0; i < p.n; ++i) {
+            p.a[i][j] = gap_mobility(system, at, ties.index[i], ties.index[j]);
+            for (int c = 0; c < resting.others.count; ++c)
+                if (active >> c & 1)
+                    p.a[i][j] -= gap_mobility(system, at, ties.index[i], resting.others.index[c]) *
+                                 shares[c];
+        }
+    }
+    return p;
+}
+
+// The code of the active ones among contacts.
+template <class State, int N>
+VI_HD inline int code_of_active(const State& at, const contact_list<N>& contacts, int active) {
+    int code = 0;
+    for (int i = 0; i < contacts.count; ++i)
+        if (active >> i & 1) code += code_of(contacts.index[i], at.touching[contacts.index[i]]);
+    return code;
+}
+
+} // namespace detail
+
+// Enter the mode with this code; the trajectory is in free coordinates.
+template <class T, class Flow>
+VI_HD inline bool enter_mode(const hybrid<Flow>& system,
+                             trajectory<T, typename Flow::shape_type>& at, int code) {
+    const int m = system.find_mode(code);
+    if (m < 0) return false;
+    if (m > 0) at.y = system.from_free[m](at.y, system.dimension());
+    at.mode = m;
+    at.held = code;
+    return true;
+}
+
+template <class T, class Flow>
+VI_HD inline void leave_mode(const hybrid<Flow>& system,
+                             trajectory<T, typename Flow::shape_type>& at) {
+    if (at.mode > 0) at.y = system.to_free[at.mode](at.y, system.dimension());
+    at.mode = 0;
+}
+
+// (1), then (2); free coordinates. Sets flat where a resting contact tied in (1): one that opens does
+// so with zero acceleration, one that closes with zero force.
+template <class Flow>
+VI_HD inline closing closed_set(const hybrid<Flow>& system,
+                                trajectory<double, typename Flow::shape_type>& at) {
+    auto resting = detail::find_resting(system, at);
+    const auto& p = resting.problem;
+    const auto found = solve_complementarity(p);
+    if (found.active < 0) return {-1, true};
+    for (int i = 0; i < p.n; ++i)
+        if (!(found.active >> i & 1) && detail::left_over(p, i, found.x) <= p.slack[i])
+            resting.ties.add(resting.others.index[i]);
+    int code = detail::code_of_active(at, resting.others, found.active);
+    if (resting.ties.count > 0) {
+        auto there = at;
+        if (!enter_mode(system, there, code)) return {code, false};
+        const auto problem = detail::problem_of_ties(system, there, resting, found.active);
+        const int active = solve_complementarity(problem).active;
+        if (active < 0) return {-1, true};
+        code += detail::code_of_active(at, resting.ties, active);
+    }
+    for (int i = 0; i < resting.others.count; ++i)
+        at.flat[resting.others.index[i]] = 0.0;
+    for (int i = 0; i < resting.ties.count; ++i)
+        at.flat[resting.ties.index[i]] = 1.0;
+    return {code, true};
+}
+
+} // namespace vi

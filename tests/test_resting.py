@@ -1,0 +1,172 @@
+"""Several contacts at rest on bodies that share inertia: which stay closed, which open."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import nnls
+
+import vibroimpact as vi
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+OMEGA, LIFT = 1.3, (0.2, 1.5)  # of the force; its amplitudes
+
+
+def pressed() -> vi.Mechanism:
+    """Two masses that a weight presses on two stops; the full mass matrix couples them."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.35], [0.35, 0.8]],
+        damping=[[0.05, -0.02], [-0.02, 0.04]],
+        stiffness=[[1.5, -0.4], [-0.4, 0.9]],
+        forces=(vi.Harmonic(OMEGA, LIFT),),
+        constant_force=(-1.1, -0.9),
+        contacts=tuple(vi.Contact(row, 0.0, np.inf, 0.5) for row in ((1.0, 0.0), (0.0, 1.0))),
+    )
+
+
+class Constrained:
+    """The same motion with Lagrange multipliers for closed contacts, by SciPy."""
+
+    def __init__(self, m: vi.Mechanism, closed: tuple[int, ...]) -> None:
+        self.m, self.closed = m, list(closed)
+        n, k = m.degrees, len(closed)
+        rows = np.array([m.contacts[i].row for i in closed]).reshape(k, n)
+        self.saddle = np.block([[np.array(m.mass), -rows.T], [rows, np.zeros((k, k))]])
+
+    def solve(self, t: float, z: NDArray[Any]) -> NDArray[Any]:
+        """Accelerations, then forces of the closed contacts."""
+        x, v = np.split(z, 2)
+        force = np.array(self.m.constant_force) - np.array(self.m.stiffness) @ x
+        force = force - np.array(self.m.damping) @ v + np.array(LIFT) * np.sin(OMEGA * t)
+        return np.linalg.solve(self.saddle, np.concatenate([force, np.zeros(len(self.closed))]))
+
+    def run(self, z: NDArray[Any], t: float, end: float, event: Any = None) -> Any:
+        """The motion from t on, to the end or to where event(t, z) falls through zero."""
+        if event:
+            event.terminal, event.direction = True, -1.0
+
+        def field(t: float, z: NDArray[Any]) -> NDArray[Any]:
+            return np.concatenate([z[2:], self.solve(t, z)[:2]])
+
+        options = {"rtol": 1e-12, "atol": 1e-13, "method": "DOP853"}
+        found = solve_ivp(field, (t, end), z, events=event, **options)
+        assert found.status == (1 if event else 0)
+        return float(found.t[-1]), found.y[:, -1]
+
+
+def test_a_release_beside_a_held_contact_is_where_its_force_falls_to_zero() -> None:
+    m = pressed()
+    run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=4.0)
+    both, first = Constrained(m, (0, 1)), Constrained(m, (0,))
+    released, z = both.run(np.zeros(4), 0.0, 50.0, lambda t, z: both.solve(t, z)[3])
+    flying, z = first.run(z, released, released + 0.05)
+    struck, z = first.run(z, flying, 50.0, lambda _, z: z[1])
+
+    at = list(run.status).index(vi.Status.RELEASE)
+    assert run.contact[at] == 1
+    assert run.time[at] == pytest.approx(released, abs=1e-9)
+    assert run.status[at + 1] == vi.Status.IMPACT  # and not stick again
+    assert run.contact[at + 1] == 1
+    assert run.time[at + 1] == pytest.approx(struck, abs=1e-9)
+    assert run.velocity_before[at + 1] == pytest.approx(z[2:], abs=1e-9)
+
+
+def heavy(seed: int) -> tuple[vi.Mechanism, vi.State]:
+    """Two to four bodies of shared inertia that gravity brings to rest on two to four stops."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    half, spring = rng.normal(size=(2, n, n))
+    stiffness = 0.3 * (spring @ spring.T) + 0.5 * np.eye(n)
+    mechanism = vi.Mechanism(
+        mass=(half @ half.T + 0.5 * np.eye(n)).tolist(),
+        damping=(0.05 * stiffness).tolist(),
+        stiffness=stiffness.tolist(),
+        forces=(vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.normal(size=n) * 1.5)),),
+        constant_force=tuple(-rng.uniform(1.0, 4.0, n)),
+        contacts=tuple(
+            vi.Contact(tuple(row), 0.0, np.inf, rng.uniform(0.2, 0.8))
+            for row in np.eye(n)[: rng.integers(2, n + 1)]
+        ),
+    )
+    x, v = np.abs(rng.normal(size=n)) + 0.1, rng.normal(size=n)
+    return mechanism, vi.State(tuple(x), tuple(v), phase=rng.uniform(0.0, 6.0))
+
+
+def test_bodies_that_come_to_rest_together_never_stall() -> None:
+    rests = 0
+    for seed in range(150):
+        mechanism, state = heavy(seed)
+        run = vi.simulate(mechanism, state, impacts=1000, t_max=500.0)
+        assert run.end in (vi.RunEnd.IMPACTS, vi.RunEnd.HORIZON), seed
+        assert np.all(run.rate_before[run.status == vi.Status.IMPACT] < 0.0), seed
+        rests += np.count_nonzero(run.status == vi.Status.STICK)
+        gaps = run.position[:, : len(mechanism.contacts)]
+        assert gaps.min() > -1e-12, seed
+    assert rests > 1000  # so they do come to rest
+
+
+def jerks_of(mass: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
+    """The rates of change of all accelerations: contact 0 stays closed, its own force is free.
+
+    Of all motions with x_0 = 0 and x_1, x_2 >= 0 the one nearest to the free one (Gauss).
+    """
+    rest, free = mass[1:, 1:], np.linalg.solve(mass[1:, 1:], force[1:])
+    half = np.linalg.cholesky(rest).T
+    return nnls(half, half @ free)[0]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_contacts_that_all_tie_are_decided_together(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    half, force = rng.normal(size=(3, 3)), rng.normal(size=3)
+    mass = half @ half.T + 0.3 * np.eye(3)
+    m = vi.Mechanism(
+        mass=mass.tolist(),
+        damping=np.zeros((3, 3)).tolist(),
+        stiffness=(0.1 * np.eye(3)).tolist(),
+        forces=(vi.Harmonic(1.0, tuple(force)),),  # zero at first, its rate is not
+        constant_force=(-8.0, 0.0, 0.0),
+        contacts=tuple(vi.Contact(tuple(row), 0.0, np.inf, 0.5) for row in np.eye(3)),
+    )
+    run = vi.simulate(m, vi.State((0.0,) * 3, (0.0,) * 3), t_max=0.1)
+    jerks = jerks_of(mass, force)
+    # x = jerk t^3 / 6 up to parts of t^2, of the size of the largest jerk without contacts
+    slack = 0.1**2 * np.abs(np.linalg.solve(mass, force)).max()
+    x, _ = run.at(0.1)
+    moved = x[1:] / (0.1**3 / 6.0)
+    assert x[0] == pytest.approx(0.0, abs=1e-15)
+    assert moved == pytest.approx(jerks, abs=slack)
+    assert np.all((np.abs(moved) < 1e-9) == (jerks == 0.0))
+    assert set(run.status) <= {vi.Status.STICK, vi.Status.HORIZON}  # decided at once
+
+
+def impulses(m: vi.Mechanism, touching: list[int], v: NDArray[Any]) -> NDArray[Any]:
+    """Moreau's law as a least squares problem with p >= 0, from which v+ follows."""
+    rows = np.array([m.contacts[i].row for i in touching])
+    keep = 1.0 + np.array([m.contacts[i].restitutions[0] for i in touching])
+    half = np.linalg.cholesky(np.linalg.inv(np.array(m.mass))).T @ rows.T  # A = half^T half
+    target = -np.linalg.lstsq(half.T, keep * (rows @ v), rcond=None)[0]
+    return rows.T @ nnls(half, target)[0]
+
+
+def test_an_impact_beside_contacts_at_rest_follows_moreaus_law() -> None:
+    checked = 0
+    for seed in range(40):
+        m, state = heavy(seed)
+        run = vi.simulate(m, state, impacts=300, t_max=200.0)
+        for i in np.flatnonzero(run.status == vi.Status.IMPACT):
+            gaps, v = run.position[i, : len(m.contacts)], run.velocity_before[i]
+            near = np.flatnonzero(gaps < 1e-8)
+            at_rest = (gaps[near] < 1e-13) & (abs(v[near]) < 1e-13)
+            if len(near) < 2 or not np.all(at_rest | (near == run.contact[i])):
+                continue
+            touching = near.tolist()
+            after = v + np.linalg.solve(np.array(m.mass), impulses(m, touching, v))
+            assert run.velocity_after[i] == pytest.approx(after, abs=1e-9), (seed, i)
+            checked += 1
+    assert checked > 50
