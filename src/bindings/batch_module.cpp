@@ -1,5 +1,6 @@
 #include "batch_module.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <stdexcept>
@@ -141,11 +142,19 @@ private:
     // Take in arrays, or none of them.
     void add(const std::vector<part>& parts, const varied_places& varied) {
         owned_arrays::check_sizes(parts);
+        check_names(parts, varied);
         std::vector<system_numbers::varied_places> places;
         for (const auto& p : parts)
             places.push_back(places_in(p, varied));
         for (std::size_t i = 0; i < parts.size(); ++i)
             numbers_.add(parts[i].field, parts[i].from.data(), parts[i].size, places[i]);
+    }
+
+    static void check_names(const std::vector<part>& parts, const varied_places& varied) {
+        for (const auto& [name, places] : varied)
+            if (std::none_of(parts.begin(), parts.end(),
+                             [&](const part& p) { return name == p.name; }))
+                throw std::invalid_argument("varied: there is no array '" + name + "' here.");
     }
 
     system_numbers::varied_places places_in(const part& p, const varied_places& varied) const {
