@@ -92,7 +92,8 @@ strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
         static_cast<int>(plain(at.touching[contact])), duration, at.y);
     e.rate_before = at.rate[contact];
     if (!resolve_impact(system, at)) e.what = status::undecided;
-    set_on_stops(system, at);
+    for (int i = 0; i < system.contacts(); ++i)
+        if (at.touching[i] != 0.0) set_on_stop(system, at, i);
     e.rate_after = at.rate[contact];
     return e;
 }

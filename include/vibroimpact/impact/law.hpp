@@ -121,72 +121,20 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
     return true;
 }
 
-namespace detail {
-
-// How far u of a touching contact is from its stop, and how much too slowly its gap opens.
-template <class T, class Flow>
-VI_HD inline T behind(const hybrid<Flow>& system,
-                      const trajectory<T, typename Flow::shape_type>& at, int i) {
-    const auto& g = system.modes[0].guards[i];
-    return (plain(at.touching[i]) > 0.0 ? g.upper : g.lower) -
-           watch(g, 0, at.y, system.dimension());
-}
-template <class T, class Flow>
-VI_HD inline T too_slow(const hybrid<Flow>& system,
-                        const trajectory<T, typename Flow::shape_type>& at, int i) {
-    return at.rate[i] +
-           plain(at.touching[i]) * watch(system.modes[0].guards[i], 1, at.y, system.dimension());
-}
-
-// x with A x = b for the touching contacts, A the mobility of their gaps. Where contacts depend on
-// each other, or there is one, each for itself.
-template <class T, class Flow, int N>
-VI_HD inline void share_out(const hybrid<Flow>& system,
-                            const trajectory<T, typename Flow::shape_type>& at,
-                            const contact_list<N>& list, vec<T, N>& x) {
-    small_system<N> p{};
-    p.n = list.count;
-    for (int i = 0; i < p.n; ++i)
-        for (int j = 0; j < p.n; ++j)
-            p.a[i][j] = gap_mobility(system, at, list.index[i], list.index[j]);
-    const int all = (1 << p.n) - 1;
-    vec<double, N> none{};
-    if (p.n > 1 && solve_active(p, all, none)) {
-        const vec<T, N> b = x;
-        active_impulses(p, all, b, x);
-        for (int i = 0; i < p.n; ++i)
-            x[i] = -x[i];
-        return;
-    }
-    for (int i = 0; i < p.n; ++i)
-        x[i] = x[i] * system.laws[list.index[i]].effective_mass;
-}
-
-} // namespace detail
-
-// Put touching contacts on their stops exactly, at the rates that the law gave them: what rounding has
+// Put a touching contact on its stop exactly, at the rate that the law gave it: what rounding has
 // moved in y must not add up over many short hops. Free coordinates.
 template <class T, class Flow>
-VI_HD inline void set_on_stops(const hybrid<Flow>& system,
-                               trajectory<T, typename Flow::shape_type>& at) {
-    constexpr int N = Flow::max_contacts;
+VI_HD inline void set_on_stop(const hybrid<Flow>& system,
+                              trajectory<T, typename Flow::shape_type>& at, int contact) {
+    const auto& guard = system.modes[0].guards[contact];
+    const auto& law = system.laws[contact];
     const int n = system.dimension();
-    detail::contact_list<N> list{};
-    for (int i = 0; i < system.contacts(); ++i)
-        if (at.touching[i] != 0.0) list.add(i);
-    vec<T, N> x{};
-    for (int i = 0; i < list.count; ++i) // along gaps
-        x[i] = -plain(at.touching[list.index[i]]) * detail::behind(system, at, list.index[i]);
-    detail::share_out(system, at, list, x);
-    for (int i = 0; i < list.count; ++i)
-        for (int j = 0; j < n; ++j)
-            at.y[j] = at.y[j] + system.laws[list.index[i]].shift[j] *
-                                    (-plain(at.touching[list.index[i]]) * x[i]);
-    for (int i = 0; i < list.count; ++i)
-        x[i] = detail::too_slow(system, at, list.index[i]);
-    detail::share_out(system, at, list, x);
-    for (int i = 0; i < list.count; ++i)
-        push_away(at.y, n, system.laws[list.index[i]], plain(at.touching[list.index[i]]), x[i]);
+    const double side = plain(at.touching[contact]);
+    const T behind = (side > 0.0 ? guard.upper : guard.lower) - watch(guard, 0, at.y, n);
+    for (int i = 0; i < n; ++i)
+        at.y[i] = at.y[i] + law.shift[i] * (behind * law.effective_mass);
+    const T slow = at.rate[contact] + side * watch(guard, 1, at.y, n);
+    push_away(at.y, n, law, side, slow * law.effective_mass);
 }
 
 } // namespace vi

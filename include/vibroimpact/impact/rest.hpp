@@ -129,18 +129,67 @@ VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, 
 
 } // namespace detail
 
+namespace detail {
+
+// Bring contact i and those held to rest together; false if one would be pulled by more than the
+// impulse that has pressed it meanwhile. Free coordinates.
+template <class T, class Flow>
+VI_HD inline bool rest_together(const hybrid<Flow>& system,
+                                trajectory<T, typename Flow::shape_type>& at, int i,
+                                const vec<double, Flow::max_contacts>& pressed) {
+    constexpr int N = Flow::max_contacts;
+    contact_list<N> list{};
+    for (int j = 0; j < system.contacts(); ++j)
+        if (j == i || side_in_code(at.held, j) != 0.0) list.add(j);
+    small_system<N> problem{};
+    problem.n = list.count;
+    vec<T, N> b{}, p{};
+    for (int k = 0; k < list.count; ++k) {
+        b[k] = at.rate[list.index[k]];
+        for (int l = 0; l < list.count; ++l)
+            problem.a[k][l] = gap_mobility(system, at, list.index[k], list.index[l]);
+    }
+    const int all = (1 << list.count) - 1;
+    vec<double, N> none{};
+    if (!solve_active(problem, all, none)) return false;
+    active_impulses(problem, all, b, p);
+    for (int k = 0; k < list.count; ++k)
+        if (plain(p[k]) < -pressed[list.index[k]]) return false;
+    for (int k = 0; k < list.count; ++k) {
+        const int c = list.index[k];
+        for (int j = 0; j < system.contacts(); ++j)
+            if (at.touching[j] != 0.0)
+                at.rate[j] = at.rate[j] + gap_mobility(system, at, j, c) * p[k];
+        push_away(at.y, system.dimension(), system.laws[c], plain(at.touching[c]), p[k]);
+    }
+    return true;
+}
+
+} // namespace detail
+
 // The sum (1): a flight in the present mode, then one plastic impact of the contact and those held.
+// Each of its impulses may throw these off; they come back, and chatter too. All end it together where
+// the force on those held makes up for that.
 template <class T, class Flow>
 VI_HD inline T complete_chatter(const hybrid<Flow>& system,
                                 trajectory<T, typename Flow::shape_type>& at, int i) {
+    const auto& mode = system.modes[at.mode];
     const T t = detail::chatter_time<T>(system, at, i);
-    for (int j = 0; j < system.contacts(); ++j) // the others have left, or are where they were
-        if (j != i && !detail::motion_of(system, at, j, plain(t)).is_lost()) at.touching[j] = 0.0;
-    at.y = system.modes[at.mode].flow.template short_flight<taylor_order>(at.y, t);
+    vec<double, Flow::max_contacts> pressed{}; // impulses
+    for (int j = 0; j < system.contacts(); ++j) {
+        if (detail::side_in_code(at.held, j) != 0.0)
+            pressed[j] = plain(t) * plain(watch(mode.guards[j], 0, at.y, system.dimension()));
+        else if (j != i && !detail::motion_of(system, at, j, plain(t)).is_lost())
+            at.touching[j] = 0.0; // it has left; the others are where they were
+    }
+    at.y = mode.flow.template short_flight<taylor_order>(at.y, t);
     leave_mode(system, at);
     at.rate[i] = detail::gap_derivative<T>(system, at, i, 1);
     touch_held(system, at, at.held);
-    resolve_impact(system, at, 0.0);
+    if (at.held != 0 && detail::rest_together(system, at, i, pressed))
+        touch_held(system, at, at.held);
+    else
+        resolve_impact(system, at, 0.0);
     at.rate[i] = T(0.0);
     return t;
 }
