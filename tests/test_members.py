@@ -116,8 +116,8 @@ def test_a_mode_that_is_refused_leaves_the_batch_as_it_was() -> None:
             kernel.add_mode(**closed[0] | {"offset": np.zeros(3)})
         with pytest.raises(ValueError, match="offset: varied outside its numbers"):
             kernel.add_mode(**closed[0] | {"varied": {"offset": {2: 0}}})
-        with pytest.raises(ValueError, match="varied: there is no array 'ofset' here"):
-            kernel.add_mode(**closed[0] | {"varied": {"ofset": {0: 0}}})
+        with pytest.raises(ValueError, match="varied: there is no array 'shifts' here"):
+            kernel.add_mode(**closed[0] | {"varied": {"shifts": {0: 0}}})
         for mode in closed:
             kernel.add_mode(**mode)
         return kernel

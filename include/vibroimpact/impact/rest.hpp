@@ -127,10 +127,6 @@ VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, 
     return true;
 }
 
-} // namespace detail
-
-namespace detail {
-
 // Bring contact i and those held to rest together; false if one would be pulled by more than the
 // impulse that has pressed it meanwhile. Free coordinates.
 template <class T, class Flow>
