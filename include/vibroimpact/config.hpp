@@ -15,6 +15,9 @@
 // VI_WITHIN marks a lambda of such a function: [&](auto j) VI_WITHIN { ... }
 #define VI_WITHIN __attribute__((always_inline))
 
+// VI_RARE marks a function that the inner loop seldom calls, and that would stand in its way.
+#define VI_RARE VI_HD __attribute__((noinline))
+
 // VI_CALL marks a large function that is to be called on a device, where compilers would copy it to
 // each of its callers: they, and the spilling of registers, take several times as long then.
 #if defined(__CUDACC__) || defined(__CUDACC_RTC__)

@@ -246,17 +246,28 @@ VI_HD inline event<T, typename Flow::shape_type> go_on(const hybrid<Flow>& syste
 
 } // namespace detail
 
+// The next event of a run that has a memory.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type>
-step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
+VI_HD inline event<T, typename Flow::shape_type> step(const hybrid<Flow>& system,
+                                                      trajectory<T, typename Flow::shape_type>& at,
+                                                      double horizon, flight_memory<Flow>& memory) {
     if constexpr (is_modal<Flow>) {
         if (at.mode == 0 && at.held == 0) {
-            const auto end = quick_flight(system.modes[0], at, horizon);
+            const auto end = quick_flight(system.modes[0], at, horizon, memory);
             if (end.landed) return detail::quick_event(system, at, end);
+            memory.forget();
             return detail::go_on(system, at, end.duration, horizon);
         }
     }
+    memory.forget();
     return certified_step(system, at, horizon);
+}
+// The same of one that has none.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
+    flight_memory<Flow> memory;
+    return step(system, at, horizon, memory);
 }
 
 } // namespace vi

@@ -60,6 +60,7 @@ struct lane_states {
     trajectory<T, Shape> at;
     T flown;
     mask_t<T> quick; // lanes in free flight, which a round may bring on
+    flight_memory<modal_flow<real_t<T>, Shape>> memory;
     int mode[N] = {}, held[N] = {};
 };
 
@@ -83,6 +84,7 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
         set_lane(to.k[j], i, from.k[j]);
         set_lane(to.c[j], i, from.c[j]);
         set_lane(to.a[j], i, from.a[j]);
+        set_lane(to.growth[j], i, from.growth[j]);
     }
     to.ahead.entry[i] = from.ahead.entry;
     for (int m = 0; m < nearby_order / 2; ++m)
@@ -123,6 +125,7 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
     set_lane(to.upper, i, from.upper);
     set_lane(to.least_terms, i, from.least_terms);
     set_lane(to.least_fourth, i, from.least_fourth);
+    set_lane(to.least_sixth, i, from.least_sixth);
     set_lane(to.reach, i, from.reach);
     to.closed = from.closed;
 }
@@ -155,6 +158,7 @@ inline void put_system(lane_systems<N, Shape>& to, int i,
 template <class T, class Shape>
 inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<lane_t<T>, Shape>& t,
                            int n, int contacts) {
+    to.memory.forget(i);
     to.mode[i] = t.mode;
     to.held[i] = t.held;
     set_lane(to.quick, i, t.mode == 0 && t.held == 0);
@@ -204,8 +208,8 @@ struct lane_flight {
     quick_landing<T> end;
     vec<T, Shape::max_dimension / 2> before; // velocities
 
-    quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{systems.free,
-                                                                                  all.at, end};
+    quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{
+        systems.free, all.at, end, all.memory};
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
@@ -216,10 +220,20 @@ struct lane_flight {
     }
     // After the last one.
     VI_HOT void strike(const pack_mask<N>& going) {
+        if (round.repeats())
+            finish<true>(going);
+        else
+            finish<false>(going);
+    }
+
+private:
+    template <bool Some>
+    VI_HOT void finish(const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
         vec<T, Shape::max_dimension> y;
-        round.land(y);
+        round.template land<Some>(y);
         stuck = going & !end.landed & !end.moved;
+        if constexpr (Some) stuck &= !round.misled();
         all.flown = select(end.landed, T(0.0), end.duration);
         flow.each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);

@@ -86,9 +86,10 @@ template <class T, class Flow, class Observer>
 VI_HD inline run_result run(const hybrid<Flow>& system,
                             trajectory<T, typename Flow::shape_type>& at, run_progress& so_far,
                             const limits& limit, Observer& observer) {
+    flight_memory<Flow> memory;
     while (so_far.events < limit.events) {
         const double left = limit.t_max - so_far.now.time();
-        const auto e = step(system, at, min(left, limit.flight_limit));
+        const auto e = step(system, at, min(left, limit.flight_limit), memory);
         if (e.what == status::missing_mode) return {run_end::missing, e.code};
         count(so_far, e);
         const bool go_on = observer.see(e, at, so_far.now);

@@ -42,8 +42,9 @@ void hash(const system_type& system, const starts_type& starts, int events) {
     for (const auto& start : starts) {
         auto at = system.begin<double>(start);
         vi::clock now;
+        vi::flight_memory<flow> memory;
         for (int i = 0; i < events; ++i) {
-            const auto e = vi::step(system.hybrid(), at, horizon);
+            const auto e = vi::step(system.hybrid(), at, horizon, memory);
             now.add(e.duration);
             sum.add(static_cast<int>(e.what));
             sum.add(e.side);
@@ -216,9 +217,10 @@ int compare_jets(const system_type& system, const starts_type& starts, int event
             for (int i = 0; i < n; ++i)
                 seeded.y[i].d[j] = columns[j][i];
         }
+        vi::flight_memory<flow> memory, seeded_memory;
         for (int k = 0; k < events; ++k) {
-            const auto e = vi::step(system.hybrid(), at, horizon);
-            vi::step(system.hybrid(), seeded, horizon);
+            const auto e = vi::step(system.hybrid(), at, horizon, memory);
+            vi::step(system.hybrid(), seeded, horizon, seeded_memory);
             if (e.what != vi::status::impact) break;
             for (int j = 0; j < 5; ++j) {
                 saltate(system.hybrid(), e, columns[j]);
@@ -248,8 +250,9 @@ int count(const system_type& system, const starts_type& starts, int events) {
             counted.y[j] = number(at.y[j]);
         counted.touching[0] = number(at.touching[0]);
         counted.rate[0] = number(at.rate[0]);
+        vi::flight_memory<flow> memory;
         for (int k = 0; k < events; ++k)
-            vi::step(system.hybrid(), counted, horizon);
+            vi::step(system.hybrid(), counted, horizon, memory);
     }
     std::printf("%.1f\n", static_cast<double>(cost::counts.flops()) /
                               (static_cast<double>(starts.size()) * events));

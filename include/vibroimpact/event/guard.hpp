@@ -43,7 +43,7 @@ struct guard {
     vec<R, Dimension> third, fourth;
     vec<R, Dimension / 2> third_push, fourth_push;
     vec<R, Dimension> weights;
-    R least_terms, least_fourth;
+    R least_terms, least_fourth, least_sixth;
     R lower, upper; // infinite where there is no stop
     R reach;        // the largest finite |limit|
     int closed;     // side held in this mode, or no_side: then rows give the force, not the gap
@@ -53,7 +53,7 @@ struct guard {
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flow) {
     g.least_terms = g.reach;
-    g.least_fourth = R(0.0);
+    g.least_fourth = g.least_sixth = R(0.0);
     for (int j = 0; j < flow.blocks(); ++j) {
         const R root = sqrt(flow.k[j]);
         for (int i = 2 * j; i < 2 * j + 2; ++i) {
@@ -65,7 +65,9 @@ VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flo
         g.fourth_push[j] = g.rows[3][2 * j + 1] * flow.a[j];
         if (j < flow.oscillators()) continue;
         const R w3 = g.third[2 * j], w4 = g.fourth[2 * j]; // at theta = pi / 2
-        g.least_fourth = g.least_fourth + sqrt(w4 * w4 + w3 * w3);
+        const R most = sqrt(w4 * w4 + w3 * w3);
+        g.least_fourth = g.least_fourth + most;
+        g.least_sixth = g.least_sixth + flow.k[j] * most;
         g.least_terms = g.least_terms + (g.weights[2 * j] + g.weights[2 * j + 1] * root);
     }
 }
@@ -210,6 +212,22 @@ VI_HOT vec<T, 4> expand(const guard<R, Dimension, Orders>& g, const vec<T, Dimen
         twist = fnma(flow.k[j], change, twist);
     });
     return {u, slope, 0.5 * bend, (1.0 / 6) * twist};
+}
+
+// u''.
+template <class T, class R, int Dimension, int Orders, class Flow>
+VI_HOT T watch_bend(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+                    const Flow& flow) {
+    T sum = T(0.0);
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        if (!flow.template drifts<T>(j))
+            sum = fma(g.rows[0][2 * j], flow.pull(j, y[2 * j], y[2 * j + 1]), sum);
+    });
+    flow.each_line([&](auto j) VI_WITHIN { // q'' = -k q
+        const T share = fma(g.rows[0][2 * j + 1], y[2 * j + 1], g.rows[0][2 * j] * y[2 * j]);
+        sum = fnma(flow.k[j], share, sum);
+    });
+    return sum;
 }
 
 // u along a grid, value by value: u'' h^2 at y, then u at the times of the grid.

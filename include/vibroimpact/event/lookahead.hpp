@@ -34,25 +34,38 @@ struct outlook {
     R u, fourth, margin;
 };
 
+// (4) of an oscillator.
 template <class R, class G, class Flow, int D>
-VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side) {
-    R fourth = g.least_fourth, terms = g.least_terms;
-    const auto share = [&](const auto& row, const auto& push, int j) VI_WITHIN {
+VI_HOT R swing(const G& g, const Flow& flow, const vec<R, D>& y, int j) {
+    const auto share = [&](const auto& row, const auto& push) VI_WITHIN {
         const R &q = y[2 * j], &v = y[2 * j + 1];
         const R moving = flow.pushed ? fma(row[2 * j + 1], v, R(push[j])) : row[2 * j + 1] * v;
         return fma(row[2 * j], q, moving);
     };
+    const R w3 = share(g.third, g.third_push), w4 = share(g.fourth, g.fourth_push);
+    return sqrt(fma(w4, w4, w3 * w3));
+}
+
+// Of u and what it is bounded with.
+template <class R, class G, class Flow, int D>
+VI_HOT R terms_of(const G& g, const Flow& flow, const vec<R, D>& y) {
+    R terms = g.least_terms;
     flow.each_oscillator([&](auto j) VI_WITHIN {
-        if (!flow.template drifts<R>(j)) {
-            const R w3 = share(g.third, g.third_push, j), w4 = share(g.fourth, g.fourth_push, j);
-            fourth = fourth + sqrt(fma(w4, w4, w3 * w3)); // (4)
-        }
         terms = fma(g.weights[2 * j], abs(y[2 * j]),
                     fma(g.weights[2 * j + 1], abs(y[2 * j + 1]), terms));
     });
+    return terms;
+}
+
+template <class R, class G, class Flow, int D>
+VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side) {
+    R fourth = g.least_fourth;
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        if (!flow.template drifts<R>(j)) fourth = fourth + swing(g, flow, y, j);
+    });
     const R u = watch_distance(g, y, flow);
     return {select(side == 0.0, u, select(side > 0.0, R(g.upper), R(g.lower))), fourth,
-            proof_margin * terms};
+            proof_margin * terms_of(g, flow, y)};
 }
 
 // From one value to another: the limits, less a margin, or a pair of corners.

@@ -6,7 +6,8 @@
 //             predicted by the cubic through four times of the grid; one stored propagator leads
 //             next to it, the inverse series of the gap to within a millionth of a step         (1)
 //             of it, and from the state there one step of third order with the gap onto it.     (2)
-//             No elementary function is called.
+//             No elementary function is called. A flight that is like the one before last is not
+//             looked at, but repeated (event/repetition.hpp).
 //             Whatever is not proved this way (several contacts in an interval, slow departure, a
 //             near graze, the horizon) is left to certified_flight, from where the flight got to.
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; touching contacts leave: rate >= 0
@@ -14,16 +15,12 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/lookahead.hpp"
+#include "vibroimpact/event/repetition.hpp"
 
 namespace vi {
 
-inline constexpr double longest_flight =
-    512.0; // steps: then certified_flight's ladder is more exact
-// With c what (2) adds to (1): (2) is off by 2 (g'' c / 2 g')^2 c, less than 2^-52 steps.
-inline constexpr double largest_correction = 0x1p-18; // c, of a step
-inline constexpr double flattest = 0x1p-18;           // g'' c / 2 g'
-inline constexpr int most_tries = 2;                  // more, to find the root from a better guess
+inline constexpr double longest_flight = 512.0; // steps: then the ladder is more exact
+inline constexpr int most_tries = 2;            // more, to find the root from a better guess
 
 // What a round saw and did: it brought the trajectory onto a stop, or moved it to a place up to which
 // all is clear. `duration` is that of the flight up to there.
@@ -40,44 +37,6 @@ template <class M, class T, int D, class Shape>
 VI_HOT void select_state(const M& mask, vec<T, D>& to, const vec<T, D>& from,
                          const sizes<Shape>& size) {
     size.each_coordinate([&](auto j) { to[j] = select(mask, from[j], to[j]); });
-}
-
-// What watch(guard) says of the contact of the crossing.
-template <class T, class Mode, class R, class Watch>
-VI_HOT T watch_hit(const Mode& m, const sight<R>& hit, const Watch& watch) {
-    T u = watch(m.guards[0]);
-    for (int i = 1; i < m.flow.contacts(); ++i)
-        u = select(hit.contact == static_cast<double>(i), watch(m.guards[i]), u);
-    return u;
-}
-
-// How much is left to the limit, in u; and u'.
-template <class T, class Mode, class R, int D>
-VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const sight<R>& hit) {
-    return hit.limit - watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
-               return watch_distance(g, y, m.flow);
-           });
-}
-template <class T, class Mode, class R, int D>
-VI_HOT T speed_at(const Mode& m, const vec<T, D>& y, const sight<R>& hit) {
-    return watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN { return watch_speed(g, y, m.flow); });
-}
-
-// Near a root: what is left to the limit, and the next Taylor coefficients of u.
-template <class R>
-struct expansion {
-    R left, slope, bend, twist;
-};
-template <class R, class Mode, int D>
-VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const sight<R>& hit) {
-    auto u = expand(m.guards[0], y, m.flow);
-    for (int i = 1; i < m.flow.contacts(); ++i) {
-        const auto other = expand(m.guards[i], y, m.flow);
-        const mask_t<R> mine = hit.contact == static_cast<double>(i);
-        for (int k = 0; k < 4; ++k)
-            u[k] = select(mine, other[k], u[k]);
-    }
-    return {hit.limit - u[0], u[1], u[2], u[3]};
 }
 
 // (1) to its third power, and one Newton step on the cubic: its slope g1 (1 + q) is divided by as
@@ -113,12 +72,7 @@ struct neighbour {
     }
 };
 
-// The whole number nearest to x in [0, 2^51].
-template <class R>
-VI_HOT R nearest(const R& x) {
-    return (x + 0x1.8p52) - 0x1.8p52;
-}
-// The same within the table; 0 for NaN.
+// The place of the table nearest to x; 0 for NaN.
 template <class R>
 VI_HOT R nearest_place(const R& x) {
     return nearest(min(max(R(0.0), x), R(places - 1.0)));
@@ -160,13 +114,12 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
     using R = real_t<T>;
     const auto& flow = m.flow;
     const auto& hit = out.seen;
-    const R part = flow.part(), miss = at.left * at.scale;
-    const R turn = fma(3.0 * near.u.twist, near.s, near.u.bend) * at.scale;
-    const R shift = only(hit.found, miss * fnma(turn, miss, 1.0));
+    const R part = flow.part(), bend = fma(3.0 * near.u.twist, near.s, near.u.bend);
+    const last_step<R> on(at.left, bend, at.scale, flow.step);
+    const R shift = only(hit.found, on.shift);
     const R s = near.s + shift, begin = (hit.begin - near.part) * part;
-    out.landed = hit.found & near.close & (abs(shift) <= largest_correction * flow.step) &
-                 (abs(turn * shift) <= flattest) & (s >= begin) &
-                 (s <= fma(hit.length, part, begin));
+    out.landed =
+        hit.found & near.close & on.exact & (s >= begin) & (s <= fma(hit.length, part, begin));
     y = flow.nudge(at.y, shift);
     out.rate = -hit.side * speed_at(m, y, hit);
     const mask_t<R> gone = out.landed | out.moved;
@@ -220,18 +173,56 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 template <class T, class Mode, class Shape>
 class quick_round {
     using R = real_t<T>;
+    using memory_type = flight_memory<typename Mode::flow_type>;
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
     using outlooks = vec<detail::outlook<R>, K>;
 
 public:
     // The flight stands at at.y, end.duration after its start.
-    VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, quick_landing<T>& end)
-        : m_(m), at_(at), end_(end) {}
+    VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, quick_landing<T>& end,
+                       memory_type& memory)
+        : m_(m), at_(at), end_(end), memory_(memory) {}
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
-    // Along the wide grid.
+    // Along the wide grid, but for lanes that recall such a flight.
     VI_HOT void look(const mask_t<T>& able) {
+        looks_ = !(repeats_ = memory_.knows_any());
+        if (!repeats_) return look_ahead(able);
+        recalled_ = able & memory_.ready() & (value(end_.duration) == 0.0);
+        repeats_ = any(recalled_);
+        const mask_t<T> others = able & !recalled_;
+        looks_ = !repeats_ || any(others);
+        if (looks_) look_ahead(others);
+    }
+    // The stages that follow but the last, in order: take(stage), each to be called with the round.
+    template <class Take>
+    VI_HOT static void each_stage(const Take& take) {
+        take([](auto& round) VI_WITHIN { round.approach(); });
+        take([](auto& round) VI_WITHIN {
+            if (round.looks_) round.predict();
+        });
+        take([](auto& round) VI_WITHIN {
+            if (round.looks_) round.close_in();
+        });
+    }
+    // The last one: `y` is the state after it. Some = repeats().
+    template <bool Some>
+    VI_HOT void land(vec<T, D>& y) {
+        if (!Some || looks_) {
+            end_.moved = going_ & !end_.seen.found & (end_.seen.begin > 0.0);
+            detail::land(m_, near_, predicted_, at_.y, end_, y);
+        }
+        if constexpr (Some) repeat(y);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end_);
+        remember<Some>();
+    }
+    // Lanes that did not fly as recalled, if any: in the next round they look.
+    VI_HOT bool repeats() const { return repeats_; }
+    VI_HOT mask_t<T> misled() const { return recalled_ & !end_.landed; }
+
+private:
+    VI_HOT void look_ahead(const mask_t<T>& able) {
         const auto& y = values_of(at_.y, m_.flow.dimension());
         outlooks from;
         look_out(y, from);
@@ -245,31 +236,15 @@ public:
         stuck_ = going & !found & !clear;
         end_.seen.found = found;
         going_ = going;
+        if (any(stuck_)) look_again();
     }
-    // The stages that follow but the last, in order: take(stage), each to be called with the round.
-    template <class Take>
-    VI_HOT static void each_stage(const Take& take) {
-        take([](auto& round) VI_WITHIN { round.look_again(); });
-        take([](auto& round) VI_WITHIN { round.approach(); });
-        take([](auto& round) VI_WITHIN { round.predict(); });
-        take([](auto& round) VI_WITHIN { round.close_in(); });
-    }
-    // The last one: `y` is the state after it.
-    VI_HOT void land(vec<T, D>& y) {
-        end_.moved = going_ & !end_.seen.found & (end_.seen.begin > 0.0);
-        detail::land(m_, near_, predicted_, at_.y, end_, y);
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end_);
-    }
-
-private:
     VI_HOT void look_out(const vec<R, D>& y, outlooks& from) const {
         m_.flow.each_contact([&](auto i) VI_WITHIN {
             from[i] = detail::look_out(m_.guards[i], m_.flow, y, at_.touching[i]);
         });
     }
     // Along the narrow one, where something is undecided.
-    VI_HOT void look_again() {
-        if (!any(stuck_)) return;
+    VI_RARE void look_again() {
         const R before = only(stuck_, end_.seen.begin);
         detail::closer_look<T, R, D> close;
         outlooks from;
@@ -282,6 +257,8 @@ private:
     }
     // Next to the crossing, or to the end of what is clear.
     VI_HOT void approach() {
+        if (repeats_) repeated_.go(m_, memory_, at_);
+        if (!looks_) return;
         const auto& seen = end_.seen;
         const R crossing = detail::nearest_place(seen.place);
         near_.part = only(going_, select(seen.found, crossing, seen.begin));
@@ -292,13 +269,53 @@ private:
         detail::go_nearer(m_, at_.y, end_.seen, near_);
         detail::go_on_series(m_, end_.seen, near_, predicted_);
     }
+    VI_HOT void repeat(vec<T, D>& y) {
+        const auto& from = repeated_;
+        auto& seen = end_.seen;
+        if (!looks_) {
+            end_.landed = recalled_ & repeated_.land(m_, at_, y);
+            end_.moved = seen.found = !(end_.landed | !end_.landed);
+            if (!all(end_.landed)) detail::select_state(!end_.landed, y, at_.y, m_.flow);
+            end_.duration = select(end_.landed, from.duration, end_.duration);
+            end_.rate = from.rate;
+            seen.side = from.hit.side;
+            seen.limit = from.hit.limit;
+            seen.contact = from.hit.contact;
+            return;
+        }
+        vec<T, D> there;
+        const mask_t<T> landed = recalled_ & repeated_.land(m_, at_, there);
+        const auto take = [&](auto& to, const auto& x) VI_WITHIN { to = select(landed, x, to); };
+        detail::select_state(landed, y, there, m_.flow);
+        end_.landed = end_.landed | landed;
+        take(end_.duration, from.duration);
+        take(end_.rate, from.rate);
+        take(seen.side, from.hit.side);
+        take(seen.limit, from.hit.limit);
+        take(seen.contact, from.hit.contact);
+    }
+    template <bool Some>
+    VI_HOT void remember() {
+        mask_t<T> fresh = end_.landed;
+        if constexpr (Some) {
+            const mask_t<T> lost = misled();
+            if (any(lost)) memory_.lose(lost);
+            fresh = fresh & !recalled_;
+        }
+        if (!Some || looks_)
+            memory_.template note<T>(m_.flow, fresh, value(end_.duration), end_.seen);
+        if (memory_.knows_any()) memory_.take_turns(end_.landed);
+    }
 
     const Mode& m_;
     trajectory<T, Shape>& at_;
     quick_landing<T>& end_;
-    mask_t<T> going_, stuck_;
+    memory_type& memory_;
+    mask_t<T> going_, stuck_, recalled_;
+    bool looks_, repeats_; // whether any lane does
     detail::neighbour<T, R, D> near_;
     detail::prediction<T, R, D> predicted_;
+    detail::repeated_flight<T, typename Mode::flow_type> repeated_;
 };
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
@@ -310,19 +327,23 @@ VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
 // A whole flight of one lane, or as much of it as is proved.
 template <class T, class Mode, class Shape>
 VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at,
-                                     const real_t<T>& horizon) {
+                                     const real_t<T>& horizon,
+                                     flight_memory<typename Mode::flow_type>& memory) {
     quick_landing<T> end;
     end.duration = T(0.0);
     end.landed = end.moved = false;
     while (may_go_on(m.flow, value(end.duration), horizon)) {
-        quick_round<T, Mode, Shape> round(m, at, end);
+        quick_round<T, Mode, Shape> round(m, at, end, memory);
         round.look(true);
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         vec<T, Shape::max_dimension> y;
-        round.land(y);
+        if (round.repeats())
+            round.template land<true>(y);
+        else
+            round.template land<false>(y);
         at.y = y;
-        if (!end.moved) break;
-        for (int i = 0; i < m.flow.contacts(); ++i)
+        if (!end.moved && !(round.repeats() && round.misled())) break;
+        for (int i = 0; end.moved && i < m.flow.contacts(); ++i)
             at.touching[i] = real_t<T>(0.0);
     }
     return end;

@@ -52,9 +52,12 @@ struct modal_flow : sizes<Shape> {
     template <class T>
     using state = vec<T, max_dimension>;
 
+    using real = R;
     using propagator = block_steps<R, max_blocks>;
     // C and S of every block in turn, then I a of every block: the rest of exp(B t) follows.
-    using stored = vec<lane_t<R>, 3 * max_blocks + max_blocks % 2>;
+    template <class S>
+    using essence = vec<S, 3 * max_blocks + max_blocks % 2>;
+    using stored = essence<lane_t<R>>;
 
     vec<R, max_blocks> k, c, a;
     R step;                         // a short number, so that n * step is exact for n < 2^29
@@ -66,6 +69,7 @@ struct modal_flow : sizes<Shape> {
     R spacing[grids];               // of the times of a grid, in parts of a step
     R grid_error[grids];            // 5/96 h^4, h the same in units of time
     R sight;                        // how far the wide grid goes
+    vec<R, max_blocks> growth;      // c^2 + c sqrt(k) + k, (3) of event/repetition.hpp
     vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
 
     template <class T>
@@ -83,25 +87,62 @@ struct modal_flow : sizes<Shape> {
     // exp(B j step / parts_of_step) y, each lane at its own place j.
     template <class T>
     VI_HOT constexpr state<T> apply_ahead(const real_t<T>& place, const state<T>& y) const {
-        state<T> out;
         const auto rows = ahead.at(place);
-        const int push = this->dimension(); // where I a begins
+        return apply_by([&](auto j) VI_WITHIN { return read(rows, j); }, place * part(), y);
+    }
+    // exp(B time) y, from what is stored of it.
+    template <class T>
+    VI_HOT constexpr state<T> apply_stored(const essence<R>& e, const real_t<T>& time,
+                                           const state<T>& y) const {
+        return apply_by([&](auto j) VI_WITHIN { return read(e, j); }, time, y);
+    }
+    // What is stored at a place; of blocks that drift nothing is needed.
+    template <class T>
+    VI_HOT constexpr essence<R> pick(const R& place) const {
+        const auto rows = ahead.at(place);
+        essence<R> out;
         this->each_oscillator([&](auto j) VI_WITHIN {
-            const T q = y[2 * j], v = y[2 * j + 1];
-            if (drifts<T>(j)) {
-                out[2 * j] = q + fma(place * part(), v, T(0.0));
-                out[2 * j + 1] = v + T(0.0);
-                return;
-            }
-            const auto [full, velocity] = pick_two(rows, 2 * j); // C, S
-            const R position = pushed ? pick_two(rows, push + j - j % 2).at(j % 2) : R(0.0);
-            out[2 * j] = fma(full, q, fma(velocity, v, position));
-            out[2 * j + 1] = fma(velocity, pull(j, q, v), full * v);
+            if (!drifts<T>(j)) put(out, j, read(rows, j));
+        });
+        this->each_line([&](auto j) VI_WITHIN { put(out, j, read(rows, j)); });
+        return out;
+    }
+    // Each number of it, body(index).
+    template <class T, class F>
+    VI_HOT constexpr void each_stored(const F& body) const {
+        const auto both = [&](auto j) VI_WITHIN {
+            body(2 * j);
+            body(2 * j + 1);
+        };
+        this->each_oscillator([&](auto j) VI_WITHIN {
+            if (drifts<T>(j)) return;
+            both(j);
+            body(this->dimension() + j);
+        });
+        this->each_line(both);
+    }
+
+    // What is to be stored of exp(B (t + s)), |s| <= step, from what is of exp(B t).
+    template <int Order, class T>
+    VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
+        essence<R> out;
+        const R square = s * s;
+        const auto sums = integrals<Order, T>(s, square);
+        this->each_oscillator([&](auto j) VI_WITHIN {
+            if (drifts<T>(j)) return;
+            const R velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
+            const R full = fnma(k[j], position, R(1.0));
+            const auto [c0, s0, i0] = read(e, j);
+            put(out, j,
+                {fnma(k[j] * velocity, s0, full * c0), fma(velocity, fnma(c[j], s0, c0), full * s0),
+                 fma(full, i0, a[j] * fma(velocity, s0, position))});
         });
         this->each_line([&](auto j) VI_WITHIN {
-            const auto [cosine, sine] = pick_two(rows, 2 * j);
-            out[2 * j] = fma(cosine, y[2 * j], sine * y[2 * j + 1]);
-            out[2 * j + 1] = fnma(sine, k[j] * y[2 * j], cosine * y[2 * j + 1]);
+            const auto wave = waves<Order>(k[j] * square);
+            const R sine = s * wave.second;
+            const auto [c0, s0, i0] = read(e, j);
+            put(out, j,
+                {fnma(k[j] * sine, s0, wave.first * c0), fma(sine, c0, wave.first * s0), i0});
         });
         return out;
     }
@@ -198,6 +239,7 @@ struct modal_flow : sizes<Shape> {
         for (int j = 0; j < this->blocks(); ++j) {
             pushed = pushed || a[j] != 0.0;
             bends[j] = (bits(k[j]) | bits(c[j]) | bits(a[j])) != 0;
+            growth[j] = k[j] + c[j] * (c[j] + sqrt(k[j]));
             tabulate(j);
             expand(j);
         }
@@ -277,6 +319,49 @@ struct modal_flow : sizes<Shape> {
     }
 
 private:
+    // C, S and I a of a block.
+    struct numbers {
+        R full, velocity, push;
+    };
+    template <class Rows>
+    VI_HOT constexpr numbers read(const Rows& rows, int j) const { // of the table
+        const auto [full, velocity] = pick_two(rows, 2 * j);
+        const int at = this->dimension() + j - j % 2;
+        const bool still = !pushed || j >= this->oscillators();
+        return {full, velocity, still ? R(0.0) : pick_two(rows, at).at(j % 2)};
+    }
+    VI_HOT constexpr numbers read(const essence<R>& e, int j) const {
+        return {e[2 * j], e[2 * j + 1], e[this->dimension() + j]};
+    }
+    VI_HOT constexpr void put(essence<R>& to, int j, const numbers& of) const {
+        to[2 * j] = of.full;
+        to[2 * j + 1] = of.velocity;
+        to[this->dimension() + j] = of.push;
+    }
+
+    template <class T, class Read>
+    VI_HOT constexpr state<T> apply_by(const Read& numbers_of, const real_t<T>& time,
+                                       const state<T>& y) const {
+        state<T> out;
+        this->each_oscillator([&](auto j) VI_WITHIN {
+            const T q = y[2 * j], v = y[2 * j + 1];
+            if (drifts<T>(j)) {
+                out[2 * j] = q + fma(time, v, T(0.0));
+                out[2 * j + 1] = v + T(0.0);
+                return;
+            }
+            const numbers e = numbers_of(j);
+            out[2 * j] = fma(e.full, q, fma(e.velocity, v, e.push));
+            out[2 * j + 1] = fma(e.velocity, pull(j, q, v), e.full * v);
+        });
+        this->each_line([&](auto j) VI_WITHIN {
+            const numbers e = numbers_of(j);
+            out[2 * j] = fma(e.full, y[2 * j], e.velocity * y[2 * j + 1]);
+            out[2 * j + 1] = fnma(e.velocity, k[j] * y[2 * j], e.full * y[2 * j + 1]);
+        });
+        return out;
+    }
+
     // What is stored of a block.
     VI_HD void tabulate(int j) {
         block_step<double> parts[parts_of_step + 1];

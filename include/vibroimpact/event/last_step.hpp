@@ -1,0 +1,71 @@
+// The last step of a flight: onto the stop, from a state next to it.
+//
+// Method      With g the gap, computed anew at that state, and its rate g', e = -g / g':
+//               s = e (1 - g'' e / (2 g'))                                               (1)
+//             and the state follows by its series to second order.
+// Accuracy    (1) is off by 2 (g'' s / (2 g'))^2 s: where the step is exact, less than 2^-52 steps
+// Reference   theory.md, (T16d)
+#pragma once
+
+#include "vibroimpact/event/lookahead.hpp"
+
+namespace vi {
+
+// Of exact steps:
+inline constexpr double largest_correction = 0x1p-18; // s, of a step of the flow
+inline constexpr double flattest = 0x1p-18;           // g'' s / (2 g')
+
+namespace detail {
+
+// What watch(guard) says of the contact of the crossing.
+template <class T, class Mode, class R, class Watch>
+VI_HOT T watch_hit(const Mode& m, const sight<R>& hit, const Watch& watch) {
+    T u = watch(m.guards[0]);
+    for (int i = 1; i < m.flow.contacts(); ++i)
+        u = select(hit.contact == static_cast<double>(i), watch(m.guards[i]), u);
+    return u;
+}
+
+// How much is left to the limit, in u; and u'.
+template <class T, class Mode, class R, int D>
+VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const sight<R>& hit) {
+    return hit.limit - watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
+               return watch_distance(g, y, m.flow);
+           });
+}
+template <class T, class Mode, class R, int D>
+VI_HOT T speed_at(const Mode& m, const vec<T, D>& y, const sight<R>& hit) {
+    return watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN { return watch_speed(g, y, m.flow); });
+}
+
+// What is left to the limit, and the next Taylor coefficients of u.
+template <class R>
+struct expansion {
+    R left, slope, bend, twist;
+};
+template <class R, class Mode, int D>
+VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const sight<R>& hit) {
+    auto u = expand(m.guards[0], y, m.flow);
+    for (int i = 1; i < m.flow.contacts(); ++i) {
+        const auto other = expand(m.guards[i], y, m.flow);
+        const mask_t<R> mine = hit.contact == static_cast<double>(i);
+        for (int k = 0; k < 4; ++k)
+            u[k] = select(mine, other[k], u[k]);
+    }
+    return {hit.limit - u[0], u[1], u[2], u[3]};
+}
+
+// (1); scale = 1 / u'.
+template <class R>
+struct last_step {
+    R shift;
+    mask_t<R> exact;
+    VI_HOT last_step(const R& left, const R& bend, const R& scale, const R& step) {
+        const R miss = left * scale, turn = bend * scale;
+        shift = miss * fnma(turn, miss, 1.0);
+        exact = (abs(shift) <= largest_correction * step) & (abs(turn * shift) <= flattest);
+    }
+};
+
+} // namespace detail
+} // namespace vi

@@ -1,0 +1,93 @@
+"""Flights that repeat an earlier one: those of runs that become periodic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from support.builds import output
+from support.members import run as run_members
+from support.systems import paper_damper
+
+import vibroimpact as vi
+from vibroimpact.ensembles.batch import batch_of
+from vibroimpact.ensembles.observers import Final
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DAMPER = paper_damper("A", 1.2)
+
+
+@pytest.mark.parametrize("build", ["gcc", "clang"])
+def test_flights_that_are_proved_clear_are_clear(tmp_path: Path, build: str) -> None:
+    output(tmp_path, "repetition_test", build)
+
+
+def state_after(run: vi.Run, i: int) -> vi.State:
+    return vi.State(tuple(run.position[i]), tuple(run.velocity_after[i]), float(run.phase[i]))
+
+
+def walled() -> vi.Mechanism:
+    """The impact damper, its main mass before a wall that it does not reach."""
+    wall = vi.Contact((1.0, 0.0), -np.inf, 1.5, 0.5)
+    return replace(DAMPER.mechanism, contacts=(*DAMPER.mechanism.contacts, wall))
+
+
+def two_stops() -> vi.Mechanism:
+    """Two coupled masses that strike a stop each in turn, once in a period."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.8]],
+        damping=[[0.1, 0.0], [0.0, 0.1]],
+        stiffness=[[1.1, -0.1], [-0.1, 2.1]],
+        forces=(vi.Harmonic(1.7, (2.0, 1.5)),),
+        contacts=(
+            vi.Contact((1.0, 0.0), lower=-0.3, upper=np.inf, restitution=0.6),
+            vi.Contact((0.0, 1.0), lower=-0.4, upper=np.inf, restitution=0.7),
+        ),
+    )
+
+
+def pushed_ball() -> vi.Mechanism:
+    """A heavy damped oscillator on a stop, one impact in a period."""
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.15]], stiffness=[[1.0]], constant_force=(-0.3,),
+        forces=(vi.Harmonic(2.1, (2.0,)),),
+        contacts=(vi.Contact((1.0,), lower=-0.1, upper=np.inf, restitution=0.6),),
+    )  # fmt: skip
+
+
+STEADY = {
+    "damper": (DAMPER.mechanism, vi.State((0.3, 0.1), (0.2, -1.5), 0.4)),
+    "before a wall": (walled(), vi.State((0.3, 0.1), (0.2, -1.5), 0.4)),
+    "two stops": (two_stops(), vi.State((0.5, 0.4), (0.1, 0.2))),
+    "a push": (pushed_ball(), vi.State((0.5,), (0.1,))),
+}
+
+
+@pytest.mark.parametrize("name", STEADY)
+def test_repeated_flights_are_those_that_would_have_been_found(name: str) -> None:
+    mechanism, start = STEADY[name]
+    run = vi.simulate(mechanism, start, impacts=700)
+    assert np.all(run.status[-12:] == vi.Status.IMPACT)
+    for i in range(len(run) - 12, len(run) - 1):
+        alone = vi.simulate(mechanism, state_after(run, i), impacts=1)
+        assert alone.contact[0] == run.contact[i + 1]
+        # a state is rounded when it is recorded, and when it becomes a start
+        assert alone.time[0] == pytest.approx(run.time[i + 1] - run.time[i], abs=1e-12)
+        assert alone.position[0] == pytest.approx(run.position[i + 1], abs=1e-13)
+        assert alone.velocity_before[0] == pytest.approx(run.velocity_before[i + 1], abs=1e-13)
+
+
+@pytest.mark.parametrize("name", STEADY)
+def test_lanes_repeat_the_flights_that_the_scalar_engine_repeats(name: str) -> None:
+    mechanism, start = STEADY[name]
+    starts = [replace(start, phase=phase) for phase in np.linspace(0.0, 5.0, 37)]
+    end = 1000.0
+    found = run_members(batch_of(mechanism, {}), starts, 0.0, end, [Final()])
+    for i, state in enumerate(starts):
+        alone = vi.simulate(mechanism, state, impacts=100_000, t_max=end)
+        assert alone.position[-1].tobytes() == found["final_position"][i].tobytes()
+        assert alone.velocity_after[-1].tobytes() == found["final_velocity"][i].tobytes()
