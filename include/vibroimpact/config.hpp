@@ -18,6 +18,14 @@
 // VI_RARE marks a function that the inner loop seldom calls, and that would stand in its way.
 #define VI_RARE VI_HD __attribute__((noinline))
 
+// VI_APART marks a part of that loop which is a function of its own on a device, where registers are
+// few.
+#if defined(__CUDACC__) || defined(__CUDACC_RTC__)
+#define VI_APART VI_RARE
+#else
+#define VI_APART VI_HOT
+#endif
+
 // VI_CALL marks a large function that is to be called on a device, where compilers would copy it to
 // each of its callers: they, and the spilling of registers, take several times as long then.
 #if defined(__CUDACC__) || defined(__CUDACC_RTC__)

@@ -112,8 +112,8 @@ private:
     VI_HOT R now(const R& even, const R& odd) const { return select(at_odd_, odd, even); }
 
     template <class T>
-    VI_HOT void keep(const Flow& flow, const mask_t<R>& which, const R& duration,
-                     const detail::sight<real_t<T>>& seen) {
+    VI_RARE void keep(const Flow& flow, const mask_t<R>& which, const R& duration,
+                      const detail::sight<real_t<T>>& seen) {
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
         const R place = only(alike, nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
@@ -211,8 +211,8 @@ public:
 
     // To where the last one ended.
     template <class Mode, class Shape>
-    VI_HOT void go(const Mode& m, const flight_memory<Flow>& memory,
-                   const trajectory<T, Shape>& start) {
+    VI_APART void go(const Mode& m, const flight_memory<Flow>& memory,
+                     const trajectory<T, Shape>& start) {
         const auto& y = values_of(start.y, m.flow.dimension());
         time_ = memory.time();
         hit.side = memory.side();
@@ -228,7 +228,7 @@ public:
     }
     // Onto the stop; y is the state there. Where that is proved:
     template <class Mode, class Shape>
-    VI_HOT mask_t<R> land(const Mode& m, const trajectory<T, Shape>& start, vec<T, D>& y) {
+    VI_APART mask_t<R> land(const Mode& m, const trajectory<T, Shape>& start, vec<T, D>& y) {
         const last_step<R> on(u_.left, u_.bend, scale_, m.flow.step);
         y = m.flow.nudge(y_, on.shift);
         rate = -hit.side * speed_at(m, y, hit);
