@@ -12,8 +12,9 @@ from support.members import run as run_members
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.batch import batch_of
-from vibroimpact.ensembles.observers import Final
+from vibroimpact.ensembles.batch import Members, batch_of
+from vibroimpact.ensembles.batch import run_members as run_batch
+from vibroimpact.ensembles.observers import Final, resolve
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,3 +92,42 @@ def test_lanes_repeat_the_flights_that_the_scalar_engine_repeats(name: str) -> N
         alone = vi.simulate(mechanism, state, impacts=100_000, t_max=end)
         assert alone.position[-1].tobytes() == found["final_position"][i].tobytes()
         assert alone.velocity_after[-1].tobytes() == found["final_velocity"][i].tobytes()
+
+
+def loaded(brake: float, pull: float, row: float) -> vi.Mechanism:
+    """The impact damper; its free mass braked or pulled, and seen by its contact or not."""
+    free = DAMPER.mechanism
+    return vi.Mechanism(
+        mass=free.mass,
+        damping=[[free.damping[0][0], 0.0], [0.0, brake]],
+        stiffness=free.stiffness,
+        forces=free.forces,
+        constant_force=(0.0, pull),
+        contacts=(
+            vi.Contact((-1.0, row), -5.0 if row else -1.0, 5.0 if row else np.inf, 0.8),
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("row", [1.0, 0.0])
+def test_a_free_mass_repeats_its_flights_beside_masses_that_are_loaded_later(row: float) -> None:
+    """Lanes that hold free masses alone leave out what loaded ones need, and recall it later."""
+    values = {"brake": np.array([0.0, 0.01, 0.0]), "pull": np.array([0.0, 0.0, 0.02])}
+    system = np.array([0] * 48 + [1, 2] * 24, dtype=np.int32)
+    length = np.where(np.arange(96) % 3 == 0, 1500.0, np.linspace(1000.0, 1200.0, 96))
+    members = Members(
+        system=system,
+        position=np.tile([0.3, 0.1], (96, 1)),
+        velocity=np.tile([0.2, -1.5], (96, 1)),
+        phase=np.linspace(0.0, 6.0, 96),
+        settle=np.zeros(96),
+        observe=length,
+        most_impacts=10_000,
+    )
+    family = vi.Family(loaded, brake=0.0, pull=0.0, row=row)
+    found = run_batch(batch_of(family, values), members, resolve([Final()]))
+    for i, k in enumerate(system):
+        state = vi.State((0.3, 0.1), (0.2, -1.5), float(members.phase[i]))
+        mechanism = loaded(values["brake"][k], values["pull"][k], row)
+        alone = vi.simulate(mechanism, state, impacts=10_000, t_max=length[i])
+        assert alone.position[-1].tobytes() == found["final_position"][i].tobytes(), i

@@ -4,8 +4,8 @@
 //             the end is cut there. Observers (observe/) see what lies after `settle`; the flight
 //             that is under way at that time counts from there on.
 //             Where tangents are wanted, the motion goes on in jets from a quarter of the observed
-//             time before the window. Values of jets have the bits of doubles, so nothing else
-//             changes.
+//             time before the window. Values of jets have the bits of doubles; only what is known of
+//             flights that repeat (event/repetition.hpp) is forgotten there.
 // Accuracy    that of the engine: the same bits for the same system and start, whatever else runs
 // Fails       member_end: every outcome is data, and what was observed up to there is kept
 #pragma once

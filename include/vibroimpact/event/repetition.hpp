@@ -117,11 +117,11 @@ private:
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
         const R place = only(alike, nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
-        const stored there = flow.template pick<T>(place);
-        const stored itself = flow.template later<nearby_order, T>(there, beyond);
+        const stored itself = flow.template later<nearby_order>(flow.pick(place), beyond);
         const auto put = [&](known_end<Flow>& to, const mask_t<R>& mine) VI_WITHIN {
             const auto take = [&](R& x, const R& y) VI_WITHIN { x = select(mine, y, x); };
-            flow.template each_stored<T>([&](auto i) VI_WITHIN { take(to.rows[i], itself[i]); });
+            for (int i = 0; i < flow.dimension() + flow.blocks(); ++i)
+                take(to.rows[i], itself[i]);
             take(to.time, duration);
             take(to.contact, own(seen.contact));
             take(to.side, own(seen.side));

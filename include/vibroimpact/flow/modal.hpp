@@ -96,18 +96,16 @@ struct modal_flow : sizes<Shape> {
                                            const state<T>& y) const {
         return apply_by([&](auto j) VI_WITHIN { return read(e, j); }, time, y);
     }
-    // What is stored at a place; of blocks that drift nothing is needed.
-    template <class T>
+    // What is stored at a place.
     VI_HOT constexpr essence<R> pick(const R& place) const {
         const auto rows = ahead.at(place);
         essence<R> out;
-        this->each_oscillator([&](auto j) VI_WITHIN {
-            if (!drifts<T>(j)) put(out, j, read(rows, j));
-        });
-        this->each_line([&](auto j) VI_WITHIN { put(out, j, read(rows, j)); });
+        for (int j = 0; j < this->blocks(); ++j)
+            put(out, j, read(rows, j));
         return out;
     }
-    // Each number of it, body(index).
+    // Each number of it that is needed now, body(index); a block that drifts in all lanes may not do
+    // so in lanes to come.
     template <class T, class F>
     VI_HOT constexpr void each_stored(const F& body) const {
         const auto both = [&](auto j) VI_WITHIN {
@@ -122,14 +120,13 @@ struct modal_flow : sizes<Shape> {
         this->each_line(both);
     }
 
-    // What is to be stored of exp(B (t + s)), |s| <= step, from what is of exp(B t).
-    template <int Order, class T>
+    // What is to be stored of exp(B (t + s)) from what is of exp(B t); Order as in short_flight.
+    template <int Order>
     VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
         essence<R> out;
         const R square = s * s;
-        const auto sums = integrals<Order, T>(s, square);
+        const auto sums = all_integrals<Order>(s, square);
         this->each_oscillator([&](auto j) VI_WITHIN {
-            if (drifts<T>(j)) return;
             const R velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
             const R full = fnma(k[j], position, R(1.0));
             const auto [c0, s0, i0] = read(e, j);
@@ -403,11 +400,21 @@ private:
     // there.
     template <int Order, class T, class Time>
     VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square) const {
+        return integrals_of<Order>(s, square, [&](int j) VI_WITHIN { return !drifts<T>(j); });
+    }
+    template <int Order, class Time>
+    VI_HOT constexpr vec<Time, max_dimension> all_integrals(const Time& s,
+                                                            const Time& square) const {
+        return integrals_of<Order>(s, square, [](int) VI_WITHIN { return true; });
+    }
+    template <int Order, class Time, class Wanted>
+    VI_HOT constexpr vec<Time, max_dimension> integrals_of(const Time& s, const Time& square,
+                                                           const Wanted& wanted) const {
         constexpr int rows = (Order + 1) / 2;
         const int odd = this->dimension();
         vec<Time, max_dimension> out;
         this->each_oscillator([&](auto j) VI_WITHIN {
-            if (drifts<T>(j)) return;
+            if (!wanted(j)) return;
             for (int i = 2 * j; i < 2 * j + 2; ++i) {
                 Time even = Time(series[rows - 1][i]), more = Time(series[rows - 1][odd + i]);
                 unrolled<0, rows - 1>([&](auto term) {

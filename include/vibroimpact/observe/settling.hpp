@@ -4,7 +4,7 @@
 //             impacts are kept. Second run, the same motion again from t = 0: impact i is compared
 //             with the last kept impact j = i modulo K. The time of the last that differs in
 //             contact, stop or state (state.hpp) is the settling time, 0 where none does.
-// Assumes     both runs have the same bits, so their impacts are numbered alike
+// Assumes     both runs have the same impacts, to rounding where tangents are carried in the first
 // Fails       none(): not periodic, or K larger than `longest`
 #pragma once
 
