@@ -125,7 +125,7 @@ struct modal_flow : sizes<Shape> {
     VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
         essence<R> out;
         const R square = s * s;
-        const auto sums = all_integrals<Order>(s, square);
+        const auto sums = integrals<Order>(s, square, [](int) VI_WITHIN { return true; });
         this->each_oscillator([&](auto j) VI_WITHIN {
             const R velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
             const R full = fnma(k[j], position, R(1.0));
@@ -160,7 +160,8 @@ struct modal_flow : sizes<Shape> {
     VI_HOT constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
         state<T> out;
         const Time square = s * s;
-        const auto sums = integrals<Order, T>(s, square);
+        const auto sums =
+            integrals<Order>(s, square, [&](int j) VI_WITHIN { return !drifts<T>(j); });
         this->each_oscillator([&](auto j) VI_WITHIN {
             const T q = y[2 * j], v = y[2 * j + 1];
             if (drifts<T>(j)) {
@@ -368,8 +369,10 @@ private:
             const auto whole = i <= parts_of_step
                                    ? parts[i]
                                    : propagate(k[j], c[j], a[j], i * (step / parts_of_step));
-            for (int p = 0; p < parts_of_step && i + p < places; ++p)
-                store(ahead.entry[i + p], j, after(whole, parts[p]));
+            for (int p = 0; p < parts_of_step && i + p < places; ++p) {
+                const auto e = after(whole, parts[p]);
+                put(ahead.entry[i + p], j, {e.qq, e.qv, e.qs});
+            }
         }
     }
 
@@ -387,29 +390,13 @@ private:
         }
     }
 
-    // C, S and I a, of which `e` is made.
-    VI_HD void store(stored& to, int j, const block_step<R>& e) {
-        to[2 * j] = e.qq;
-        to[2 * j + 1] = e.qv;
-        to[this->dimension() + j] = e.qs;
-    }
-
-    // S / s and I / s^2 of every oscillator that a T needs, in turn: the first terms of the series, an
+    // S / s and I / s^2 of every oscillator that is wanted, in turn: the first terms of the series, an
     // even number of them. Row m of the series holds the coefficients of s^(2 m), then those of
     // s^(2 m + 1): even and odd powers are summed apart, which halves the time until the result is
     // there.
-    template <int Order, class T, class Time>
-    VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square) const {
-        return integrals_of<Order>(s, square, [&](int j) VI_WITHIN { return !drifts<T>(j); });
-    }
-    template <int Order, class Time>
-    VI_HOT constexpr vec<Time, max_dimension> all_integrals(const Time& s,
-                                                            const Time& square) const {
-        return integrals_of<Order>(s, square, [](int) VI_WITHIN { return true; });
-    }
     template <int Order, class Time, class Wanted>
-    VI_HOT constexpr vec<Time, max_dimension> integrals_of(const Time& s, const Time& square,
-                                                           const Wanted& wanted) const {
+    VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square,
+                                                        const Wanted& wanted) const {
         constexpr int rows = (Order + 1) / 2;
         const int odd = this->dimension();
         vec<Time, max_dimension> out;

@@ -65,14 +65,12 @@ VI_HD inline auto find_resting(const hybrid<Flow>& system, const State& at) {
     for (int i = 0; i < system.contacts(); ++i)
         if (at.touching[i] != 0.0 && at.rate[i] == 0.0)
             (at.flat[i] != 0.0 ? out.ties : out.others).add(i);
+    out.problem = mobilities_of(system, at, out.others);
     auto& p = out.problem;
-    p.n = out.others.count;
     double noise[Flow::max_contacts] = {};
     for (int i = 0; i < p.n; ++i) {
         p.b[i] = gap_derivative<double>(system, at, out.others.index[i], 2);
         noise[i] = rounding_of(system, at, out.others.index[i], 2);
-        for (int j = 0; j < p.n; ++j)
-            p.a[i][j] = gap_mobility(system, at, out.others.index[i], out.others.index[j]);
     }
     for (int i = 0; i < p.n; ++i) // rounding reaches a contact through the forces at others, too
         for (int j = 0; j < p.n; ++j)

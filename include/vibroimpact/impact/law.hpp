@@ -59,6 +59,26 @@ VI_HD inline contact_list<N> touching_contacts(const State& at, int contacts) {
     return list;
 }
 
+// A of (1) for the contacts of a list.
+template <int N, class Flow, class State>
+VI_HD inline small_system<N> mobilities_of(const hybrid<Flow>& system, const State& at,
+                                           const contact_list<N>& list) {
+    small_system<N> p{};
+    p.n = list.count;
+    for (int i = 0; i < p.n; ++i)
+        for (int j = 0; j < p.n; ++j)
+            p.a[i][j] = gap_mobility(system, at, list.index[i], list.index[j]);
+    return p;
+}
+// What the impulses p of a list do to the rate of a contact.
+template <class T, int N, class Flow, class State>
+VI_HD inline void push_rate(const hybrid<Flow>& system, State& at, int contact,
+                            const contact_list<N>& list, const vec<T, N>& p) {
+    for (int j = 0; j < list.count; ++j)
+        at.rate[contact] =
+            at.rate[contact] + gap_mobility(system, at, contact, list.index[j]) * p[j];
+}
+
 // p of the active set with derivatives: A_SS p_S = -(1 + R) gamma_S, by the inverse applied to T.
 template <class T, int N>
 VI_HD inline void active_impulses(const small_system<N>& p, int set, const vec<T, N>& b,
@@ -88,24 +108,19 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
     constexpr int N = Flow::max_contacts;
     const int n = system.dimension();
     const auto list = detail::touching_contacts<N>(at, system.contacts());
-    small_system<N> problem{};
-    problem.n = list.count;
+    auto problem = detail::mobilities_of(system, at, list);
     vec<T, N> b{}, p{};
     for (int i = 0; i < list.count; ++i) {
         const int ci = list.index[i];
         b[i] = (1.0 + bounce * restitution_at(system, ci, plain(at.touching[ci]))) * at.rate[ci];
         problem.b[i] = plain(b[i]);
-        for (int j = 0; j < list.count; ++j)
-            problem.a[i][j] = gap_mobility(system, at, ci, list.index[j]);
     }
     const auto solution = solve_complementarity(problem);
     if (solution.active < 0) return false;
     detail::active_impulses(problem, solution.active, b, p);
-    for (int i = 0; i < system.contacts(); ++i) { // those that leave are pushed along
-        if (at.touching[i] == 0.0 || !(plain(at.rate[i]) > 0.0)) continue;
-        for (int j = 0; j < list.count; ++j)
-            at.rate[i] = at.rate[i] + gap_mobility(system, at, i, list.index[j]) * p[j];
-    }
+    for (int i = 0; i < system.contacts(); ++i) // those that leave are pushed along
+        if (at.touching[i] != 0.0 && plain(at.rate[i]) > 0.0)
+            detail::push_rate(system, at, i, list, p);
     for (int i = 0; i < list.count; ++i) {
         const int ci = list.index[i];
         const double side = plain(at.touching[ci]);
@@ -113,8 +128,7 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
             push_away(at.y, n, system.laws[ci], side, p[i]);
             at.rate[ci] = -(bounce * restitution_at(system, ci, side)) * at.rate[ci];
         } else {
-            for (int j = 0; j < list.count; ++j)
-                at.rate[ci] = at.rate[ci] + problem.a[i][j] * p[j];
+            detail::push_rate(system, at, ci, list, p);
         }
         at.flat[ci] = 0.0;
     }

@@ -137,25 +137,20 @@ VI_HD inline bool rest_together(const hybrid<Flow>& system,
     contact_list<N> list{};
     for (int j = 0; j < system.contacts(); ++j)
         if (j == i || side_in_code(at.held, j) != 0.0) list.add(j);
-    small_system<N> problem{};
-    problem.n = list.count;
+    const auto problem = mobilities_of(system, at, list);
     vec<T, N> b{}, p{};
-    for (int k = 0; k < list.count; ++k) {
+    for (int k = 0; k < list.count; ++k)
         b[k] = at.rate[list.index[k]];
-        for (int l = 0; l < list.count; ++l)
-            problem.a[k][l] = gap_mobility(system, at, list.index[k], list.index[l]);
-    }
     const int all = (1 << list.count) - 1;
     vec<double, N> none{};
     if (!solve_active(problem, all, none)) return false;
     active_impulses(problem, all, b, p);
     for (int k = 0; k < list.count; ++k)
         if (plain(p[k]) < -pressed[list.index[k]]) return false;
+    for (int j = 0; j < system.contacts(); ++j)
+        if (at.touching[j] != 0.0) push_rate(system, at, j, list, p);
     for (int k = 0; k < list.count; ++k) {
         const int c = list.index[k];
-        for (int j = 0; j < system.contacts(); ++j)
-            if (at.touching[j] != 0.0)
-                at.rate[j] = at.rate[j] + gap_mobility(system, at, j, c) * p[k];
         push_away(at.y, system.dimension(), system.laws[c], plain(at.touching[c]), p[k]);
     }
     return true;
