@@ -74,6 +74,28 @@ def test_a_plastic_ball_rests_at_its_first_impact() -> None:
     assert run.time[0] == run.time[1]
 
 
+@pytest.mark.parametrize("speed", [0.09, 0.0699, 0.01, 1e-8, 1e-150])
+def test_a_hop_under_a_push_and_a_spring_lasts_two_arctangents(speed: float) -> None:
+    """x'' + x = -1 from 0 at v: 1 - cos t = v sin t, so tan(t / 2) = v, and it is back at -v."""
+    hopper = oscillator(stiffness=1.0, damping=0.0, constant_force=-1.0, lower=0.0)
+    run = vi.simulate(hopper, vi.State((0.0,), (speed,)), impacts=1)
+    # exact zeros at the start: the root is that of a polynomial with coefficients right to an ulp
+    assert abs(run.time[0] / (2.0 * math.atan(speed)) - 1.0) <= 8.0 * UNIT
+    assert abs(run.rate_before[0] / -speed - 1.0) <= 8.0 * UNIT
+
+
+def test_a_stop_below_the_top_of_a_hop_is_met() -> None:
+    """With T = tan(t / 2) the height is h where (2 + h) T^2 - 2 v T + h = 0."""
+    speed, height = 0.05, 0.001  # the top would be at sqrt(1 + v^2) - 1 = 0.00125
+    hopper = oscillator(stiffness=1.0, damping=0.0, constant_force=-1.0, lower=0.0, upper=height)
+    run = vi.simulate(hopper, vi.State((0.0,), (speed,)), impacts=1)
+    rising = math.sqrt(speed**2 - height * (2.0 + height))
+    expected = 2.0 * math.atan((speed - rising) / (2.0 + height))
+    assert run.stop[0] == 0  # A, the upper one
+    # rounding of a position composed of terms of size 1, over the speed
+    assert abs(run.time[0] - expected) <= 16.0 * UNIT / rising
+
+
 def test_a_ball_put_down_stays_down() -> None:
     run = vi.simulate(ball(0.5), vi.State((0.0,), (0.0,)), impacts=5, t_max=10.0)
     assert events_of(run) == [vi.Status.STICK, vi.Status.HORIZON]

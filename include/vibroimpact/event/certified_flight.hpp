@@ -5,6 +5,8 @@
 //             excluded by first_root.hpp. The earliest over all guards ends the flight.
 //             Where nothing that moves can reach a stop (event/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march.
+//             A hop, back on its stop long before the first step is over, is looked for up to a
+//             quarter beyond its return alone, with polynomials of lower order.
 // Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
 //             and sums can have added. Outside eps no contact is missed and none invented; inside
 //             it the flight ends as grazing.
@@ -47,11 +49,12 @@ struct landing {
 
 namespace detail {
 
+template <int N>
 struct earliest {
     finding what = finding::none;
     double s = 0.0;
     int contact = -1, side = 0;
-    taylor_polynomial gap{};
+    taylor<N> gap{};
 };
 
 template <class T, int D>
@@ -63,27 +66,28 @@ VI_HD inline vec<double, D> plain_state(const vec<T, D>& y, int n) {
 }
 
 // u and its derivatives, values only.
-template <class T, int Dimension, int Orders>
-VI_HD inline taylor_polynomial derivatives(const guard<double, Dimension, Orders>& g,
-                                           const vec<T, Dimension>& y, int n) {
+template <int N, class T, int Dimension, int Orders>
+VI_HD inline taylor<N> derivatives(const guard<double, Dimension, Orders>& g,
+                                   const vec<T, Dimension>& y, int n) {
     const auto z = plain_state(y, n);
-    taylor_polynomial u{};
-    for (int m = 0; m <= taylor_order; ++m)
+    taylor<N> u{};
+    for (int m = 0; m <= N; ++m)
         u.d[m] = watch(g, m, z, n);
     return u;
 }
 
-VI_HD inline taylor_polynomial gap_on(int side, double limit, const taylor_polynomial& u) {
-    taylor_polynomial g{};
-    for (int m = 0; m <= taylor_order; ++m)
+template <int N>
+VI_HD inline taylor<N> gap_on(int side, double limit, const taylor<N>& u) {
+    taylor<N> g{};
+    for (int m = 0; m <= N; ++m)
         g.d[m] = side * -u.d[m];
     g.d[0] = side * (limit - u.d[0]);
     return g;
 }
 
 // What is exact of a gap that its flight has not left yet: zeros. In the first step also the rate.
-template <class Guard, class T, class Shape, class Flow>
-VI_HD inline void keep_exact(taylor_polynomial& g, const Guard& guard, int i,
+template <int N, class Guard, class T, class Shape, class Flow>
+VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
                              const vec<T, Shape::max_dimension>& y,
                              const trajectory<T, Shape>& start, const Flow& flow, bool first) {
     g.d[0] = 0.0;
@@ -97,13 +101,13 @@ VI_HD inline void keep_exact(taylor_polynomial& g, const Guard& guard, int i,
 }
 
 // `still` says whether the flight has not left the stop that it started on.
-template <class T, class Mode, class Shape>
+template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
                                   const trajectory<T, Shape>& start, bool& still, int applications,
-                                  double span, earliest& first) {
+                                  double span, earliest<N>& first) {
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
-    const taylor_polynomial u = derivatives(guard, y, n);
+    const taylor<N> u = derivatives<N>(guard, y, n);
     const double farthest = change_bound(u, span);
     const double terms = plain(magnitude(guard, 0, y, m.flow));
     for (int side = -1; side <= 1; side += 2) {
@@ -114,7 +118,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
         bool leaving = still && start.touching[i] == side && !guard.closed;
         if (leaving && applications > 0) still = leaving = abs(gap) <= eps;
         if (gap > farthest + eps) continue; // not within reach of this step
-        taylor_polynomial g = gap_on(side, limit, u);
+        taylor<N> g = gap_on(side, limit, u);
         if (leaving) keep_exact(g, guard, i, y, start, m.flow, applications == 0);
         if (guard.closed && applications == 0 && start.flat[i] != 0.0) g.d[0] = 0.0;
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
@@ -164,51 +168,87 @@ VI_HD inline T with_value(const T& x, const real_t<T>& v) {
     return x + (v - value(x));
 }
 
-template <class T, class Mode, class Shape>
-VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
-                                                double horizon) {
-    const auto& flow = m.flow;
-    const int n = flow.dimension();
-    ladder<T, typename Mode::flow_type> at(start.y);
-    detail::earliest first;
-    bool still[Shape::max_contacts];
-    for (bool& s : still)
-        s = true;
-    double left = horizon;
-    for (; at.steps() < most_steps; at.advance(flow)) {
-        if constexpr (is_modal<typename Mode::flow_type>)
-            while (detail::leap(m, horizon, at))
-                continue;
-        left = horizon - at.steps() * flow.step;
-        const double span = min(flow.step, left);
-        for (int i = 0; i < flow.contacts(); ++i)
-            detail::inspect_contact(m, i, at.y, start, still[i], at.applications(), span, first);
-        if (first.what != finding::none || left <= flow.step) break;
-    }
-    const bool found = first.what != finding::none;
-    const double s = found ? first.s : left <= flow.step ? max(left, 0.0) : 0.0;
-    const double duration = at.steps() * flow.step + s;
-    landing<T, Shape> out{found               ? detail::end_of(first.what)
-                          : left <= flow.step ? flight_end::horizon
-                                              : flight_end::undecided,
-                          first.contact,
-                          first.side,
-                          T(duration),
-                          T(0.0),
-                          flow.template short_flight<taylor_order>(at.y, s)};
-    if (!found) return out;
+namespace detail {
+
+// What ends a flight that has come to y some time after its start.
+template <int N, class T, class Mode, class Shape>
+VI_HD inline landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
+                                       const vec<T, Shape::max_dimension>& y, double passed) {
     const auto& guard = m.guards[first.contact];
+    const int n = m.flow.dimension();
+    landing<T, Shape> out{
+        end_of(first.what),  first.contact, first.side,
+        T(passed + first.s), T(0.0),        m.flow.template short_flight<N>(y, first.s)};
     const T slope = -first.side * watch(guard, 1, out.y, n);
-    out.rate = with_value(slope, evaluate(first.gap, 1, s));
+    out.rate = with_value(slope, evaluate(first.gap, 1, first.s));
     if (out.end != flight_end::contact) return out;
     if constexpr (scalar_traits<T>::is_jet) { // dt = -dg / g', value zero
         const T gap = -first.side * watch(guard, 0, out.y, n);
         const T shift = with_value(-gap / plain(out.rate), 0.0);
-        out.y = flow.template short_flight<3>(out.y, shift);
+        out.y = m.flow.template short_flight<3>(out.y, shift);
         out.rate = with_value(-first.side * watch(guard, 1, out.y, n), plain(out.rate));
         out.duration = out.duration + shift;
     }
     return out;
+}
+
+// Hops up to so long, in steps, are told by polynomials of lower order: (7/10 / 4)^13 / 13! < 2^-64.
+inline constexpr double longest_hop = 0.25;
+inline constexpr int hop_order = 12;
+
+// A quarter beyond the first return to a stop that is being left.
+template <class T, class Mode, class Shape>
+VI_HD inline double end_of_hop(const Mode& m, const trajectory<T, Shape>& start) {
+    double end = infinity();
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        const double side = plain(start.touching[i]);
+        if (side == 0.0 || m.guards[i].closed) continue;
+        const T bend = watch(m.guards[i], 2, start.y, m.flow.dimension());
+        end = min(end, beyond_hop(plain(start.rate[i]), -side * plain(bend)));
+    }
+    return end;
+}
+
+} // namespace detail
+
+template <class T, class Mode, class Shape>
+VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
+                                                double horizon) {
+    using namespace detail;
+    const auto& flow = m.flow;
+    bool still[Shape::max_contacts];
+    for (bool& s : still)
+        s = true;
+    const auto look = [&](auto& first, const auto& y, int applications, double span) {
+        for (int i = 0; i < flow.contacts(); ++i)
+            inspect_contact(m, i, y, start, still[i], applications, span, first);
+    };
+    const double soon = end_of_hop(m, start);
+    if (soon <= min(longest_hop * flow.step, horizon)) {
+        earliest<hop_order> first;
+        look(first, start.y, 0, soon);
+        if (first.what == finding::root)
+            return land_on<hop_order, T, Mode, Shape>(m, first, start.y, 0.0);
+    }
+    ladder<T, typename Mode::flow_type> at(start.y);
+    earliest<taylor_order> first;
+    double left = horizon;
+    for (; at.steps() < most_steps; at.advance(flow)) {
+        if constexpr (is_modal<typename Mode::flow_type>)
+            while (leap(m, horizon, at))
+                continue;
+        left = horizon - at.steps() * flow.step;
+        const double span = min(flow.step, left);
+        look(first, at.y, at.applications(), span);
+        if (first.what != finding::none || left <= flow.step) break;
+    }
+    const double passed = at.steps() * flow.step;
+    if (first.what != finding::none)
+        return land_on<taylor_order, T, Mode, Shape>(m, first, at.y, passed);
+    const bool over = left <= flow.step;
+    const double s = over ? max(left, 0.0) : 0.0;
+    return {over ? flight_end::horizon : flight_end::undecided, -1, 0, T(passed + s), T(0.0),
+            flow.template short_flight<taylor_order>(at.y, s)};
 }
 
 } // namespace vi

@@ -38,7 +38,8 @@ struct piece_verdict {
 };
 
 // g' rises through zero inside (0, length): decide the minimum by its value.
-VI_HD inline piece_verdict decide_minimum(const taylor_polynomial& g, double length, double eps) {
+template <int N>
+VI_HD inline piece_verdict decide_minimum(const taylor<N>& g, double length, double eps) {
     const double at = sign_change(g, 1, 0.0, length);
     const double depth = evaluate(g, 0, at);
     if (depth > eps) return {piece::excluded, 0.0};
@@ -46,15 +47,16 @@ VI_HD inline piece_verdict decide_minimum(const taylor_polynomial& g, double len
     return {piece::root, sign_change(g, 0, 0.0, at)};
 }
 
-VI_HD inline piece_verdict falling_to(const taylor_polynomial& g, double length) {
+template <int N>
+VI_HD inline piece_verdict falling_to(const taylor<N>& g, double length) {
     if (evaluate(g, 0, length) > 0.0) return {piece::excluded, 0.0};
     if (g.d[0] == 0.0 && g.d[1] > 0.0) // leaving and concave: g(s)/s falls through the same root
         return {piece::root, sign_change(without_zero(g), 0, 0.0, length)};
     return {piece::root, sign_change(g, 0, 0.0, length)};
 }
 
-VI_HD inline piece_verdict classify(const taylor_polynomial& g, double length, double eps,
-                                    bool leaving) {
+template <int N>
+VI_HD inline piece_verdict classify(const taylor<N>& g, double length, double eps, bool leaving) {
     const double m4 = fourth_derivative_bound(g, length);
     const double bend = g.d[2] + g.d[3] * length;
     const double spread = m4 * length * length / 2.0;
@@ -76,17 +78,23 @@ VI_HD inline piece_verdict classify(const taylor_polynomial& g, double length, d
     return {piece::cut, 0.0};
 }
 
-// How long the first piece is to be: a quarter beyond the return of a hop, g = d1 s + d2 s^2 / 2,
-// unless that is too short for the halvings that are left.
-VI_HD inline double first_piece(const taylor_polynomial& g, double span) {
-    if (!(g.d[0] == 0.0 && g.d[1] > 0.0 && g.d[2] < 0.0)) return span;
-    const double beyond = 1.25 * (-2.0 * g.d[1] / g.d[2]);
+// A quarter beyond the return of a hop, g = rate s + bend s^2 / 2.
+VI_HD inline double beyond_hop(double rate, double bend) {
+    return rate > 0.0 && bend < 0.0 ? 1.25 * (-2.0 * rate / bend) : infinity();
+}
+
+// How long the first piece is to be; a hop too short for the halvings that are left does not count.
+template <int N>
+VI_HD inline double first_piece(const taylor<N>& g, double span) {
+    if (g.d[0] != 0.0) return span;
+    const double beyond = beyond_hop(g.d[1], g.d[2]);
     return beyond < span && beyond > span * 0x1p-20 ? beyond : span;
 }
 
 } // namespace detail
 
-VI_HD inline window_verdict first_root(taylor_polynomial g, double span, double eps, bool leaving) {
+template <int N>
+VI_HD inline window_verdict first_root(taylor<N> g, double span, double eps, bool leaving) {
     double from = 0.0, length = detail::first_piece(g, span);
     while (from < span) {
         const auto verdict = detail::classify(g, length, eps, leaving);

@@ -1,8 +1,8 @@
 // Taylor polynomials of a gap function over one step, and bounds of their derivatives.
 //
-// Method      g(s) = sum over m <= 18 of d_m s^m / m!, 0 <= s <= S. Since S is at most 7/10 of the
-//             fastest rate, what is cut off is below (7/10)^19 / 19! < 2^-66 of the terms' size,
-//             less than the rounding of the first term.
+// Method      g(s) = sum over m <= N of d_m s^m / m!, 0 <= s <= S. Since S is at most 7/10 of the
+//             fastest rate, what is cut off at N = 18 is below (7/10)^19 / 19! < 2^-66 of the terms'
+//             size, less than the rounding of the first term.
 //             |g''''(s)| <= sum over m >= 4 of |d_m| S^(m-4) / (m-4)!                     (1)
 // Reference   theory.md, "First contact"
 #pragma once
@@ -18,46 +18,53 @@ inline constexpr double reciprocal[taylor_order + 1] = {
     1.0 / 7,  1.0 / 8,  1.0 / 9,  1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13,
     1.0 / 14, 1.0 / 15, 1.0 / 16, 1.0 / 17, 1.0 / 18};
 
-struct taylor_polynomial {
-    double d[taylor_order + 1]; // derivatives at s = 0
+template <int N>
+struct taylor {
+    double d[N + 1]; // derivatives at s = 0
 };
+using taylor_polynomial = taylor<taylor_order>;
 
 // g^(order)(s).
-VI_HD inline double evaluate(const taylor_polynomial& g, int order, double s) {
+template <int N>
+VI_HD inline double evaluate(const taylor<N>& g, int order, double s) {
     const double* d = g.d + order;
-    double sum = d[taylor_order - order];
-    for (int i = taylor_order - order - 1; i >= 0; --i)
+    double sum = d[N - order];
+    for (int i = N - order - 1; i >= 0; --i)
         sum = fma(sum, s * reciprocal[i + 1], d[i]);
     return sum;
 }
 
-VI_HD inline taylor_polynomial recentred(const taylor_polynomial& g, double s) {
-    taylor_polynomial out{};
-    for (int m = 0; m <= taylor_order; ++m)
+template <int N>
+VI_HD inline taylor<N> recentred(const taylor<N>& g, double s) {
+    taylor<N> out{};
+    for (int m = 0; m <= N; ++m)
         out.d[m] = evaluate(g, m, s);
     return out;
 }
 
 // g(s)/s where d_0 = 0: short hops keep their relative accuracy, and nothing underflows.
-VI_HD inline taylor_polynomial without_zero(const taylor_polynomial& g) {
-    taylor_polynomial out{};
-    for (int m = 0; m < taylor_order; ++m)
+template <int N>
+VI_HD inline taylor<N> without_zero(const taylor<N>& g) {
+    taylor<N> out{};
+    for (int m = 0; m < N; ++m)
         out.d[m] = g.d[m + 1] * reciprocal[m + 1];
     return out;
 }
 
 // (1)
-VI_HD inline double fourth_derivative_bound(const taylor_polynomial& g, double span) {
-    double sum = abs(g.d[taylor_order]);
-    for (int m = taylor_order - 1; m >= 4; --m)
+template <int N>
+VI_HD inline double fourth_derivative_bound(const taylor<N>& g, double span) {
+    double sum = abs(g.d[N]);
+    for (int m = N - 1; m >= 4; --m)
         sum = abs(g.d[m]) + sum * (span * reciprocal[m - 3]);
     return sum;
 }
 
 // |g(s) - g(0)| for 0 <= s <= span is at most this.
-VI_HD inline double change_bound(const taylor_polynomial& g, double span) {
-    double sum = abs(g.d[taylor_order]);
-    for (int m = taylor_order - 1; m >= 1; --m)
+template <int N>
+VI_HD inline double change_bound(const taylor<N>& g, double span) {
+    double sum = abs(g.d[N]);
+    for (int m = N - 1; m >= 1; --m)
         sum = fma(sum, span * reciprocal[m + 1], abs(g.d[m]));
     return sum * span;
 }
@@ -68,7 +75,8 @@ inline constexpr int most_halvings = 2200;
 
 // Where g^(order) changes sign between lo and hi: Newton kept inside a bracket, to rounding.
 // The caller guarantees that g^(order) is monotone there and has different signs at the ends.
-VI_HD inline double sign_change(const taylor_polynomial& g, int order, double lo, double hi) {
+template <int N>
+VI_HD inline double sign_change(const taylor<N>& g, int order, double lo, double hi) {
     const bool falling = evaluate(g, order, hi) <= 0.0;
     const double start = lo;
     double s = hi;

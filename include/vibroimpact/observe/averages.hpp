@@ -52,7 +52,8 @@ struct averages {
         const auto* rows = watched.rows + s.mode * watched.count;
         march(s, [&](const auto& y, double span) {
             for (int i = 0; i < watched.count; ++i)
-                of[i].include(detail::derivatives(rows[i], y, s.system.dimension()), span);
+                of[i].include(detail::derivatives<taylor_order>(rows[i], y, s.system.dimension()),
+                              span);
         });
     }
 };

@@ -81,7 +81,9 @@ struct extremes {
         const auto* rows = watched.rows + s.mode * watched.count;
         march(s, [&](const auto& y, double span) {
             for (int i = 0; i < watched.count; ++i)
-                include_step(of[i], detail::derivatives(rows[i], y, s.system.dimension()), span);
+                include_step(of[i],
+                             detail::derivatives<taylor_order>(rows[i], y, s.system.dimension()),
+                             span);
         });
     }
 };
