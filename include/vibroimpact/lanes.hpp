@@ -20,12 +20,8 @@ inline constexpr int lane_orders = 1; // derivatives of u that the quick flight 
 // The table entry of every lane at its place.
 template <int N, class Entry>
 VI_HOT table_rows<N, Entry> rows_at(const Entry* const (&entry)[N], const pack<N>& place) {
-    int bytes[N];
-    to_integers(place * static_cast<double>(sizeof(Entry)), bytes);
     table_rows<N, Entry> rows;
-    for (int i = 0; i < N; ++i)
-        rows.of[i] =
-            reinterpret_cast<const Entry*>(reinterpret_cast<const char*>(entry[i]) + bytes[i]);
+    places_of(entry, place * static_cast<double>(sizeof(Entry)), rows.of);
     return rows;
 }
 
@@ -38,6 +34,15 @@ VI_HOT two<pack<N>> pick_two(const table_rows<N, Entry>& rows, int at) {
     two<pack<N>> out;
     zip_pairs(from, out.first, out.second);
     return out;
+}
+
+// The first four of them.
+template <int N, class Entry>
+VI_HOT void pick_four(const table_rows<N, Entry>& rows, two<pack<N>>& a, two<pack<N>>& b) {
+    const double* from[N];
+    for (int i = 0; i < N; ++i)
+        from[i] = rows.of[i]->x;
+    zip_fours(from, a.first, a.second, b.first, b.second);
 }
 
 template <int N, class Shape>

@@ -270,29 +270,35 @@ private:
         detail::go_on_series(m_, end_.seen, near_, predicted_);
     }
     VI_HOT void repeat(vec<T, D>& y) {
-        const auto& from = repeated_;
+        const auto& hit = repeated_.hit;
         auto& seen = end_.seen;
+        T duration, rate;
         if (!looks_) {
-            end_.landed = recalled_ & repeated_.land(m_, at_, y);
-            end_.moved = seen.found = !(end_.landed | !end_.landed);
-            if (!all(end_.landed)) detail::select_state(!end_.landed, y, at_.y, m_.flow);
-            end_.duration = select(end_.landed, from.duration, end_.duration);
-            end_.rate = from.rate;
-            seen.side = from.hit.side;
-            seen.limit = from.hit.limit;
-            seen.contact = from.hit.contact;
+            const mask_t<T> landed = recalled_ & repeated_.land(m_, at_, y, duration, rate);
+            end_.landed = landed;
+            end_.moved = seen.found = !(landed | !landed);
+            if (all(landed)) {
+                end_.duration = duration;
+            } else {
+                detail::select_state(!landed, y, at_.y, m_.flow);
+                end_.duration = select(landed, duration, end_.duration);
+            }
+            end_.rate = rate;
+            seen.side = hit.side;
+            if (m_.flow.contacts() > 1) seen.contact = hit.contact;
+            if constexpr (scalar_traits<T>::is_jet) seen.limit = hit.limit; // for sharpen()
             return;
         }
         vec<T, D> there;
-        const mask_t<T> landed = recalled_ & repeated_.land(m_, at_, there);
+        const mask_t<T> landed = recalled_ & repeated_.land(m_, at_, there, duration, rate);
         const auto take = [&](auto& to, const auto& x) VI_WITHIN { to = select(landed, x, to); };
         detail::select_state(landed, y, there, m_.flow);
         end_.landed = end_.landed | landed;
-        take(end_.duration, from.duration);
-        take(end_.rate, from.rate);
-        take(seen.side, from.hit.side);
-        take(seen.limit, from.hit.limit);
-        take(seen.contact, from.hit.contact);
+        take(end_.duration, duration);
+        take(end_.rate, rate);
+        take(seen.side, hit.side);
+        take(seen.limit, hit.limit);
+        if (m_.flow.contacts() > 1) take(seen.contact, hit.contact);
     }
     template <bool Some>
     VI_HOT void remember() {

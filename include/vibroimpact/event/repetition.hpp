@@ -72,13 +72,7 @@ public:
     VI_HOT R contact() const { return now(even_.contact, odd_.contact); }
     VI_HOT R side() const { return now(even_.side, odd_.side); }
     VI_HOT R limit() const { return now(even_.limit, odd_.limit); }
-    template <class T>
-    VI_HOT stored rows(const Flow& flow) const {
-        stored out;
-        flow.template each_stored<T>([&](auto i)
-                                         VI_WITHIN { out[i] = now(even_.rows[i], odd_.rows[i]); });
-        return out;
-    }
+    VI_HOT R row(int i) const { return now(even_.rows[i], odd_.rows[i]); }
 
     // Flights have ended that were not recalled. One that took as long as the one before last can be
     // next time.
@@ -112,7 +106,7 @@ private:
     VI_HOT R now(const R& even, const R& odd) const { return select(at_odd_, odd, even); }
 
     template <class T>
-    VI_RARE void keep(const Flow& flow, const mask_t<R>& which, const R& duration,
+    VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, // in registers
                       const detail::sight<real_t<T>>& seen) {
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
         const R place = only(alike, nearest(duration / flow.part()));
@@ -164,7 +158,6 @@ VI_HOT flight_point<R> departure(const G& g, const Flow& flow, const vec<R, D>& 
 template <class R, class G, class Flow, int D>
 VI_HOT flight_point<R> arrival(const G& g, const Flow& flow, const vec<R, D>& y,
                                const flight_point<R>& hit, const mask_t<R>& hits) {
-    if (flow.contacts() == 1) return hit;
     return {select(hits, hit.u, watch_distance(g, y, flow)),
             select(hits, hit.slope, watch_speed(g, y, flow)),
             select(hits, hit.bend, watch_bend(g, y, flow))};
@@ -207,7 +200,6 @@ class repeated_flight {
 
 public:
     sight<R> hit;
-    T duration, rate;
 
     // To where the last one ended.
     template <class Mode, class Shape>
@@ -222,29 +214,34 @@ public:
             from_[i] = departure(m.guards[i], m.flow, y, start.touching[i], value(start.rate[i]));
             slack_[i] = slack_of_flight(m.guards[i], m.flow, y, time_);
         });
-        y_ = m.flow.apply_stored(memory.template rows<T>(m.flow), time_, start.y);
+        y_ = m.flow.apply_stored([&](int i) VI_WITHIN { return memory.row(i); }, time_, start.y);
         u_ = expand_hit(m, values_of(y_, m.flow.dimension()), hit);
         scale_ = 1.0 / u_.slope;
     }
     // Onto the stop; y is the state there. Where that is proved:
     template <class Mode, class Shape>
-    VI_APART mask_t<R> land(const Mode& m, const trajectory<T, Shape>& start, vec<T, D>& y) {
+    VI_APART mask_t<R> land(const Mode& m, const trajectory<T, Shape>& start, vec<T, D>& y,
+                            T& duration, T& rate) {
         const last_step<R> on(u_.left, u_.bend, scale_, m.flow.step);
         y = m.flow.nudge(y_, on.shift);
         rate = -hit.side * speed_at(m, y, hit);
         duration = T(time_ + on.shift);
+        const R slope = -(hit.side * value(rate));
         const R bend = 2.0 * fma(3.0 * u_.twist, on.shift, u_.bend);
-        const flight_point<R> end{hit.limit, -(hit.side * value(rate)), bend};
         const auto& z = values_of(y, m.flow.dimension());
         mask_t<R> proved = on.exact;
         m.flow.each_contact([&](auto i) VI_WITHIN {
             const auto& g = m.guards[i];
+            const flight_point<R> end{hit.limit, slope, bend};
+            if (m.flow.contacts() == 1) {
+                proved = proved & keeps_between(g, from_[i], end, value(duration), slack_[i]);
+                return;
+            }
             const mask_t<R> hits = hit.contact == static_cast<double>(i);
             const auto to = arrival(g, m.flow, z, end, hits);
-            proved = proved & keeps_between(g, from_[i], to, value(duration), slack_[i]);
-            if (m.flow.contacts() == 1) return;
             const mask_t<R> leaves = start.touching[i] != 0.0;
-            proved = proved & (leaves | is_between(g, from_[i].u, slack_[i])) &
+            proved = proved & keeps_between(g, from_[i], to, value(duration), slack_[i]) &
+                     (leaves | is_between(g, from_[i].u, slack_[i])) &
                      (hits | is_between(g, to.u, slack_[i]));
         });
         return proved;

@@ -54,7 +54,7 @@ struct modal_flow : sizes<Shape> {
 
     using real = R;
     using propagator = block_steps<R, max_blocks>;
-    // C and S of every block in turn, then I a of every block: the rest of exp(B t) follows.
+    // C and S of every block, of lines first, then I a of every block: the rest of exp(B t) follows.
     template <class S>
     using essence = vec<S, 3 * max_blocks + max_blocks % 2>;
     using stored = essence<lane_t<R>>;
@@ -88,13 +88,28 @@ struct modal_flow : sizes<Shape> {
     template <class T>
     VI_HOT constexpr state<T> apply_ahead(const real_t<T>& place, const state<T>& y) const {
         const auto rows = ahead.at(place);
-        return apply_by([&](auto j) VI_WITHIN { return read(rows, j); }, place * part(), y);
+        const auto time = place * part();
+        two<R> line{}, first{}; // of the line and the first oscillator, which are neighbours
+        const bool both = this->lines() == 1 && !drifts<T>(0);
+        if (both) pick_four(rows, line, first);
+        return apply_by(
+            [&](auto j) VI_WITHIN -> numbers {
+                if (both && j == 0) return {first.first, first.second, push_of(rows, j)};
+                if (both && j == this->oscillators()) return {line.first, line.second, R(0.0)};
+                return read(rows, j);
+            },
+            time, y);
     }
-    // exp(B time) y, from what is stored of it.
-    template <class T>
-    VI_HOT constexpr state<T> apply_stored(const essence<R>& e, const real_t<T>& time,
+    // exp(B time) y, from what is stored of it: number i is row(i).
+    template <class T, class Row>
+    VI_HOT constexpr state<T> apply_stored(const Row& row, const real_t<T>& time,
                                            const state<T>& y) const {
-        return apply_by([&](auto j) VI_WITHIN { return read(e, j); }, time, y);
+        return apply_by(
+            [&](auto j) VI_WITHIN -> numbers {
+                const int at = stored_at(j);
+                return {row(at), row(at + 1), row(this->dimension() + j)};
+            },
+            time, y);
     }
     // What is stored at a place.
     VI_HOT constexpr essence<R> pick(const R& place) const {
@@ -103,21 +118,6 @@ struct modal_flow : sizes<Shape> {
         for (int j = 0; j < this->blocks(); ++j)
             put(out, j, read(rows, j));
         return out;
-    }
-    // Each number of it that is needed now, body(index); a block that drifts in all lanes may not do
-    // so in lanes to come.
-    template <class T, class F>
-    VI_HOT constexpr void each_stored(const F& body) const {
-        const auto both = [&](auto j) VI_WITHIN {
-            body(2 * j);
-            body(2 * j + 1);
-        };
-        this->each_oscillator([&](auto j) VI_WITHIN {
-            if (drifts<T>(j)) return;
-            both(j);
-            body(this->dimension() + j);
-        });
-        this->each_line(both);
     }
 
     // What is to be stored of exp(B (t + s)) from what is of exp(B t); Order as in short_flight.
@@ -278,7 +278,8 @@ struct modal_flow : sizes<Shape> {
         propagator e{};
         const auto& from = ahead.entry[place];
         for (int j = 0; j < this->blocks(); ++j) {
-            const R full = from[2 * j], s = from[2 * j + 1], i = from[this->dimension() + j];
+            const R full = from[stored_at(j)], s = from[stored_at(j) + 1],
+                    i = from[this->dimension() + j];
             e.block[j] = {full, s, i, -(k[j] * s), fnma(c[j], s, full), s * a[j]};
         }
         return e;
@@ -317,23 +318,31 @@ struct modal_flow : sizes<Shape> {
     }
 
 private:
+    // Where C and S of block j are.
+    VI_HOT constexpr int stored_at(int j) const {
+        return 2 * (j < this->oscillators() ? j + this->lines() : j - this->oscillators());
+    }
+
     // C, S and I a of a block.
     struct numbers {
         R full, velocity, push;
     };
     template <class Rows>
     VI_HOT constexpr numbers read(const Rows& rows, int j) const { // of the table
-        const auto [full, velocity] = pick_two(rows, 2 * j);
-        const int at = this->dimension() + j - j % 2;
+        const auto [full, velocity] = pick_two(rows, stored_at(j));
+        return {full, velocity, push_of(rows, j)};
+    }
+    template <class Rows>
+    VI_HOT constexpr R push_of(const Rows& rows, int j) const {
         const bool still = !pushed || j >= this->oscillators();
-        return {full, velocity, still ? R(0.0) : pick_two(rows, at).at(j % 2)};
+        return still ? R(0.0) : pick_two(rows, this->dimension() + j - j % 2).at(j % 2);
     }
     VI_HOT constexpr numbers read(const essence<R>& e, int j) const {
-        return {e[2 * j], e[2 * j + 1], e[this->dimension() + j]};
+        return {e[stored_at(j)], e[stored_at(j) + 1], e[this->dimension() + j]};
     }
     VI_HOT constexpr void put(essence<R>& to, int j, const numbers& of) const {
-        to[2 * j] = of.full;
-        to[2 * j + 1] = of.velocity;
+        to[stored_at(j)] = of.full;
+        to[stored_at(j) + 1] = of.velocity;
         to[this->dimension() + j] = of.push;
     }
 
@@ -402,15 +411,16 @@ private:
         vec<Time, max_dimension> out;
         this->each_oscillator([&](auto j) VI_WITHIN {
             if (!wanted(j)) return;
-            for (int i = 2 * j; i < 2 * j + 2; ++i) {
+            unrolled<0, 2>([&](auto which) VI_WITHIN {
+                const int i = 2 * j + which;
                 Time even = Time(series[rows - 1][i]), more = Time(series[rows - 1][odd + i]);
-                unrolled<0, rows - 1>([&](auto term) {
+                unrolled<0, rows - 1>([&](auto term) VI_WITHIN {
                     constexpr int m = rows - 2 - term;
                     even = fma(even, square, series[m][i]);
                     more = fma(more, square, series[m][odd + i]);
                 });
                 out[i] = fma(more, s, even);
-            }
+            });
         });
         return out;
     }

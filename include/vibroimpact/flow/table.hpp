@@ -41,4 +41,10 @@ VI_HOT constexpr two<double> pick_two(const table_rows<1, Entry>& rows, int at) 
     return {rows.of[0]->x[at], rows.of[0]->x[at + 1]};
 }
 
+template <class Entry>
+VI_HOT constexpr void pick_four(const table_rows<1, Entry>& rows, two<double>& a, two<double>& b) {
+    a = pick_two(rows, 0);
+    b = pick_two(rows, 2);
+}
+
 } // namespace vi

@@ -240,12 +240,17 @@ pack<N> sqrt(const pack<N>& x) {
     return root;
 }
 
-// Of lanes that hold whole numbers.
-template <int N>
-VI_HOT void to_integers(const pack<N>& x, int (&to)[N]) {
-    typedef int vector __attribute__((vector_size(4 * N)));
-    const vector whole = __builtin_convertvector(x.v, vector);
-    __builtin_memcpy(to, &whole, sizeof to);
+// What each lane finds so many bytes, a whole number, behind its own address: of the sum with 2^52 it is
+// the last bits.
+template <int N, class Entry>
+VI_HOT void places_of(const Entry* const (&from)[N], const pack<N>& bytes, const Entry* (&to)[N]) {
+    using vector = typename pack<N>::bit_vector;
+    constexpr double offset = 0x1p52;
+    vector first;
+    static_assert(sizeof first == sizeof from);
+    __builtin_memcpy(&first, from, sizeof first);
+    const vector sum = first + (vector((bytes + offset).v) - vector(pack<N>(offset).v));
+    __builtin_memcpy(to, &sum, sizeof sum);
 }
 
 // As math.hpp says, in one instruction where there is one.
@@ -311,6 +316,36 @@ VI_HOT void zip_pairs(const double* const (&from)[N], pack<N>& first, pack<N>& s
         const auto even = join(of[0], of[2], of[4], of[6]), odd = join(of[1], of[3], of[5], of[7]);
         first.v = __builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14);
         second.v = __builtin_shufflevector(even, odd, 1, 9, 3, 11, 5, 13, 7, 15);
+    }
+}
+
+// The same of four. Eight lanes are read in half the loads: rows of two lanes fill a register.
+template <int N>
+VI_HOT void zip_fours(const double* const (&from)[N], pack<N>& first, pack<N>& second,
+                      pack<N>& third, pack<N>& fourth) {
+    if constexpr (N == 8) {
+        typedef double four __attribute__((vector_size(32)));
+        const auto join = [&](int i, int j) {
+            four a, b;
+            __builtin_memcpy(&a, from[i], sizeof a);
+            __builtin_memcpy(&b, from[j], sizeof b);
+            return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+        };
+        const auto a = join(0, 2), b = join(1, 3), c = join(4, 6), d = join(5, 7);
+        const auto put = [](pack<N>& near, pack<N>& far, const auto& low, const auto& high) {
+            near.v = __builtin_shufflevector(low, high, 0, 1, 4, 5, 8, 9, 12, 13);
+            far.v = __builtin_shufflevector(low, high, 2, 3, 6, 7, 10, 11, 14, 15);
+        };
+        put(first, third, __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14),
+            __builtin_shufflevector(c, d, 0, 8, 2, 10, 4, 12, 6, 14));
+        put(second, fourth, __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15),
+            __builtin_shufflevector(c, d, 1, 9, 3, 11, 5, 13, 7, 15));
+    } else {
+        const double* next[N];
+        for (int i = 0; i < N; ++i)
+            next[i] = from[i] + 2;
+        zip_pairs(from, first, second);
+        zip_pairs(next, third, fourth);
     }
 }
 
