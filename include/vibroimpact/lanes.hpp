@@ -36,7 +36,7 @@ VI_HOT two<pack<N>> pick_two(const table_rows<N, Entry>& rows, int at) {
     return out;
 }
 
-// The first four of them.
+// The first four numbers of it.
 template <int N, class Entry>
 VI_HOT void pick_four(const table_rows<N, Entry>& rows, two<pack<N>>& a, two<pack<N>>& b) {
     const double* from[N];

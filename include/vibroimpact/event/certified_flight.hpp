@@ -6,7 +6,8 @@
 //             Where nothing that moves can reach a stop (event/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march.
 //             A hop, back on its stop long before the first step is over, is looked for up to a
-//             quarter beyond its return alone, with polynomials of lower order.
+//             quarter beyond its return alone, with polynomials of lower order, at all guards. A root
+//             there ends the flight; without one, or where that is not decided, it is marched.
 // Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
 //             and sums can have added. Outside eps no contact is missed and none invented; inside
 //             it the flight ends as grazing.

@@ -23,7 +23,8 @@ inline constexpr double longest_flight = 512.0; // steps: then the ladder is mor
 inline constexpr int most_tries = 2;            // more, to find the root from a better guess
 
 // What a round saw and did: it brought the trajectory onto a stop, or moved it to a place up to which
-// all is clear. `duration` is that of the flight up to there.
+// all is clear. `duration` is that of the flight up to there. Of a repeated flight only side and contact
+// are seen.
 template <class T>
 struct quick_landing {
     detail::sight<real_t<T>> seen;

@@ -17,7 +17,7 @@
 
 namespace vi {
 
-// Terms of every Taylor expansion over one step; a step is at most 7/10 of the fastest rate.
+// Terms of Taylor expansions over one step; a step is at most 7/10 of the fastest rate.
 inline constexpr int taylor_order = 18;
 // Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
 inline constexpr int rung = 32;
@@ -90,7 +90,7 @@ struct modal_flow : sizes<Shape> {
         const auto rows = ahead.at(place);
         const auto time = place * part();
         two<R> line{}, first{}; // of the line and the first oscillator, which are neighbours
-        const bool both = this->lines() == 1 && !drifts<T>(0);
+        const bool both = this->lines() == 1 && this->oscillators() > 0 && !drifts<T>(0);
         if (both) pick_four(rows, line, first);
         return apply_by(
             [&](auto j) VI_WITHIN -> numbers {

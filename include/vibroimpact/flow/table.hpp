@@ -1,7 +1,7 @@
 // Tables that every lane reads at a place of its own.
 //
 // Method      A scalar owns its table. A lane of a pack points to the table of its scalar system;
-//             numbers are read from it in pairs, and pairs of lanes are zipped to packs: three
+//             numbers are read from it in pairs or fours, and those of lanes are zipped to packs: three
 //             instructions per pack of four instead of seven.
 #pragma once
 
@@ -41,6 +41,7 @@ VI_HOT constexpr two<double> pick_two(const table_rows<1, Entry>& rows, int at) 
     return {rows.of[0]->x[at], rows.of[0]->x[at + 1]};
 }
 
+// The first four numbers.
 template <class Entry>
 VI_HOT constexpr void pick_four(const table_rows<1, Entry>& rows, two<double>& a, two<double>& b) {
     a = pick_two(rows, 0);

@@ -246,11 +246,17 @@ template <int N, class Entry>
 VI_HOT void places_of(const Entry* const (&from)[N], const pack<N>& bytes, const Entry* (&to)[N]) {
     using vector = typename pack<N>::bit_vector;
     constexpr double offset = 0x1p52;
-    vector first;
-    static_assert(sizeof first == sizeof from);
-    __builtin_memcpy(&first, from, sizeof first);
-    const vector sum = first + (vector((bytes + offset).v) - vector(pack<N>(offset).v));
-    __builtin_memcpy(to, &sum, sizeof sum);
+    const vector distance = vector((bytes + offset).v) - vector(pack<N>(offset).v);
+    if constexpr (sizeof(vector) == sizeof from) {
+        vector first;
+        __builtin_memcpy(&first, from, sizeof first);
+        const vector sum = first + distance;
+        __builtin_memcpy(to, &sum, sizeof sum);
+    } else {
+        for (int i = 0; i < N; ++i)
+            to[i] = reinterpret_cast<const Entry*>(reinterpret_cast<const char*>(from[i]) +
+                                                   static_cast<long>(distance[i]));
+    }
 }
 
 // As math.hpp says, in one instruction where there is one.
