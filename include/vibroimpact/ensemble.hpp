@@ -58,13 +58,6 @@ VI_HD inline member_end end_of_member(run_end why) {
     }
 }
 
-// Where a member stands.
-template <class T, class Flow>
-struct member {
-    trajectory<T, typename Flow::shape_type> at;
-    run_progress so_far{};
-};
-
 // What a run shows its events to: tangents if there are any, then the observers.
 template <class Flow, int W>
 struct onlooker {
@@ -96,7 +89,7 @@ namespace detail {
 
 // Run, and ask the host for modes that are missing: build(code) says whether there is one now.
 template <class T, class Flow, class Onlooker, class Build>
-VI_HD inline run_end run_building(const hybrid<Flow>& system, member<T, Flow>& m,
+VI_HD inline run_end run_building(const hybrid<Flow>& system, motion<T, Flow>& m,
                                   const limits& limit, Onlooker& see, Build& build) {
     for (;;) {
         const auto end = run(system, m.at, m.so_far, limit, see);
@@ -109,7 +102,7 @@ VI_HD inline run_end run_building(const hybrid<Flow>& system, member<T, Flow>& m
 // Run a member to the end of its window, or to the first event from the time `until` on: then the
 // answer is run_end::observer.
 template <class Flow, class Build>
-VI_HD inline run_end run_until(const hybrid<Flow>& system, member<double, Flow>& m, const window& w,
+VI_HD inline run_end run_until(const hybrid<Flow>& system, motion<double, Flow>& m, const window& w,
                                observers<Flow>& all, double until, Build& build) {
     growth<1> none;
     onlooker<Flow, 1> see{system, all, none, until};
@@ -123,25 +116,23 @@ VI_HD inline double begin_of_tangents(const window& w) {
 
 // The rest of a member's window with tangents, in jets.
 template <int W, class Flow, class Build>
-VI_HD inline member_end finish_with_tangents(const hybrid<Flow>& system, member<double, Flow>& m,
+VI_HD inline member_end finish_with_tangents(const hybrid<Flow>& system, motion<double, Flow>& m,
                                              const window& w, observers<Flow>& all,
                                              growth<W>& tangents, Build& build) {
     tangents.settle = w.settle;
     onlooker<Flow, W> see{system, all, tangents, infinity()};
-    member<jet<double, W>, Flow> j{with_tangents<W>(system, m.at, tangents.count), m.so_far};
+    motion<jet<double, W>, Flow> j{with_tangents<W>(system, m.at, tangents.count), m.so_far};
     const run_end end = detail::run_building(system, j, limits_of(w), see, build);
     m = {detail::values(j.at, system.dimension(), system.contacts()), j.so_far};
     return end_of_member(end);
 }
 
-// When a member settled on the orbit that `orbit` saw: run again from its start. NaN: on none.
+// When a member settled on the orbit that `orbit` saw: run `again`, from its start. NaN: on none.
 template <class Flow, class Build>
 VI_HD inline double
-settling_time(const hybrid<Flow>& system,
-              const trajectory<double, typename Flow::shape_type>& start, const window& w,
+settling_time(const hybrid<Flow>& system, motion<double, Flow>& again, const window& w,
               const last_impacts<typename Flow::shape_type>& orbit, long impacts, Build& build) {
     if (orbit.none()) return not_a_number();
-    member<double, Flow> again{start};
     settling<Flow> see{system, orbit, impacts};
     detail::run_building(system, again, limits_of(w), see, build);
     return see.last_outside;

@@ -26,8 +26,7 @@ namespace vi {
 template <class Flow>
 struct lane_slot {
     const hybrid<Flow>* system = nullptr;
-    trajectory<double, typename Flow::shape_type> at;
-    run_progress so_far{};
+    motion<double, Flow>* run = nullptr;
     limits limit{};
     double watch = 0.0;  // events before this time are not shown
     growth<1> tangent{}; // in lanes of jets
@@ -105,7 +104,7 @@ private:
     void load(int i) {
         auto& slot = slots_[i];
         bool another = host_->next(first_ + i, slot);
-        while (another && slot.so_far.events >= slot.limit.events) {
+        while (another && slot.run->so_far.events >= slot.limit.events) {
             host_->end(first_ + i, slot, run_end::events);
             another = host_->next(first_ + i, slot);
         }
@@ -114,10 +113,10 @@ private:
         if (!another) return;
         put_system(i, *slot.system, slot.version);
         if constexpr (has_tangent) {
-            resume(i, with_tangents<1>(*slot.system, slot.at, 1));
+            resume(i, with_tangents<1>(*slot.system, slot.run->at, 1));
             set_lane(tangents_, i, slot.tangent);
         } else {
-            resume(i, slot.at);
+            resume(i, slot.run->at);
         }
         set_lane(end_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
@@ -133,70 +132,83 @@ private:
     // From the slot into the lane, the trajectory being there.
     void resume(int i, const trajectory<alone, Shape>& at) {
         const auto& slot = slots_[i];
+        const auto& so_far = slot.run->so_far;
         put_trajectory(flight_.all, i, at, slot.system->dimension(), slot.system->contacts());
-        set_lane(high_, i, slot.so_far.now.high);
-        set_lane(low_, i, slot.so_far.now.low);
-        set_lane(events_, i, static_cast<double>(slot.so_far.events));
-        const long impacts_left = slot.limit.impacts - slot.so_far.impacts;
-        const long events_left = slot.limit.events - slot.so_far.events;
+        set_lane(high_, i, so_far.now.high);
+        set_lane(low_, i, so_far.now.low);
+        set_lane(events_, i, static_cast<double>(so_far.events));
+        const long impacts_left = slot.limit.impacts - so_far.impacts;
+        const long events_left = slot.limit.events - so_far.events;
         const long left = impacts_left < events_left ? impacts_left : events_left;
-        set_lane(most_, i, static_cast<double>(slot.so_far.events + left));
+        set_lane(most_, i, static_cast<double>(so_far.events + left));
     }
 
     // From the lane into the slot; a landed event is counted already.
     void suspend(int i) {
-        auto& slot = slots_[i];
-        const int n = slot.system->dimension(), contacts = slot.system->contacts();
-        take_trajectory(flight_.all, i, n, contacts, slot.at);
-        slot.so_far.now = {lane(high_, i), lane(low_, i)};
+        const auto& system = *slots_[i].system;
+        auto& [at, so_far] = *slots_[i].run;
+        take_trajectory(flight_.all, i, system.dimension(), system.contacts(), at);
+        so_far.now = {lane(high_, i), lane(low_, i)};
         const long events = static_cast<long>(lane(events_, i)); // impacts all that are new
-        slot.so_far.impacts += events - slot.so_far.events;
-        if (events - lane(flight_.end.landed, i) != slot.so_far.events) slot.so_far.at_once = 0;
-        slot.so_far.events = events;
+        so_far.impacts += events - so_far.events;
+        if (events - lane(flight_.end.landed, i) != so_far.events) so_far.at_once = 0;
+        so_far.events = events;
     }
 
     void take_landing(int i, event<double, Shape>& e) {
+        auto& [at, so_far] = *slots_[i].run;
         e.what = status::impact;
         e.contact = static_cast<int>(lane(flight_.end.seen.contact, i));
         e.side = static_cast<int>(lane(flight_.end.seen.side, i));
         e.code = 0;
         e.duration = lane(value(flight_.end.duration), i);
         e.rate_before = lane(value(flight_.end.rate), i);
-        e.rate_after = slots_[i].at.rate[e.contact];
+        e.rate_after = at.rate[e.contact];
         vec<double, Shape::max_dimension / 2> before;
         for (int j = 0; j < slots_[i].system->oscillators(); ++j)
             before[j] = lane(value(flight_.before[j]), i);
-        detail::put_before(slots_[i].at.y, before, *slots_[i].system, e.before);
-        int& at_once = slots_[i].so_far.at_once;
-        at_once = e.duration > 0.0 ? 0 : at_once + 1;
+        detail::put_before(at.y, before, *slots_[i].system, e.before);
+        so_far.at_once = e.duration > 0.0 ? 0 : so_far.at_once + 1;
     }
 
     void follow_tangent(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
         const auto& slot = slots_[i];
         auto tangent = lane(tangents_, i);
-        tangent.see(e, at, slot.so_far.now, slot.system->dimension(), slot.system->contacts());
+        tangent.see(e, at, slot.run->so_far.now, slot.system->dimension(), slot.system->contacts());
         set_lane(tangents_, i, tangent);
     }
 
-    // The certified step of a lane that is stuck, from the lane and back into it.
-    event<double, Shape> step_alone(int i, double left) {
-        auto& slot = slots_[i];
-        const int n = slot.system->dimension(), contacts = slot.system->contacts();
-        trajectory<alone, Shape> at{};
-        take_trajectory(flight_.all, i, n, contacts, at);
+    // The certified step of a lane that is stuck, from `at` on and back into the lane.
+    event<alone, Shape> step_alone(int i, trajectory<alone, Shape>& at, double left) {
+        const auto& slot = slots_[i];
         const auto e = detail::go_on(*slot.system, at, lane(flight_.all.flown, i), left);
         if (e.what != status::missing_mode) {
-            count(slot.so_far, e);
+            count(slot.run->so_far, e);
             if constexpr (has_tangent) follow_tangent(i, e, at);
         }
         resume(i, at);
-        slot.at = detail::values(at, n, contacts);
-        return detail::values(e, n);
+        return e;
+    }
+
+    // Of a slot that holds the trajectory, without its tangent.
+    event<double, Shape> step_alone(int i, double left) {
+        auto& slot = slots_[i];
+        if constexpr (has_tangent) {
+            const int n = slot.system->dimension(), contacts = slot.system->contacts();
+            trajectory<alone, Shape> at{};
+            take_trajectory(flight_.all, i, n, contacts, at);
+            const auto e = step_alone(i, at, left);
+            slot.run->at = detail::values(at, n, contacts);
+            return detail::values(e, n);
+        } else {
+            return step_alone(i, slot.run->at, left);
+        }
     }
 
     // The event of one lane, as in run().
     [[gnu::noinline]] void attend(int i, double left) {
-        auto& slot = slots_[i];
+        const auto& slot = slots_[i];
+        const auto& [at, so_far] = *slot.run;
         suspend(i);
         event<double, Shape> e;
         if (lane(flight_.stuck, i))
@@ -207,12 +219,12 @@ private:
             if (e.code < 0 || !host_->build(first_ + i, e.code)) finish(i, run_end::missing);
             return;
         }
-        const bool seen = slot.so_far.now.time() >= slot.watch;
-        const bool go_on = !seen || host_->see(first_ + i, e, slot.at, slot.so_far.now);
-        const run_end why = end_of_run(slot.so_far, e, slot.limit, left);
+        const bool seen = so_far.now.time() >= slot.watch;
+        const bool go_on = !seen || host_->see(first_ + i, e, at, so_far.now);
+        const run_end why = end_of_run(so_far, e, slot.limit, left);
         if (why != run_end::none) return finish(i, why);
         if (!go_on) return finish(i, run_end::observer);
-        if (slot.so_far.events >= slot.limit.events) finish(i, run_end::events);
+        if (so_far.events >= slot.limit.events) finish(i, run_end::events);
     }
 
     void finish(int i, run_end why) {

@@ -68,11 +68,12 @@ VI_HD inline forcing_pairs<T> forcing_at(const mode_coordinates& p, const T* pha
 }
 
 // (2)
-template <int D, class T>
-VI_HD inline vec<T, D> from_physical(const mode_coordinates& p, const T* x, const T* v,
-                                     const forcing_pairs<T>& w, int n) {
-    const int degrees = p.degrees, pairs = 2 * p.lines;
-    vec<T, D> y{};
+template <class T, class Shape>
+VI_HD inline vec<T, Shape::max_dimension> from_physical(const mode_coordinates& p, const T* x,
+                                                        const T* v, const forcing_pairs<T>& w,
+                                                        const sizes<Shape>& size) {
+    const int n = size.dimension(), degrees = size.oscillators(), pairs = 2 * size.lines();
+    vec<T, Shape::max_dimension> y{};
     for (int i = 0; i < n; ++i) {
         T sum = T(0.0);
         for (int k = 0; k < degrees; ++k)

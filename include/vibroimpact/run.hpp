@@ -51,11 +51,18 @@ struct run_result {
     int code; // closed set wanted, for missing
 };
 
-// How far a run has come; with the trajectory all that is needed to go on.
+// How far a run has come.
 struct run_progress {
     clock now{};
     long events = 0, impacts = 0;
     int at_once = 0; // events at the present instant
+};
+
+// A run under way: what is needed to go on.
+template <class T, class Flow>
+struct motion {
+    trajectory<T, typename Flow::shape_type> at;
+    run_progress so_far{};
 };
 
 VI_HD inline bool counts_as_impact(status what) {

@@ -45,35 +45,38 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
                                  const T* v, trajectory<T, typename Flow::shape_type>& at) {
     const auto& free = system.modes[0];
     const auto& g = free.guards[i];
-    const int n = system.dimension();
+    const int n = system.dimension(), degrees = system.oscillators();
     const double u = plain(watch(g, 0, at.y, n));
     at.touching[i] = side_within(g, u, magnitude(g, 0, at.y, free.flow));
+    at.rate[i] = T(0.0);
+    if (at.touching[i] == 0.0) return;
     T rate = T(0.0);
     double terms = 0.0;
-    for (int k = 0; k < p.degrees; ++k) {
+    for (int k = 0; k < degrees; ++k) {
         double gradient = 0.0; // du / dx_k
         for (int j = 0; j < n; ++j)
-            gradient += g.rows[0][j] * p.from_x[j * p.degrees + k];
+            gradient += g.rows[0][j] * p.from_x[j * degrees + k];
         rate = rate + gradient * v[k];
         terms += abs(gradient * plain(v[k]));
     }
     at.rate[i] = -at.touching[i] * rate;
-    if (abs(plain(rate)) <= 8.0 * p.degrees * unit_roundoff * terms)
+    if (abs(plain(rate)) <= 8.0 * degrees * unit_roundoff * terms)
         at.rate[i] = with_value(at.rate[i], 0.0);
 }
 
 } // namespace detail
 
-// `p` of the free mode; one phase per forcing line.
+// `p` of the free mode; one phase per forcing line. In place: a copy would wait until all these
+// numbers are written.
 template <class T, class Flow>
-VI_HD inline trajectory<T, typename Flow::shape_type>
-start_at(const hybrid<Flow>& system, const mode_coordinates& p, const T* x, const T* v,
-         const T* phases) {
-    trajectory<T, typename Flow::shape_type> at{};
-    at.y = from_physical<Flow::max_dimension>(p, x, v, forcing_at(p, phases), system.dimension());
+VI_HD inline void start_at(const hybrid<Flow>& system, const mode_coordinates& p, const T* x,
+                           const T* v, const T* phases,
+                           trajectory<T, typename Flow::shape_type>& at) {
+    at.mode = at.held = 0;
+    at.flat = {};
+    at.y = from_physical(p, x, v, forcing_at(p, phases), system);
     for (int i = 0; i < system.contacts(); ++i)
         detail::touch_at_start(system, p, i, v, at);
-    return at;
 }
 
 } // namespace vi

@@ -43,11 +43,9 @@ void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here, double until) {
                                                        : vi::infinity();
     slot.system = &here.hybrid();
     slot.version = here.version();
-    slot.at = here.member().at;
-    slot.so_far = here.member().so_far;
+    slot.run = &here.motion();
     slot.limit = vi::limits_of(here.window());
     slot.watch = vi::min(watched, until);
-    slot.tangent = {settle};
 }
 
 // Members that have settled, with a tangent each.
@@ -62,6 +60,7 @@ public:
         if (stop_.is_up() || next_ == settled_.size()) return false;
         here_[i] = settled_[next_++].get();
         fill(slot, *here_[i], vi::infinity());
+        slot.tangent = {here_[i]->window().settle};
         return true;
     }
 
@@ -74,7 +73,6 @@ public:
     bool build(int i, int code) { return here_[i]->build(code); }
 
     void end(int i, const vi::lane_slot<Flow>& slot, vi::run_end why) {
-        here_[i]->member() = {slot.at, slot.so_far};
         here_[i]->leave(vi::end_of_member(why), slot.tangent);
     }
 
@@ -119,10 +117,7 @@ public:
 
     bool build(int i, int code) { return here_[i]->build(code); }
 
-    void end(int i, const vi::lane_slot<Flow>& slot, vi::run_end why) {
-        here_[i]->member() = {slot.at, slot.so_far};
-        leave(i, why);
-    }
+    void end(int i, const vi::lane_slot<Flow>&, vi::run_end why) { leave(i, why); }
 
     bool interrupted() { return stop_.look(); }
 

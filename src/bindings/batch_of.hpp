@@ -93,7 +93,7 @@ public:
 
     const vi::hybrid<Flow>& hybrid() const { return built_.system(); }
     long version() const { return built_.version(); }
-    vi::member<double, Flow>& member() { return here_.now; }
+    vi::motion<double, Flow>& motion() { return here_.now; }
     vi::observers<Flow>& observers() { return here_.observers; }
     const vi::window& window() const { return here_.window; }
     bool build(int code) { return built_(code); }

@@ -66,7 +66,9 @@ public:
                 for (int j = 0; j < tangent_width && first + j < columns; ++j)
                     p[i].d[j] = seeds[i * columns + first + j];
         const T *x = p.data(), *v = x + degrees_, *phases = v + degrees_;
-        return vi::start_at(hybrid_, physical_[0], x, v, phases);
+        trajectory<T> at{};
+        vi::start_at(hybrid_, physical_[0], x, v, phases, at);
+        return at;
     }
 
     start_result start(const start_data& data) const override {
@@ -240,7 +242,7 @@ private:
             pairs[2 * l] = waves[2 * l];
             pairs[2 * l + 1] = free.kappas[l] * waves[2 * l + 1];
         }
-        const auto y = vi::from_physical<D>(free, x, v, pairs, n_);
+        const auto y = vi::from_physical(free, x, v, pairs, hybrid_);
         numbers out;
         physical_.append(out, 0, modes_[0].flow.flight(y, dt));
         return out;

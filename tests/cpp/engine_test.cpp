@@ -101,7 +101,8 @@ struct crew {
     const starts_type& starts;
     int events;
     std::vector<seen> runs;
-    std::vector<std::size_t> on;
+    std::vector<std::size_t> on;                 // start of each lane
+    std::vector<vi::motion<double, flow>> there; // its motion
     std::size_t next_start = 0;
 
     vi::limits limit() const { return {1e300, horizon, events, 1 << 30}; }
@@ -109,8 +110,9 @@ struct crew {
     bool next(int i, vi::lane_slot<flow>& slot) {
         if (next_start == starts.size()) return false;
         on[i] = next_start++;
-        slot = {&system.hybrid(), system.begin<double>(starts[on[i]]), progress(on[i]),
-                limit(),          on[i] % 2 == 0 ? 0.0 : 1e299,        runs[on[i]].tangent};
+        there[i] = {system.begin<double>(starts[on[i]]), progress(on[i])};
+        slot = {&system.hybrid(), &there[i], limit(), on[i] % 2 == 0 ? 0.0 : 1e299,
+                runs[on[i]].tangent};
         return true;
     }
     bool see(int i, const vi::event<double, shape>& e, const vi::trajectory<double, shape>& at,
@@ -120,8 +122,8 @@ struct crew {
     bool build(int, int) { return false; }
     void end(int i, const vi::lane_slot<flow>& slot, vi::run_end) {
         auto& run = runs[on[i]];
-        if (on[i] % 2 != 0) run.see(vi::event<double, shape>{}, slot.at, slot.so_far.now);
-        run.events.back().duration = slot.so_far.now.time();
+        if (on[i] % 2 != 0) run.see(vi::event<double, shape>{}, slot.run->at, slot.run->so_far.now);
+        run.events.back().duration = slot.run->so_far.now.time();
         run.tangent = slot.tangent;
     }
     bool interrupted() { return false; }
@@ -141,8 +143,12 @@ int compare_lanes(const system_type& system, const starts_type& starts, int even
     using runs = vi::lane_run<T, flow, crew>;
     constexpr int lanes = vi::scalar_traits<T>::lanes;
     const char* name = vi::scalar_traits<T>::is_jet ? "tangents" : "lanes";
-    crew all{system, starts, events, std::vector<seen>(starts.size()),
-             std::vector<std::size_t>(vi::lanes_in_turn<T>)};
+    crew all{system,
+             starts,
+             events,
+             std::vector<seen>(starts.size()),
+             std::vector<std::size_t>(vi::lanes_in_turn<T>),
+             std::vector<vi::motion<double, flow>>(vi::lanes_in_turn<T>)};
     runs(all).run();
     int statuses = 0;
     for (std::size_t s = 0; s < starts.size(); ++s) {

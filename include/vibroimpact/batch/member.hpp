@@ -29,8 +29,7 @@ VI_HD inline member_room<Flow> room_of_member(const batch_arrays& b, long long i
 // A member under way.
 template <class Flow>
 struct passage {
-    trajectory<double, typename Flow::shape_type> start{};
-    member<double, Flow> now{};
+    motion<double, Flow> now{};
     vi::window window{};
     vi::observers<Flow> observers{};
 };
@@ -39,44 +38,56 @@ namespace detail {
 
 // The start of member i, in the free mode.
 template <class Flow>
-VI_CALL trajectory<double, typename Flow::shape_type>
-start_of(const batch_arrays& b, const hybrid<Flow>& system, long long i) {
+VI_CALL void start(const batch_arrays& b, const hybrid<Flow>& system, long long i,
+                   trajectory<double, typename Flow::shape_type>& at) {
     const long long first = i * b.degrees;
-    return start_at(system, coordinates_of(b, 0, b.system[i]), b.position + first,
-                    b.velocity + first, b.phases + i * b.lines);
+    start_at(system, coordinates_of(b, 0, b.system[i]), b.position + first, b.velocity + first,
+             b.phases + i * b.lines, at);
 }
 
-// Options of the observers of a member of system s whose window is known, and what they read.
+// Frequency of the first forcing line of system s; 0 without forcing.
+VI_HD inline double forcing_of(const batch_arrays& b, long long s) {
+    return b.lines ? b.omegas[s * b.lines] : 0.0;
+}
+
+// What the observer of symbols is to know of system s.
+template <class Shape>
+VI_HD inline void prepare(const batch_arrays& b, long long s, double tolerance, long long returns,
+                          symbol<Shape>& out) {
+    out.tolerance = tolerance;
+    out.returns = static_cast<long>(returns);
+    out.omega = forcing_of(b, s);
+    out.rows = {coordinates_of(b, 0, s), b.lines ? out.omega : 1.0 / b.steps[s]};
+}
+
+// Options of the observers that are wanted of a member whose window is known, and what they read.
 template <class Flow>
 VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
                                     const system_room<Flow>& built, const member_room<Flow>& lent,
-                                    passage<Flow>& out) {
-    auto& all = out.observers;
-    const double omega = b.lines ? b.omegas[s * b.lines] : 0.0;
-    const physical_rows physical{coordinates_of(b, 0, s), b.lines ? omega : 1.0 / b.steps[s]};
+                                    const window& w, observers<Flow>& all) {
     all.begin(static_cast<unsigned>(b.wanted));
-    all.settle = out.window.settle;
-    all.section.contact = static_cast<int>(b.contact);
-    all.section.side = static_cast<int>(b.stop);
-    all.section.last = static_cast<long>(b.last);
-    all.section.stride = static_cast<long>(b.stride);
-    all.section.points = lent.points;
-    all.symbol.tolerance = b.symbol_tolerance;
-    all.symbol.returns = static_cast<long>(b.symbol_returns);
-    all.settling.orbit.tolerance = b.settling_tolerance;
-    all.settling.orbit.returns = static_cast<long>(b.settling_returns);
-    all.settling.longest = static_cast<long>(b.longest);
-    all.settling.kept = lent.kept;
-    all.rotation.contact = static_cast<int>(b.rotation_contact);
-    all.rotation.side = static_cast<int>(b.rotation_stop);
-    all.rotation.stride = static_cast<long>(b.rotation_stride);
-    all.rotation.tolerance = b.rotation_tolerance;
-    all.rotation.settle = out.window.settle;
-    all.rotation.observe = out.window.observe;
-    all.symbol.rows = all.settling.orbit.rows = physical;
-    all.symbol.omega = all.settling.orbit.omega = omega;
-    all.extremes.watched = {built.extremes, static_cast<int>(b.extremes_count)};
-    all.averages.watched = {built.averages, static_cast<int>(b.averages_count)};
+    all.settle = w.settle;
+    if (all.wants(sees_section))
+        all.section = {static_cast<int>(b.contact), static_cast<int>(b.stop),
+                       static_cast<long>(b.last), static_cast<long>(b.stride), lent.points};
+    if (all.wants(sees_symbol)) prepare(b, s, b.symbol_tolerance, b.symbol_returns, all.symbol);
+    if (all.wants(sees_settling)) {
+        prepare(b, s, b.settling_tolerance, b.settling_returns, all.settling.orbit);
+        all.settling.longest = static_cast<long>(b.longest);
+        all.settling.kept = lent.kept;
+    }
+    if (all.wants(sees_extremes))
+        all.extremes.watched = {built.extremes, static_cast<int>(b.extremes_count)};
+    if (all.wants(sees_averages))
+        all.averages.watched = {built.averages, static_cast<int>(b.averages_count)};
+    if (all.wants(sees_rotation)) {
+        all.rotation.contact = static_cast<int>(b.rotation_contact);
+        all.rotation.side = static_cast<int>(b.rotation_stop);
+        all.rotation.stride = static_cast<long>(b.rotation_stride);
+        all.rotation.tolerance = b.rotation_tolerance;
+        all.rotation.settle = w.settle;
+        all.rotation.observe = w.observe;
+    }
 }
 
 } // namespace detail
@@ -86,15 +97,15 @@ template <class Flow>
 VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Flow>& built,
                         const member_room<Flow>& lent, passage<Flow>& out) {
     member_rows<Flow>(b, i).clear();
-    out.start = detail::start_of(b, *built.system, i);
-    if (behind_stop(*built.system, out.start)) {
+    detail::start(b, *built.system, i, out.now.at);
+    if (behind_stop(*built.system, out.now.at)) {
         b.end[i] = static_cast<signed char>(member_end::behind_stop);
         return false;
     }
-    out.now = {out.start};
+    out.now.so_far = {};
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
-    detail::prepare_observers(b, b.system[i], built, lent, out);
-    out.observers.depart(out.start);
+    detail::prepare_observers(b, b.system[i], built, lent, out.window, out.observers);
+    out.observers.depart(out.now.at);
     return true;
 }
 
@@ -104,16 +115,19 @@ VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& 
                         const passage<Flow>& from, member_end end, const growth<W>& tangents,
                         Build& build) {
     const auto& all = from.observers;
-    const double time = from.now.so_far.now.time(), omega = all.symbol.omega;
+    const double time = from.now.so_far.now.time(), omega = detail::forcing_of(b, b.system[i]);
     const member_rows<Flow> rows(b, i);
     b.time[i] = time;
     rows.write(all, omega > 0.0 ? 2.0 * pi / omega : not_a_number(), time - from.window.settle);
     rows.write(tangents);
     rows.write_final(from.now.at);
     if constexpr ((observers_compiled & sees_settling) != 0)
-        if (all.wants(sees_settling))
-            b.settling[i] = settling_time(system, from.start, from.window, all.settling,
+        if (all.wants(sees_settling)) {
+            motion<double, Flow> again{};
+            detail::start(b, system, i, again.at);
+            b.settling[i] = settling_time(system, again, from.window, all.settling,
                                           from.now.so_far.impacts, build);
+        }
     b.end[i] = static_cast<signed char>(end);
 }
 
