@@ -91,7 +91,7 @@ class lane_host {
     using Shape = typename Flow::shape_type;
 
 public:
-    lane_host(const batch_run& b, question ask) : b_(b), ask_(ask), stop_(ask) {}
+    lane_host(const batch_run& b, question ask) : b_(b), ask_(ask), stop_(ask), systems_(b) {}
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
         while (!stop_.is_up() && next_ < b_.arrays.members) {
@@ -139,7 +139,7 @@ private:
     }
 
     void take_berth(int i) {
-        if (idle_.empty()) idle_.push_back(std::make_unique<berth<Flow>>(b_, ask_));
+        if (idle_.empty()) idle_.push_back(std::make_unique<berth<Flow>>(b_, systems_, ask_));
         here_[i] = std::move(idle_.back());
         idle_.pop_back();
     }
@@ -147,6 +147,7 @@ private:
     const batch_run& b_;
     question ask_;
     stop_sign stop_;
+    built_systems<Flow> systems_;
     std::unique_ptr<berth<Flow>> here_[lanes];
     berths<Flow> settled_, idle_;
     long long next_ = 0;

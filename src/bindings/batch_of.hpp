@@ -28,9 +28,10 @@ public:
         numbers_.lend(b_);
     }
 
+    long long number() const { return s_; }
+
     // Become system s.
     void become(long long s) {
-        if (s == s_) return;
         s_ = s;
         ++version_;
         numbers_.become(s);
@@ -70,6 +71,35 @@ private:
     std::vector<typename room::watched> extremes_, averages_;
 };
 
+// The systems that members are in. A member that follows another of its system shares it.
+template <class Flow>
+class built_systems {
+public:
+    using shared = std::shared_ptr<built_system<Flow>>;
+
+    explicit built_systems(const batch_run& b) : b_(b) {}
+
+    shared of(long long s) {
+        if (!latest_ || latest_->number() != s) {
+            latest_.reset();
+            latest_ = idle();
+            latest_->become(s);
+        }
+        return latest_;
+    }
+
+private:
+    shared idle() {
+        for (const auto& one : all_)
+            if (one.use_count() == 1) return one;
+        return all_.emplace_back(std::make_shared<built_system<Flow>>(b_));
+    }
+
+    const batch_run& b_;
+    std::vector<shared> all_;
+    shared latest_;
+};
+
 // A place for one member at a time, with its system and what observers need.
 template <class Flow>
 class berth {
@@ -77,37 +107,37 @@ class berth {
     static constexpr int most_exponents = Flow::max_dimension - 1;
 
 public:
-    berth(const batch_run& b, question ask)
-        : ask_(ask), system_(b.system), built_(b), points_(b.arrays.last), kept_(b.arrays.longest) {
-    }
+    berth(const batch_run& b, built_systems<Flow>& systems, question ask)
+        : b_(b), ask_(ask), systems_(systems), points_(b.arrays.last), kept_(b.arrays.longest) {}
 
     // Take in member i; false if it is done already, its start being behind a stop.
     bool board(long long i) {
         i_ = i;
-        built_.become(system_[i]);
-        if (!vi::board(built_.arrays(), i, built_.in(), {points_.data(), kept_.data()}, here_))
+        built_.reset();
+        built_ = systems_.of(b_.system[i]);
+        if (!vi::board(built_->arrays(), i, built_->in(), {points_.data(), kept_.data()}, here_))
             return false;
         here_.window.interrupted = ask_;
         return true;
     }
 
-    const vi::hybrid<Flow>& hybrid() const { return built_.system(); }
-    long version() const { return built_.version(); }
+    const vi::hybrid<Flow>& hybrid() const { return built_->system(); }
+    long version() const { return built_->version(); }
     vi::motion<double, Flow>& motion() { return here_.now; }
     vi::observers<Flow>& observers() { return here_.observers; }
     const vi::window& window() const { return here_.window; }
-    bool build(int code) { return built_(code); }
+    bool build(int code) { return (*built_)(code); }
 
     // When tangents begin.
     double until() const {
-        return built_.arrays().exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
+        return b_.arrays.exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
     }
 
     // Run the member up to there.
     vi::run_end run() {
         const double begin = until();
         return begin > 0.0 ? vi::run_until(hybrid(), here_.now, here_.window, here_.observers,
-                                           begin, built_)
+                                           begin, *built_)
                            : vi::run_end::observer;
     }
 
@@ -115,7 +145,7 @@ public:
     void finish(vi::run_end why) {
         if (why != vi::run_end::observer)
             leave(vi::end_of_member(why), vi::growth<1>{});
-        else if (built_.arrays().spectrum)
+        else if (b_.arrays.spectrum)
             finish_with_tangents<most_exponents>();
         else
             finish_with_tangents<1>();
@@ -124,22 +154,23 @@ public:
     // Write down what was seen, tangents having been carried along.
     template <int W>
     void leave(vi::member_end end, const vi::growth<W>& tangents) {
-        vi::leave(built_.arrays(), i_, hybrid(), here_, end, tangents, built_);
+        vi::leave(built_->arrays(), i_, hybrid(), here_, end, tangents, *built_);
     }
 
 private:
     template <int W>
     void finish_with_tangents() {
         vi::growth<W> tangents;
-        tangents.count = static_cast<int>(built_.arrays().exponents);
+        tangents.count = static_cast<int>(b_.arrays.exponents);
         const auto end = vi::finish_with_tangents(hybrid(), here_.now, here_.window,
-                                                  here_.observers, tangents, built_);
+                                                  here_.observers, tangents, *built_);
         leave(end, tangents);
     }
 
+    const batch_run& b_;
     question ask_;
-    const int* system_; // of each member
-    built_system<Flow> built_;
+    built_systems<Flow>& systems_;
+    built_systems<Flow>::shared built_;
     std::vector<vi::section_point<Shape>> points_;
     std::vector<vi::kept_impact<Shape>> kept_;
     long long i_ = 0;
@@ -149,7 +180,8 @@ private:
 // The members one after the other.
 template <class Flow>
 void run_alone(const batch_run& b, question ask) {
-    berth<Flow> here(b, ask);
+    built_systems<Flow> systems(b);
+    berth<Flow> here(b, systems, ask);
     for (long long i = 0; i < b.arrays.members; ++i) {
         if (i % members_between_questions == 0 && ask()) return;
         if (here.board(i)) here.finish(here.run());
