@@ -186,17 +186,17 @@ VI_HOT void quick_impact(const Mode& m, const Law* laws, const Rates& rates,
     flow.each_contact([&](auto i) VI_WITHIN {
         const mask_t<T> mine = flow.contacts() == 1
                                    ? end.landed
-                                   : end.landed & (end.seen.contact == static_cast<double>(i));
+                                   : end.landed & (end.stop.contact == static_cast<double>(i));
         const auto r =
-            select(end.seen.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
+            select(end.stop.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
         const T rate = select(mine, end.rate, T(0.0));
-        const T along = end.seen.side * (((1.0 + r) * rate) * laws[i].effective_mass);
+        const T along = end.stop.side * (((1.0 + r) * rate) * laws[i].effective_mass);
         flow.each_oscillator([&](auto j) VI_WITHIN {
             y[2 * j + 1] = fma(laws[i].impulse[2 * j + 1], along, y[2 * j + 1]);
         });
         const T leaving = -r * rate;
         at.touching[i] =
-            select(end.landed, select(mine, end.seen.side, real_t<T>(0.0)), at.touching[i]);
+            select(end.landed, select(mine, end.stop.side, real_t<T>(0.0)), at.touching[i]);
         at.rate[i] = select(end.landed, leaving, at.rate[i]);
         at.flat[i] = select(end.landed, real_t<T>(0.0), at.flat[i]);
     });
@@ -219,8 +219,8 @@ VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Sha
     event<T, Shape> e; // filled in place: most of what it costs is moving it
     vec<T, Shape::max_dimension / 2> before;
     e.what = status::impact;
-    e.contact = static_cast<int>(plain(end.seen.contact));
-    e.side = static_cast<int>(plain(end.seen.side));
+    e.contact = static_cast<int>(plain(end.stop.contact));
+    e.side = static_cast<int>(plain(end.stop.side));
     e.code = 0;
     e.duration = end.duration;
     e.rate_before = end.rate;

@@ -39,6 +39,7 @@ class lane_pack {
     using Shape = typename Flow::shape_type;
     using real = real_t<T>;
     using alone = lane_t<T>;
+    using velocities = vec<T, Shape::max_dimension / 2>;
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
@@ -61,40 +62,46 @@ public:
         decltype(flight_.round)::each_stage(take);
     }
     VI_HOT void strike() {
-        flight_.strike(busy_);
-        count_landed();
+        quick_landing<T> end;
+        velocities before;
+        flight_.strike(busy_, end, before);
+        count_landed(end);
         if constexpr (has_tangent) {
             const auto& flow = flight_.systems.free.flow;
-            tangents_.see(flight_.end.landed, flight_.all.at, high_ + low_, flow.dimension(),
+            tangents_.see(end.landed, flight_.all.at, high_ + low_, flow.dimension(),
                           flow.contacts());
+        }
+        attention_ = busy_ & (flight_.stuck | (end.landed & watched(end)));
+        if (any(attention_)) {
+            end_ = end;
+            before_ = before;
         }
     }
     VI_HOT void attend() {
-        const auto attention = busy_ & (flight_.stuck | (flight_.end.landed & watched()));
-        if (!any(attention)) return;
+        if (!any(attention_)) return;
         for (int i = 0; i < N; ++i)
-            if (lane(attention, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
+            if (lane(attention_, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
     }
 
     void interrupt() {
         for (int i = 0; i < N; ++i) {
             if (!lane(busy_, i)) continue;
-            suspend(i);
+            suspend(i, false);
             end(i, run_end::interrupted);
         }
     }
 
 private:
-    real time_left() const { return end_ - (high_ + low_); }
+    real time_left() const { return until_ - (high_ + low_); }
 
     // Events that are not simply counted: shown to the host, or at a limit.
-    pack_mask<N> watched() const {
-        return (high_ + low_ >= watch_) | (events_ >= most_) | !(flight_.end.duration > 0.0);
+    pack_mask<N> watched(const quick_landing<T>& end) const {
+        return (high_ + low_ >= watch_) | (events_ >= most_) | !(end.duration > 0.0);
     }
 
-    void count_landed() {
-        const auto& landed = flight_.end.landed;
-        const real t = only(landed, value(flight_.end.duration));
+    VI_HOT void count_landed(const quick_landing<T>& end) {
+        const auto& landed = end.landed;
+        const real t = only(landed, value(end.duration));
         const real sum = high_ + t, part = sum - high_; // clock::add
         low_ = low_ + ((high_ - (sum - part)) + (t - part));
         high_ = sum;
@@ -118,7 +125,7 @@ private:
         } else {
             resume(i, slot.run->at);
         }
-        set_lane(end_, i, slot.limit.t_max);
+        set_lane(until_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
     }
 
@@ -144,29 +151,29 @@ private:
     }
 
     // From the lane into the slot; a landed event is counted already.
-    void suspend(int i) {
+    void suspend(int i, bool landed) {
         const auto& system = *slots_[i].system;
         auto& [at, so_far] = *slots_[i].run;
         take_trajectory(flight_.all, i, system.dimension(), system.contacts(), at);
         so_far.now = {lane(high_, i), lane(low_, i)};
         const long events = static_cast<long>(lane(events_, i)); // impacts all that are new
         so_far.impacts += events - so_far.events;
-        if (events - lane(flight_.end.landed, i) != so_far.events) so_far.at_once = 0;
+        if (events - landed != so_far.events) so_far.at_once = 0;
         so_far.events = events;
     }
 
     void take_landing(int i, event<double, Shape>& e) {
         auto& [at, so_far] = *slots_[i].run;
         e.what = status::impact;
-        e.contact = static_cast<int>(lane(flight_.end.seen.contact, i));
-        e.side = static_cast<int>(lane(flight_.end.seen.side, i));
+        e.contact = static_cast<int>(lane(end_.stop.contact, i));
+        e.side = static_cast<int>(lane(end_.stop.side, i));
         e.code = 0;
-        e.duration = lane(value(flight_.end.duration), i);
-        e.rate_before = lane(value(flight_.end.rate), i);
+        e.duration = lane(value(end_.duration), i);
+        e.rate_before = lane(value(end_.rate), i);
         e.rate_after = at.rate[e.contact];
         vec<double, Shape::max_dimension / 2> before;
         for (int j = 0; j < slots_[i].system->oscillators(); ++j)
-            before[j] = lane(value(flight_.before[j]), i);
+            before[j] = lane(value(before_[j]), i);
         detail::put_before(at.y, before, *slots_[i].system, e.before);
         so_far.at_once = e.duration > 0.0 ? 0 : so_far.at_once + 1;
     }
@@ -209,7 +216,7 @@ private:
     [[gnu::noinline]] void attend(int i, double left) {
         const auto& slot = slots_[i];
         const auto& [at, so_far] = *slot.run;
-        suspend(i);
+        suspend(i, lane(end_.landed, i));
         event<double, Shape> e;
         if (lane(flight_.stuck, i))
             e = step_alone(i, left);
@@ -245,7 +252,10 @@ private:
     const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
     long versions_[N] = {};
     lane_flight<T, Shape> flight_;
-    real high_{}, low_{}, end_{}, watch_{};
+    pack_mask<N> attention_{};
+    quick_landing<T> end_; // of the last round, where a lane needs attention
+    velocities before_;
+    real high_{}, low_{}, until_{}, watch_{};
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};
     growth<1, real> tangents_{};

@@ -207,38 +207,36 @@ template <class T, class Shape>
 struct lane_flight {
     static constexpr int N = scalar_traits<T>::lanes;
     using real = real_t<T>;
+    using velocities = vec<T, Shape::max_dimension / 2>;
     lane_systems<N, Shape> systems{};
     lane_states<T, Shape> all{};
     pack_mask<N> stuck;
-    quick_landing<T> end;
-    vec<T, Shape::max_dimension / 2> before; // velocities
 
     quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{
-        systems.free, all.at, end, all.memory};
+        systems.free, all.at, all.flown, all.memory};
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
-        end.duration = all.flown;
         const auto able = going & all.quick & may_go_on(flow, value(all.flown), horizon);
         round.look(able);
     }
-    // After the last one.
-    VI_HOT void strike(const pack_mask<N>& going) {
+    // After the last one; `before` is what velocities were.
+    VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, velocities& before) {
         if (round.repeats())
-            finish<true>(going);
+            finish<true>(going, end, before);
         else
-            finish<false>(going);
+            finish<false>(going, end, before);
     }
 
 private:
     template <bool Some>
-    VI_HOT void finish(const pack_mask<N>& going) {
+    VI_HOT void finish(const pack_mask<N>& going, quick_landing<T>& end, velocities& before) {
         const auto& flow = systems.free.flow;
         vec<T, Shape::max_dimension> y;
-        round.template land<Some>(y);
+        round.template land<Some>(end, y);
         stuck = going & !end.landed & !end.moved;
-        if constexpr (Some) stuck &= !round.misled();
+        if constexpr (Some) stuck &= !round.misled(end);
         all.flown = select(end.landed, T(0.0), end.duration);
         flow.each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);

@@ -74,13 +74,19 @@ struct corridor {
     R low, high;
 };
 
+// A stop that a flight ends on.
+template <class R>
+struct stop_seen {
+    R contact = R(0.0), side, limit;
+};
+
 // What a look along a grid finds, in parts of a step: all is clear up to `begin`; in the interval
 // after it, of some `length`, a contact crosses its limit once, next to `place`, or is not proved to.
 template <class R>
 struct sight {
     R begin, length, place;
     mask_t<R> found;
-    R contact = R(0.0), side, limit;
+    stop_seen<R> stop;
 };
 
 // The last interval of a grid serves only to look one time further.
@@ -159,10 +165,10 @@ VI_HOT mask_t<R> note_crossing(const G& g, int i, const along_grid<R>& at, sight
     const R x = crossing_point(limit - u.first, rise, bend0, bend1);
     const auto note = [&](R& to, const R& found)
                           VI_WITHIN { to = i == 0 ? found : select(mine, found, to); };
-    note(s.side, select(down, R(-1.0), R(1.0)));
-    note(s.limit, limit);
+    note(s.stop.side, select(down, R(-1.0), R(1.0)));
+    note(s.stop.limit, limit);
     note(s.place, fma(s.length, x, s.begin));
-    if (i > 0) s.contact = select(mine, R(static_cast<double>(i)), s.contact);
+    if (i > 0) s.stop.contact = select(mine, R(static_cast<double>(i)), s.stop.contact);
     return mine;
 }
 
@@ -171,7 +177,7 @@ template <class R, class Mode, int K>
 VI_HOT mask_t<R> find_crossing(const Mode& m, const along_grid<R> (&all)[K], sight<R>& s) {
     mask_t<R> once = note_crossing(m.guards[0], 0, all[0], s);
     if (m.flow.contacts() == 1) return once;
-    s.contact = R(0.0);
+    s.stop.contact = R(0.0);
     mask_t<R> single = once | all[0].clear(all[0].open_end);
     for (int i = 1; i < m.flow.contacts(); ++i) {
         const mask_t<R> mine = note_crossing(m.guards[i], i, all[i], s);

@@ -23,13 +23,12 @@ inline constexpr double longest_flight = 512.0; // steps: then the ladder is mor
 inline constexpr int most_tries = 2;            // more, to find the root from a better guess
 
 // What a round saw and did: it brought the trajectory onto a stop, or moved it to a place up to which
-// all is clear. `duration` is that of the flight up to there. Of a repeated flight only side and contact
-// are seen.
+// all is clear. `duration` is that of the flight up to there.
 template <class T>
 struct quick_landing {
-    detail::sight<real_t<T>> seen;
     mask_t<T> landed, moved;
     T duration, rate;
+    detail::stop_seen<real_t<T>> stop;
 };
 
 namespace detail {
@@ -64,7 +63,7 @@ struct neighbour {
     template <class Mode>
     VI_HOT void go(const Mode& m, const vec<T, D>& from, const sight<R>& hit) {
         y = m.flow.apply_ahead(part, from);
-        u = expand_hit(m, values_of(y, m.flow.dimension()), hit);
+        u = expand_hit(m, values_of(y, m.flow.dimension()), hit.stop);
     }
     template <class Mode>
     VI_HOT void predict(const Mode& m, const sight<R>& hit) {
@@ -81,8 +80,8 @@ VI_HOT R nearest_place(const R& x) {
 
 // From a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
-VI_HOT void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
-                      neighbour<T, R, D>& near) {
+VI_RARE void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
+                       neighbour<T, R, D>& near) {
     for (int tries = 0; tries < most_tries && any(!near.close); ++tries) {
         const R better = nearest_place(near.part + near.s / m.flow.part());
         near.part = select(near.close, near.part, better);
@@ -102,19 +101,18 @@ VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, 
                          prediction<T, R, D>& to) {
     to.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
     const auto& z = values_of(to.y, m.flow.dimension());
-    to.left = left_to(m, z, hit);
-    to.scale = 1.0 / speed_at(m, z, hit);
+    to.left = left_to(m, z, hit.stop);
+    to.scale = 1.0 / speed_at(m, z, hit.stop);
 }
 
 // (2): every lane that has found a crossing lands, or stays where it is if that is not proved; those
 // that go on move.
 template <class T, class Mode, int D>
 VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
-                 const prediction<T, real_t<T>, D>& at, const vec<T, D>& start,
-                 quick_landing<T>& out, vec<T, D>& y) {
+                 const prediction<T, real_t<T>, D>& at, const sight<real_t<T>>& hit,
+                 const vec<T, D>& start, const T& flown, quick_landing<T>& out, vec<T, D>& y) {
     using R = real_t<T>;
     const auto& flow = m.flow;
-    const auto& hit = out.seen;
     const R part = flow.part(), bend = fma(3.0 * near.u.twist, near.s, near.u.bend);
     const last_step<R> on(at.left, bend, at.scale, flow.step);
     const R shift = only(hit.found, on.shift);
@@ -122,16 +120,16 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
     out.landed =
         hit.found & near.close & on.exact & (s >= begin) & (s <= fma(hit.length, part, begin));
     y = flow.nudge(at.y, shift);
-    out.rate = -hit.side * speed_at(m, y, hit);
+    out.rate = -hit.stop.side * speed_at(m, y, hit.stop);
     const mask_t<R> gone = out.landed | out.moved;
     if (!all(gone)) select_state(!gone, y, start, flow);
-    out.duration = select(gone, (out.duration + near.part * part) + s, out.duration);
+    out.duration = select(gone, (flown + near.part * part) + s, flown);
 }
 
 // Series cut off cost jets some digits of their derivatives: dt = -dg / g' again, exactly.
 template <class T, class Mode, int D>
 VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
-    const auto& hit = at.seen;
+    const auto& hit = at.stop;
     const T gap = hit.side * left_to(m, y, hit);
     const T shift = with_value(-gap / value(at.rate), real_t<T>(0.0));
     select_state(at.landed, y, m.flow.template short_flight<3>(y, shift), m.flow);
@@ -161,13 +159,18 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
     take(to.begin, from.begin);
     take(to.length, from.length);
     take(to.place, from.place);
-    take(to.contact, from.contact);
-    take(to.side, from.side);
-    take(to.limit, from.limit);
+    take(to.stop.contact, from.stop.contact);
+    take(to.stop.side, from.stop.side);
+    take(to.stop.limit, from.stop.limit);
     to.found = to.found | (mask & from.found);
 }
 
 } // namespace detail
+
+// Where registers hold the results of a stage, the last two are one: to store these for later costs
+// more than to wait for them.
+template <class T>
+inline constexpr bool many_registers = scalar_traits<T>::lanes == 8;
 
 // One round of every lane that is going: look(), then stages. Packs of lanes take turns at each: one
 // works while the results of another are on their way.
@@ -176,13 +179,13 @@ class quick_round {
     using R = real_t<T>;
     using memory_type = flight_memory<typename Mode::flow_type>;
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
+    using repeated = detail::repeated_flight<T, typename Mode::flow_type>;
     using outlooks = vec<detail::outlook<R>, K>;
 
 public:
-    // The flight stands at at.y, end.duration after its start.
-    VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, quick_landing<T>& end,
-                       memory_type& memory)
-        : m_(m), at_(at), end_(end), memory_(memory) {}
+    // The flight stands at at.y, `flown` after its start.
+    VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, T& flown, memory_type& memory)
+        : m_(m), at_(at), flown_(flown), memory_(memory) {}
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
@@ -190,7 +193,7 @@ public:
     VI_HOT void look(const mask_t<T>& able) {
         looks_ = !(repeats_ = memory_.knows_any());
         if (!repeats_) return look_ahead(able);
-        recalled_ = able & memory_.ready() & (value(end_.duration) == 0.0);
+        recalled_ = able & memory_.ready() & (value(flown_) == 0.0);
         repeats_ = any(recalled_);
         const mask_t<T> others = able & !recalled_;
         looks_ = !repeats_ || any(others);
@@ -199,30 +202,42 @@ public:
     // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
-        take([](auto& round) VI_WITHIN { round.approach(); });
+        take([](auto& round) VI_WITHIN {
+            if (round.looks_) round.approach();
+        });
         take([](auto& round) VI_WITHIN {
             if (round.looks_) round.predict();
         });
-        take([](auto& round) VI_WITHIN {
-            if (round.looks_) round.close_in();
-        });
+        if constexpr (!many_registers<T>)
+            take([](auto& round) VI_WITHIN {
+                if (round.repeats_)
+                    round.template close_in<true>(round.next_);
+                else
+                    round.template close_in<false>(round.next_);
+            });
     }
     // The last one: `y` is the state after it. Some = repeats().
     template <bool Some>
-    VI_HOT void land(vec<T, D>& y) {
-        if (!Some || looks_) {
-            end_.moved = going_ & !end_.seen.found & (end_.seen.begin > 0.0);
-            detail::land(m_, near_, predicted_, at_.y, end_, y);
+    VI_HOT void land(quick_landing<T>& end, vec<T, D>& y) {
+        if constexpr (many_registers<T>) {
+            outcome next;
+            close_in<Some>(next);
+            land<Some>(next, end, y);
+        } else {
+            land<Some>(next_, end, y);
         }
-        if constexpr (Some) repeat(y);
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end_);
-        remember<Some>();
     }
     // Lanes that did not fly as recalled, if any: in the next round they look.
     VI_HOT bool repeats() const { return repeats_; }
-    VI_HOT mask_t<T> misled() const { return recalled_ & !end_.landed; }
+    VI_HOT mask_t<T> misled(const quick_landing<T>& end) const { return recalled_ & !end.landed; }
 
 private:
+    // Next to the ends of all flights that have one.
+    struct outcome {
+        detail::prediction<T, R, D> predicted;
+        repeated repeated_flights;
+    };
+
     VI_HOT void look_ahead(const mask_t<T>& able) {
         const auto& y = values_of(at_.y, m_.flow.dimension());
         outlooks from;
@@ -232,10 +247,10 @@ private:
             going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0)) &
                     (from[i].u <= m_.guards[i].upper) & (from[i].u >= m_.guards[i].lower);
         });
-        const mask_t<T> clear = detail::look_along<0>(m_, from, y, end_.seen);
-        const mask_t<T> found = end_.seen.found & going;
+        const mask_t<T> clear = detail::look_along<0>(m_, from, y, seen_);
+        const mask_t<T> found = seen_.found & going;
         stuck_ = going & !found & !clear;
-        end_.seen.found = found;
+        seen_.found = found;
         going_ = going;
         if (any(stuck_)) look_again();
     }
@@ -246,83 +261,91 @@ private:
     }
     // Along the narrow one, where something is undecided.
     VI_RARE void look_again() {
-        const R before = only(stuck_, end_.seen.begin);
+        const R before = only(stuck_, seen_.begin);
         detail::closer_look<T, R, D> close;
         outlooks from;
         look_out(values_of(at_.y, m_.flow.dimension()), from);
         detail::look_closer(m_, before, at_.y, from, close);
-        end_.duration = end_.duration + before * m_.flow.part();
+        flown_ = flown_ + before * m_.flow.part();
         const mask_t<T> advanced = stuck_ & (before > 0.0); // the others are there
         detail::select_state(advanced, at_.y, close.y, m_.flow);
-        detail::select_sight(stuck_, end_.seen, close.seen);
+        detail::select_sight(stuck_, seen_, close.seen);
     }
     // Next to the crossing, or to the end of what is clear.
     VI_HOT void approach() {
-        if (repeats_) repeated_.go(m_, memory_, at_);
-        if (!looks_) return;
-        const auto& seen = end_.seen;
-        const R crossing = detail::nearest_place(seen.place);
-        near_.part = only(going_, select(seen.found, crossing, seen.begin));
-        near_.go(m_, at_.y, seen);
+        const R crossing = detail::nearest_place(seen_.place);
+        near_.part = only(going_, select(seen_.found, crossing, seen_.begin));
+        near_.go(m_, at_.y, seen_);
     }
-    VI_HOT void predict() { near_.predict(m_, end_.seen); }
-    VI_HOT void close_in() {
-        detail::go_nearer(m_, at_.y, end_.seen, near_);
-        detail::go_on_series(m_, end_.seen, near_, predicted_);
+    VI_HOT void predict() { near_.predict(m_, seen_); }
+    template <bool Some>
+    VI_HOT void close_in(outcome& to) {
+        if (!Some || looks_) {
+            if (!all(near_.close)) detail::go_nearer(m_, at_.y, seen_, near_);
+            detail::go_on_series(m_, seen_, near_, to.predicted);
+        }
+        if constexpr (Some) to.repeated_flights.go(m_, memory_, at_);
     }
-    VI_HOT void repeat(vec<T, D>& y) {
-        const auto& hit = repeated_.hit;
-        auto& seen = end_.seen;
+    template <bool Some>
+    VI_HOT void land(outcome& next, quick_landing<T>& end, vec<T, D>& y) {
+        if (!Some || looks_) {
+            end.stop = seen_.stop;
+            end.moved = going_ & !seen_.found & (seen_.begin > 0.0);
+            detail::land(m_, near_, next.predicted, seen_, at_.y, flown_, end, y);
+        }
+        if constexpr (Some) repeat(next.repeated_flights, end, y);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end);
+        remember<Some>(end);
+    }
+    VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
+        const auto& hit = flight.hit;
         T duration, rate;
         if (!looks_) {
-            const mask_t<T> landed = recalled_ & repeated_.land(m_, at_, y, duration, rate);
-            end_.landed = landed;
-            end_.moved = seen.found = !(landed | !landed);
-            if (all(landed)) {
-                end_.duration = duration;
-            } else {
+            const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, rate);
+            end.landed = landed;
+            end.moved = !(landed | !landed);
+            end.duration = duration;
+            if (!all(landed)) {
                 detail::select_state(!landed, y, at_.y, m_.flow);
-                end_.duration = select(landed, duration, end_.duration);
+                end.duration = select(landed, duration, flown_);
             }
-            end_.rate = rate;
-            seen.side = hit.side;
-            if (m_.flow.contacts() > 1) seen.contact = hit.contact;
-            if constexpr (scalar_traits<T>::is_jet) seen.limit = hit.limit; // for sharpen()
+            end.rate = rate;
+            end.stop = hit;
             return;
         }
         vec<T, D> there;
-        const mask_t<T> landed = recalled_ & repeated_.land(m_, at_, there, duration, rate);
+        const mask_t<T> landed = recalled_ & flight.land(m_, at_, there, duration, rate);
         const auto take = [&](auto& to, const auto& x) VI_WITHIN { to = select(landed, x, to); };
         detail::select_state(landed, y, there, m_.flow);
-        end_.landed = end_.landed | landed;
-        take(end_.duration, duration);
-        take(end_.rate, rate);
-        take(seen.side, hit.side);
-        take(seen.limit, hit.limit);
-        if (m_.flow.contacts() > 1) take(seen.contact, hit.contact);
+        end.landed = end.landed | landed;
+        take(end.duration, duration);
+        take(end.rate, rate);
+        take(end.stop.side, hit.side);
+        take(end.stop.limit, hit.limit);
+        if (m_.flow.contacts() > 1) take(end.stop.contact, hit.contact);
     }
     template <bool Some>
-    VI_HOT void remember() {
-        mask_t<T> fresh = end_.landed;
+    VI_HOT void remember(const quick_landing<T>& end) {
+        mask_t<T> fresh = end.landed;
         if constexpr (Some) {
-            const mask_t<T> lost = misled();
+            const mask_t<T> lost = misled(end);
             if (any(lost)) memory_.lose(lost);
             fresh = fresh & !recalled_;
         }
         if (!Some || looks_)
-            memory_.template note<T>(m_.flow, fresh, value(end_.duration), end_.seen);
-        if (memory_.knows_any()) memory_.take_turns(end_.landed);
+            memory_.template note<T>(m_.flow, fresh, value(end.duration), end.stop);
+        if (memory_.knows_any()) memory_.take_turns(end.landed);
     }
 
     const Mode& m_;
     trajectory<T, Shape>& at_;
-    quick_landing<T>& end_;
+    T& flown_;
     memory_type& memory_;
     mask_t<T> going_, stuck_, recalled_;
     bool looks_, repeats_; // whether any lane does
+    detail::sight<R> seen_;
     detail::neighbour<T, R, D> near_;
-    detail::prediction<T, R, D> predicted_;
-    detail::repeated_flight<T, typename Mode::flow_type> repeated_;
+    outcome next_;
 };
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
@@ -337,19 +360,21 @@ VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at,
                                      const real_t<T>& horizon,
                                      flight_memory<typename Mode::flow_type>& memory) {
     quick_landing<T> end;
-    end.duration = T(0.0);
     end.landed = end.moved = false;
-    while (may_go_on(m.flow, value(end.duration), horizon)) {
-        quick_round<T, Mode, Shape> round(m, at, end, memory);
+    T flown = T(0.0);
+    end.duration = flown;
+    while (may_go_on(m.flow, value(flown), horizon)) {
+        quick_round<T, Mode, Shape> round(m, at, flown, memory);
         round.look(true);
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         vec<T, Shape::max_dimension> y;
         if (round.repeats())
-            round.template land<true>(y);
+            round.template land<true>(end, y);
         else
-            round.template land<false>(y);
+            round.template land<false>(end, y);
         at.y = y;
-        if (!end.moved && !(round.repeats() && round.misled())) break;
+        flown = end.duration;
+        if (!end.moved && !(round.repeats() && round.misled(end))) break;
         for (int i = 0; end.moved && i < m.flow.contacts(); ++i)
             at.touching[i] = real_t<T>(0.0);
     }

@@ -78,13 +78,13 @@ public:
     // next time.
     template <class T>
     VI_HOT void note(const Flow& flow, const mask_t<R>& fresh, const real_t<T>& time,
-                     const detail::sight<real_t<T>>& seen) {
+                     const detail::stop_seen<real_t<T>>& on) {
         const R duration = own(time);
         const R change = abs(duration - before_);
         before_ = select(fresh, last_, before_);
         last_ = select(fresh, duration, last_);
         const mask_t<R> alike = fresh & (change <= alike_within * flow.step);
-        if (any(alike)) keep<T>(flow, alike, duration, seen);
+        if (any(alike)) keep(flow, alike, duration, own(on.contact), own(on.side), own(on.limit));
     }
     VI_HOT void lose(const mask_t<R>& lost) {
         even_.ready = even_.ready & !(lost & !at_odd_);
@@ -105,9 +105,9 @@ private:
     }
     VI_HOT R now(const R& even, const R& odd) const { return select(at_odd_, odd, even); }
 
-    template <class T>
     VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, // in registers
-                      const detail::sight<real_t<T>>& seen) {
+                      R contact, R side, R limit) {
+
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
         const R place = only(alike, nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
@@ -117,9 +117,9 @@ private:
             for (int i = 0; i < flow.dimension() + flow.blocks(); ++i)
                 take(to.rows[i], itself[i]);
             take(to.time, duration);
-            take(to.contact, own(seen.contact));
-            take(to.side, own(seen.side));
-            take(to.limit, own(seen.limit));
+            take(to.contact, contact);
+            take(to.side, side);
+            take(to.limit, limit);
             to.ready = to.ready | mine;
         };
         put(even_, alike & !at_odd_);
@@ -196,24 +196,19 @@ VI_HOT mask_t<R> is_between(const G& g, const R& u, const R& slack) {
 template <class T, class Flow>
 class repeated_flight {
     using R = real_t<T>;
-    static constexpr int D = Flow::max_dimension, K = Flow::max_contacts;
+    static constexpr int D = Flow::max_dimension;
 
 public:
-    sight<R> hit;
+    stop_seen<R> hit;
 
     // To where the last one ended.
     template <class Mode, class Shape>
     VI_APART void go(const Mode& m, const flight_memory<Flow>& memory,
                      const trajectory<T, Shape>& start) {
-        const auto& y = values_of(start.y, m.flow.dimension());
         time_ = memory.time();
         hit.side = memory.side();
         hit.limit = memory.limit();
         if (m.flow.contacts() > 1) hit.contact = memory.contact();
-        m.flow.each_contact([&](auto i) VI_WITHIN {
-            from_[i] = departure(m.guards[i], m.flow, y, start.touching[i], value(start.rate[i]));
-            slack_[i] = slack_of_flight(m.guards[i], m.flow, y, time_);
-        });
         y_ = m.flow.apply_stored([&](int i) VI_WITHIN { return memory.row(i); }, time_, start.y);
         u_ = expand_hit(m, values_of(y_, m.flow.dimension()), hit);
         scale_ = 1.0 / u_.slope;
@@ -230,19 +225,21 @@ public:
         const R bend = 2.0 * fma(3.0 * u_.twist, on.shift, u_.bend);
         const auto& z = values_of(y, m.flow.dimension());
         mask_t<R> proved = on.exact;
+        const auto& x = values_of(start.y, m.flow.dimension());
         m.flow.each_contact([&](auto i) VI_WITHIN {
             const auto& g = m.guards[i];
+            const auto from = departure(g, m.flow, x, start.touching[i], value(start.rate[i]));
+            const R slack = slack_of_flight(g, m.flow, x, time_);
             const flight_point<R> end{hit.limit, slope, bend};
             if (m.flow.contacts() == 1) {
-                proved = proved & keeps_between(g, from_[i], end, value(duration), slack_[i]);
+                proved = proved & keeps_between(g, from, end, value(duration), slack);
                 return;
             }
             const mask_t<R> hits = hit.contact == static_cast<double>(i);
             const auto to = arrival(g, m.flow, z, end, hits);
             const mask_t<R> leaves = start.touching[i] != 0.0;
-            proved = proved & keeps_between(g, from_[i], to, value(duration), slack_[i]) &
-                     (leaves | is_between(g, from_[i].u, slack_[i])) &
-                     (hits | is_between(g, to.u, slack_[i]));
+            proved = proved & keeps_between(g, from, to, value(duration), slack) &
+                     (leaves | is_between(g, from.u, slack)) & (hits | is_between(g, to.u, slack));
         });
         return proved;
     }
@@ -251,8 +248,6 @@ private:
     R time_, scale_; // scale: 1 / u'
     vec<T, D> y_;
     expansion<R> u_;
-    flight_point<R> from_[K];
-    R slack_[K];
 };
 
 } // namespace detail
