@@ -54,7 +54,7 @@ public:
     }
     bool busy() const { return runs_ > 0; }
 
-    // A round: look(), the stages of round(), strike(), attend().
+    // A round: look(), the stages of round(), strike().
     VI_HOT void look() { flight_.look(time_left(), busy_); }
     VI_HOT auto& round() { return flight_.round; }
     template <class Take>
@@ -71,16 +71,12 @@ public:
             tangents_.see(end.landed, flight_.all.at, high_ + low_, flow.dimension(),
                           flow.contacts());
         }
-        attention_ = busy_ & (flight_.stuck | (end.landed & watched(end)));
-        if (any(attention_)) {
-            end_ = end;
-            before_ = before;
-        }
-    }
-    VI_HOT void attend() {
-        if (!any(attention_)) return;
+        const auto attention = busy_ & (flight_.stuck | (end.landed & watched(end)));
+        if (!any(attention)) return;
+        end_ = end;
+        before_ = before;
         for (int i = 0; i < N; ++i)
-            if (lane(attention_, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
+            if (lane(attention, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
     }
 
     void interrupt() {
@@ -252,8 +248,7 @@ private:
     const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
     long versions_[N] = {};
     lane_flight<T, Shape> flight_;
-    pack_mask<N> attention_{};
-    quick_landing<T> end_; // of the last round, where a lane needs attention
+    quick_landing<T> end_; // of the last round in which a lane needed attention
     velocities before_;
     real high_{}, low_{}, until_{}, watch_{};
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
@@ -286,7 +281,6 @@ public:
                 each_busy([&](auto& pack) VI_WITHIN { stage(pack.round()); });
             });
             each_busy([](auto& pack) VI_WITHIN { pack.strike(); });
-            each_busy([](auto& pack) { pack.attend(); });
         }
     }
 
