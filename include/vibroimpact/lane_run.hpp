@@ -13,7 +13,9 @@
 //               bool build(i, code)     the mode of a closed set that is missing; false if it cannot
 //               void end(i, slot, why)  the run of lane i has ended, or had no event left to begin with
 //               bool interrupted()      asked now and then; true ends all runs
-//             It shows events without derivatives; slot.tangent begins and ends with the slot.
+//             It shows events without derivatives; slot.tangent begins and ends with the slot. slot.run
+//             is the host's and stays where it is from next() to end(); it is up to date in see() and
+//             end() only.
 // Accuracy    bits of run(), with growth as its observer in lanes of jets: the same operations for
 //             each trajectory in the same order
 #pragma once

@@ -66,8 +66,8 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
 
 } // namespace detail
 
-// `p` of the free mode; one phase per forcing line. In place: a copy would wait until all these
-// numbers are written.
+// `p` of the free mode; one phase per forcing line. In place, but for contacts that the system has not:
+// a copy would wait until all these numbers are written.
 template <class T, class Flow>
 VI_HD inline void start_at(const hybrid<Flow>& system, const mode_coordinates& p, const T* x,
                            const T* v, const T* phases,

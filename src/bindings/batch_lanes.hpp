@@ -1,7 +1,7 @@
 // Running the members of a batch in SIMD lanes, for one modal flow of the kernel.
 //
 // Method      Lanes of numbers take the members in turn. Where the largest exponent is wanted, members
-//             leave them when tangents begin (ensemble.hpp), and wait, each with its system. When
+//             leave them when tangents begin (ensemble.hpp), and wait, with their systems. When
 //             there are `most_settled`, lanes of jets take these to the end of their windows; then
 //             the lanes of numbers go on. All exponents of a member are found alone.
 // Accuracy    that of lane_run.hpp: no bit depends on who runs beside whom, or when
@@ -18,7 +18,7 @@ inline constexpr int lanes = vi::lanes_in_turn<vi::pack<vi::native_lanes>>;
 
 template <class Flow>
 using berths = std::vector<std::unique_ptr<berth<Flow>>>;
-// Members that wait: enough to keep lanes busy, few enough for their systems to stay near.
+// Members that wait: enough to keep lanes busy, few enough for what they need to stay near.
 inline constexpr int most_settled = 64;
 
 // A question that is not asked again once the answer was yes.

@@ -71,7 +71,8 @@ private:
     std::vector<typename room::watched> extremes_, averages_;
 };
 
-// The systems that members are in. A member that follows another of its system shares it.
+// The systems that members are in. A member that follows another of its system shares it: members of
+// one system are to stand next to each other.
 template <class Flow>
 class built_systems {
 public:
@@ -170,7 +171,7 @@ private:
     const batch_run& b_;
     question ask_;
     built_systems<Flow>& systems_;
-    built_systems<Flow>::shared built_;
+    typename built_systems<Flow>::shared built_;
     std::vector<vi::section_point<Shape>> points_;
     std::vector<vi::kept_impact<Shape>> kept_;
     long long i_ = 0;

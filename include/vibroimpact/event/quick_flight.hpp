@@ -227,8 +227,8 @@ public:
             land<Some>(next_, end, y);
         }
     }
-    // Lanes that did not fly as recalled, if any: in the next round they look.
     VI_HOT bool repeats() const { return repeats_; }
+    // Lanes that did not fly as recalled: in the next round they look.
     VI_HOT mask_t<T> misled(const quick_landing<T>& end) const { return recalled_ & !end.landed; }
 
 private:

@@ -105,9 +105,8 @@ private:
     }
     VI_HOT R now(const R& even, const R& odd) const { return select(at_odd_, odd, even); }
 
-    VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, // in registers
-                      R contact, R side, R limit) {
-
+    // Packs by value stay in registers: a sight that this read would have to stand in memory.
+    VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, R contact, R side, R limit) {
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
         const R place = only(alike, nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
