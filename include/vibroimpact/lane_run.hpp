@@ -184,7 +184,7 @@ private:
     }
 
     // The certified step of a lane that is stuck, from `at` on and back into the lane.
-    event<alone, Shape> step_alone(int i, trajectory<alone, Shape>& at, double left) {
+    event<alone, Shape> step_from(int i, trajectory<alone, Shape>& at, double left) {
         const auto& slot = slots_[i];
         const auto e = detail::go_on(*slot.system, at, lane(flight_.all.flown, i), left);
         if (e.what != status::missing_mode) {
@@ -195,18 +195,18 @@ private:
         return e;
     }
 
-    // Of a slot that holds the trajectory, without its tangent.
+    // The same from the slot, which holds the trajectory without its tangent.
     event<double, Shape> step_alone(int i, double left) {
         auto& slot = slots_[i];
         if constexpr (has_tangent) {
             const int n = slot.system->dimension(), contacts = slot.system->contacts();
             trajectory<alone, Shape> at{};
             take_trajectory(flight_.all, i, n, contacts, at);
-            const auto e = step_alone(i, at, left);
+            const auto e = step_from(i, at, left);
             slot.run->at = detail::values(at, n, contacts);
             return detail::values(e, n);
         } else {
-            return step_alone(i, slot.run->at, left);
+            return step_from(i, slot.run->at, left);
         }
     }
 

@@ -67,7 +67,7 @@ VI_HD inline forcing_pairs<T> forcing_at(const mode_coordinates& p, const T* pha
     return w;
 }
 
-// (2)
+// (2), in the sizes of the system whose coordinates these are.
 template <class T, class Shape>
 VI_HD inline vec<T, Shape::max_dimension> from_physical(const mode_coordinates& p, const T* x,
                                                         const T* v, const forcing_pairs<T>& w,

@@ -38,8 +38,8 @@ namespace detail {
 
 // The start of member i, in the free mode.
 template <class Flow>
-VI_CALL void start(const batch_arrays& b, const hybrid<Flow>& system, long long i,
-                   trajectory<double, typename Flow::shape_type>& at) {
+VI_CALL void start_member(const batch_arrays& b, const hybrid<Flow>& system, long long i,
+                          trajectory<double, typename Flow::shape_type>& at) {
     const long long first = i * b.degrees;
     start_at(system, coordinates_of(b, 0, b.system[i]), b.position + first, b.velocity + first,
              b.phases + i * b.lines, at);
@@ -52,8 +52,8 @@ VI_HD inline double forcing_of(const batch_arrays& b, long long s) {
 
 // What the observer of symbols is to know of system s.
 template <class Shape>
-VI_HD inline void prepare(const batch_arrays& b, long long s, double tolerance, long long returns,
-                          symbol<Shape>& out) {
+VI_HD inline void prepare_symbol(const batch_arrays& b, long long s, double tolerance,
+                                 long long returns, symbol<Shape>& out) {
     out.tolerance = tolerance;
     out.returns = static_cast<long>(returns);
     out.omega = forcing_of(b, s);
@@ -70,9 +70,10 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
     if (all.wants(sees_section))
         all.section = {static_cast<int>(b.contact), static_cast<int>(b.stop),
                        static_cast<long>(b.last), static_cast<long>(b.stride), lent.points};
-    if (all.wants(sees_symbol)) prepare(b, s, b.symbol_tolerance, b.symbol_returns, all.symbol);
+    if (all.wants(sees_symbol))
+        prepare_symbol(b, s, b.symbol_tolerance, b.symbol_returns, all.symbol);
     if (all.wants(sees_settling)) {
-        prepare(b, s, b.settling_tolerance, b.settling_returns, all.settling.orbit);
+        prepare_symbol(b, s, b.settling_tolerance, b.settling_returns, all.settling.orbit);
         all.settling.longest = static_cast<long>(b.longest);
         all.settling.kept = lent.kept;
     }
@@ -97,7 +98,7 @@ template <class Flow>
 VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Flow>& built,
                         const member_room<Flow>& lent, passage<Flow>& out) {
     member_rows<Flow>(b, i).clear();
-    detail::start(b, *built.system, i, out.now.at);
+    detail::start_member(b, *built.system, i, out.now.at);
     if (behind_stop(*built.system, out.now.at)) {
         b.end[i] = static_cast<signed char>(member_end::behind_stop);
         return false;
@@ -124,7 +125,7 @@ VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& 
     if constexpr ((observers_compiled & sees_settling) != 0)
         if (all.wants(sees_settling)) {
             motion<double, Flow> again{};
-            detail::start(b, system, i, again.at);
+            detail::start_member(b, system, i, again.at);
             b.settling[i] = settling_time(system, again, from.window, all.settling,
                                           from.now.so_far.impacts, build);
         }

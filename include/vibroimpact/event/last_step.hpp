@@ -19,7 +19,7 @@ namespace detail {
 
 // What watch(guard) says of the contact of the crossing.
 template <class T, class Mode, class R, class Watch>
-VI_HOT T watch_hit(const Mode& m, const stop_seen<R>& hit, const Watch& watch) {
+VI_HOT T watch_hit(const Mode& m, const stop_hit<R>& hit, const Watch& watch) {
     T u = watch(m.guards[0]);
     for (int i = 1; i < m.flow.contacts(); ++i)
         u = select(hit.contact == static_cast<double>(i), watch(m.guards[i]), u);
@@ -28,13 +28,13 @@ VI_HOT T watch_hit(const Mode& m, const stop_seen<R>& hit, const Watch& watch) {
 
 // How much is left to the limit, in u; and u'.
 template <class T, class Mode, class R, int D>
-VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const stop_seen<R>& hit) {
+VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const stop_hit<R>& hit) {
     return hit.limit - watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
                return watch_distance(g, y, m.flow);
            });
 }
 template <class T, class Mode, class R, int D>
-VI_HOT T speed_at(const Mode& m, const vec<T, D>& y, const stop_seen<R>& hit) {
+VI_HOT T speed_at(const Mode& m, const vec<T, D>& y, const stop_hit<R>& hit) {
     return watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN { return watch_speed(g, y, m.flow); });
 }
 
@@ -44,7 +44,7 @@ struct expansion {
     R left, slope, bend, twist;
 };
 template <class R, class Mode, int D>
-VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const stop_seen<R>& hit) {
+VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const stop_hit<R>& hit) {
     auto u = expand(m.guards[0], y, m.flow);
     for (int i = 1; i < m.flow.contacts(); ++i) {
         const auto other = expand(m.guards[i], y, m.flow);

@@ -74,10 +74,17 @@ struct corridor {
     R low, high;
 };
 
-// A stop that a flight ends on.
+// A stop that a flight ends on; of a single contact, `contact` is never written.
 template <class R>
-struct stop_seen {
+struct stop_hit {
     R contact = R(0.0), side, limit;
+
+    template <class Shape>
+    VI_HOT void take(const mask_t<R>& mask, const stop_hit& from, const sizes<Shape>& size) {
+        side = select(mask, from.side, side);
+        limit = select(mask, from.limit, limit);
+        if (size.contacts() > 1) contact = select(mask, from.contact, contact);
+    }
 };
 
 // What a look along a grid finds, in parts of a step: all is clear up to `begin`; in the interval
@@ -86,7 +93,7 @@ template <class R>
 struct sight {
     R begin, length, place;
     mask_t<R> found;
-    stop_seen<R> stop;
+    stop_hit<R> stop;
 };
 
 // The last interval of a grid serves only to look one time further.

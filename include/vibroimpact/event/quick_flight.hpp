@@ -28,7 +28,7 @@ template <class T>
 struct quick_landing {
     mask_t<T> landed, moved;
     T duration, rate;
-    detail::stop_seen<real_t<T>> stop;
+    detail::stop_hit<real_t<T>> stop;
 };
 
 namespace detail {
@@ -153,15 +153,14 @@ VI_HOT void look_closer(const Mode& m, const R& before, const vec<T, D>& y, vec<
     look_along<1>(m, from, z, close.seen);
 }
 
-template <class R>
-VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& from) {
+template <class R, class Shape>
+VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& from,
+                         const sizes<Shape>& size) {
     const auto take = [&](R& x, const R& y) { x = select(mask, y, x); };
     take(to.begin, from.begin);
     take(to.length, from.length);
     take(to.place, from.place);
-    take(to.stop.contact, from.stop.contact);
-    take(to.stop.side, from.stop.side);
-    take(to.stop.limit, from.stop.limit);
+    to.stop.take(mask, from.stop, size);
     to.found = to.found | (mask & from.found);
 }
 
@@ -269,7 +268,7 @@ private:
         flown_ = flown_ + before * m_.flow.part();
         const mask_t<T> advanced = stuck_ & (before > 0.0); // the others are there
         detail::select_state(advanced, at_.y, close.y, m_.flow);
-        detail::select_sight(stuck_, seen_, close.seen);
+        detail::select_sight(stuck_, seen_, close.seen, m_.flow);
     }
     // Next to the crossing, or to the end of what is clear.
     VI_HOT void approach() {
@@ -320,9 +319,7 @@ private:
         end.landed = end.landed | landed;
         take(end.duration, duration);
         take(end.rate, rate);
-        take(end.stop.side, hit.side);
-        take(end.stop.limit, hit.limit);
-        if (m_.flow.contacts() > 1) take(end.stop.contact, hit.contact);
+        end.stop.take(landed, hit, m_.flow);
     }
     template <bool Some>
     VI_HOT void remember(const quick_landing<T>& end) {

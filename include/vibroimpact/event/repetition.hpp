@@ -37,7 +37,7 @@ struct known_end {
     using R = typename Flow::real;
     R time;
     typename Flow::template essence<R> rows; // of exp(B time)
-    R contact, side, limit;
+    detail::stop_hit<R> stop;
     mask_t<R> ready;
 };
 
@@ -69,22 +69,24 @@ public:
 
     // Of the flight whose turn it is.
     VI_HOT R time() const { return now(even_.time, odd_.time); }
-    VI_HOT R contact() const { return now(even_.contact, odd_.contact); }
-    VI_HOT R side() const { return now(even_.side, odd_.side); }
-    VI_HOT R limit() const { return now(even_.limit, odd_.limit); }
+    VI_HOT detail::stop_hit<R> stop(const Flow& flow) const {
+        auto out = even_.stop;
+        out.take(at_odd_, odd_.stop, flow);
+        return out;
+    }
     VI_HOT R row(int i) const { return now(even_.rows[i], odd_.rows[i]); }
 
     // Flights have ended that were not recalled. One that took as long as the one before last can be
     // next time.
     template <class T>
     VI_HOT void note(const Flow& flow, const mask_t<R>& fresh, const real_t<T>& time,
-                     const detail::stop_seen<real_t<T>>& on) {
+                     const detail::stop_hit<real_t<T>>& on) {
         const R duration = own(time);
         const R change = abs(duration - before_);
         before_ = select(fresh, last_, before_);
         last_ = select(fresh, duration, last_);
         const mask_t<R> alike = fresh & (change <= alike_within * flow.step);
-        if (any(alike)) keep(flow, alike, duration, own(on.contact), own(on.side), own(on.limit));
+        if (any(alike)) keep(flow, alike, duration, {own(on.contact), own(on.side), own(on.limit)});
     }
     VI_HOT void lose(const mask_t<R>& lost) {
         even_.ready = even_.ready & !(lost & !at_odd_);
@@ -105,8 +107,8 @@ private:
     }
     VI_HOT R now(const R& even, const R& odd) const { return select(at_odd_, odd, even); }
 
-    // Packs by value stay in registers: a sight that this read would have to stand in memory.
-    VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, R contact, R side, R limit) {
+    // By value: what this read from elsewhere would have to stand in memory always.
+    VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, detail::stop_hit<R> on) {
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
         const R place = only(alike, nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
@@ -116,9 +118,7 @@ private:
             for (int i = 0; i < flow.dimension() + flow.blocks(); ++i)
                 take(to.rows[i], itself[i]);
             take(to.time, duration);
-            take(to.contact, contact);
-            take(to.side, side);
-            take(to.limit, limit);
+            to.stop.take(mine, on, flow);
             to.ready = to.ready | mine;
         };
         put(even_, alike & !at_odd_);
@@ -198,16 +198,15 @@ class repeated_flight {
     static constexpr int D = Flow::max_dimension;
 
 public:
-    stop_seen<R> hit;
+    stop_hit<R> hit;
 
     // To where the last one ended.
     template <class Mode, class Shape>
     VI_APART void go(const Mode& m, const flight_memory<Flow>& memory,
                      const trajectory<T, Shape>& start) {
         time_ = memory.time();
-        hit.side = memory.side();
-        hit.limit = memory.limit();
-        if (m.flow.contacts() > 1) hit.contact = memory.contact();
+        const auto stop = memory.stop(m.flow);
+        hit = {stop.contact, stop.side, stop.limit};
         y_ = m.flow.apply_stored([&](int i) VI_WITHIN { return memory.row(i); }, time_, start.y);
         u_ = expand_hit(m, values_of(y_, m.flow.dimension()), hit);
         scale_ = 1.0 / u_.slope;
