@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
+from support.members import Case
 
 import vibroimpact as vi
+from vibroimpact.hybrid import _compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -109,6 +111,40 @@ def test_bodies_that_come_to_rest_together_go_on() -> None:
         gaps = run.position[:, : len(mechanism.contacts)]
         assert gaps.min() > -1e-12, seed
     assert through >= 48
+
+
+MODES_LATER = range(100, 140)  # seeds that no other test compiles
+
+
+def test_contacts_held_stay_on_their_stops_between_events() -> None:
+    """Also where others leave first, or are pulled off by an impact: the gaps of every motion are
+    samples of the flights between its events, to rounding in coordinates of some ten units."""
+    left = 0
+    for seed in MODES_LATER:
+        mechanism, state = heavy(seed)
+        run = vi.simulate(mechanism, state, impacts=3000, t_max=60.0)
+        x, _ = run.at(np.linspace(0.0, run.time[-1], 6001))
+        assert x[:, : len(mechanism.contacts)].min() > -1e-11, seed
+        left += len(mechanism.contacts) > 2 and vi.Status.RELEASE in run.status
+    assert left > 5
+
+
+def test_a_run_is_the_same_when_all_its_modes_were_built_before() -> None:
+    for seed in MODES_LATER:
+        mechanism, state = heavy(seed)
+        _compiled.cache_clear()
+        first, again = (vi.simulate(mechanism, state, impacts=1000, t_max=60.0) for _ in range(2))
+        t = np.linspace(0.0, first.time[-1], 2001)
+        for one, other in zip(first.at(t), again.at(t), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("seed", [6, 18, 26, 67])
+def test_extremes_of_contacts_at_rest_are_their_stops(seed: int) -> None:
+    mechanism, state = heavy(seed)
+    found = Case(mechanism, state, 0.0, 30.0).member("extremes", "shares")
+    assert found["share_at_rest"] > 0.1
+    assert found["x_smallest"][: len(mechanism.contacts)].min() > -1e-11
 
 
 def jerks_of(mass: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:

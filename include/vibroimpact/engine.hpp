@@ -43,6 +43,11 @@ VI_HD inline event<T, Shape> plain_event(status what, int contact, int side, con
                                          const vec<T, Shape::max_dimension>& before) {
     return {what, contact, side, 0, duration, T(0.0), T(0.0), before};
 }
+template <class T, class Flow>
+VI_HD inline auto in_free_coordinates(const hybrid<Flow>& system,
+                                      const trajectory<T, typename Flow::shape_type>& at) {
+    return at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
+}
 
 // An event without its derivatives.
 template <class T, class Shape>
@@ -109,10 +114,9 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     if (end.end == flight_end::horizon || end.end == flight_end::undecided) {
         for (int i = 0; i < system.contacts(); ++i)
             if (side_in_code(at.held, i) == 0.0 && plain(end.duration) > 0.0) at.touching[i] = 0.0;
-        auto y = at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
-        return plain_event<T, Shape>(end.end == flight_end::horizon ? status::horizon
-                                                                    : status::undecided,
-                                     end.contact, end.side, end.duration, y);
+        return plain_event<T, Shape>(
+            end.end == flight_end::horizon ? status::horizon : status::undecided, end.contact,
+            end.side, end.duration, in_free_coordinates(system, at));
     }
     leave_mode(system, at);
     for (int i = 0; i < system.contacts(); ++i) {
@@ -147,12 +151,12 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     if (struck >= 0) return strike(system, at, struck, T(0.0));
     const rest<T> r = settle(system, at, horizon);
     if (r.what != settled::nothing) {
-        const auto y = at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
         const status what = r.what == settled::chatter ? status::chatter
                             : r.what == settled::stick ? status::stick
                                                        : status::missing_mode;
         const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
-        auto e = plain_event<T, Shape>(what, r.contact, side, r.duration, y);
+        auto e = plain_event<T, Shape>(what, r.contact, side, r.duration,
+                                       in_free_coordinates(system, at));
         e.code = r.code;
         return e;
     }
@@ -162,13 +166,20 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
 
 } // namespace detail
 
-// The certified engine: any flow, any mode, every status.
+// The certified engine: any flow, any mode, every status. An event after which it takes a mode that is
+// missing to tell which contacts stay closed did not happen yet: it comes again once the mode is there.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                double horizon) {
-    const auto e = detail::next_event(system, at, horizon);
-    stay_closed(system, at);
+    if (at.held == 0) return detail::next_event(system, at, horizon);
+    const auto start = at;
+    auto e = detail::next_event(system, at, horizon);
+    const int missing = stay_closed(system, at);
+    if (missing == 0) return e;
+    at = start;
+    e.what = status::missing_mode;
+    e.code = missing;
     return e;
 }
 

@@ -194,15 +194,21 @@ VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
     return -1;
 }
 
-// After an event elsewhere the contacts held before may stay closed: the motion goes on in their mode,
-// unless another impact comes first.
+// After an event elsewhere contacts held before may stay closed: the motion goes on in their mode,
+// unless another impact or a contact that begins to press comes first. The answer is the code of a
+// mode that is missing to tell, or 0.
 template <class T, class Flow>
-VI_HD inline void stay_closed(const hybrid<Flow>& system,
-                              trajectory<T, typename Flow::shape_type>& at) {
-    if (at.mode != 0 || at.held == 0 || approached(at, system.contacts()) >= 0) return;
-    auto plain = detail::values(at, system.dimension(), system.contacts());
+VI_HD inline int stay_closed(const hybrid<Flow>& system,
+                             trajectory<T, typename Flow::shape_type>& at) {
+    const int contacts = system.contacts();
+    if (at.mode != 0 || at.held == 0 || approached(at, contacts) >= 0) return 0;
+    auto plain = detail::values(at, system.dimension(), contacts);
     const auto next = closed_set(system, plain);
-    if (next.decided && next.code == at.held) enter_mode(system, at, at.held);
+    if (next.code < 0 || detail::newly_closed(next.code, at.held, contacts) >= 0) return 0;
+    if (!next.decided || !enter_mode(system, at, next.code)) return next.code;
+    for (int i = 0; i < contacts; ++i)
+        at.flat[i] = plain.flat[i];
+    return 0;
 }
 
 // Before a flight: begin sticking, complete chatter.

@@ -53,16 +53,11 @@ struct stretch {
     double duration;
 };
 
-// The flight that led from a trajectory to the next event, without what lies before `skip`. The
-// mode is the one that settle() chooses there (impact/rest.hpp).
+// The flight that led from a trajectory to the next event, without what lies before `skip`.
 template <class Flow>
 VI_HD inline stretch<Flow> flown(const hybrid<Flow>& system,
-                                 trajectory<double, typename Flow::shape_type> from,
+                                 const trajectory<double, typename Flow::shape_type>& from,
                                  double duration, double skip) {
-    if (from.mode == 0) {
-        const auto next = closed_set(system, from);
-        if (next.decided && next.code > 0) enter_mode(system, from, next.code);
-    }
     stretch<Flow> s{system, from.y, from.mode, duration};
     if (skip > 0.0) {
         s.y = system.modes[s.mode].flow.flight(s.y, min(skip, duration));
