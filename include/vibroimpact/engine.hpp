@@ -166,8 +166,8 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
 
 } // namespace detail
 
-// The certified engine: any flow, any mode, every status. An event after which it takes a mode that is
-// missing to tell which contacts stay closed did not happen yet: it comes again once the mode is there.
+// The certified engine: any flow, any mode, every status. An event whose next flight is in a mode that
+// is missing, or takes one to be known, did not happen yet: it comes again once the mode is there.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,

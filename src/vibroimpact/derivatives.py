@@ -102,9 +102,8 @@ def map_derivative(
             RECORDS_PER_IMPACT * int(impacts) + 64, int(impacts),
         )  # fmt: skip
         end = RunEnd(out["why"])
-        if end is not RunEnd.MISSING or out["code"] < 0:
+        if end is not RunEnd.MISSING or not compiled.add_code(out["code"]):
             return MapDerivative(out["columns"], out["durations"], out["events"], end)
-        compiled.add_code(out["code"])
 
 
 # d(x1, x2, v1, v2, theta) by (v1, x1, v2, theta) on a stop, where x2 - x1 is fixed.

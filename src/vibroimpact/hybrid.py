@@ -195,9 +195,15 @@ class Compiled:
         for closed in ((), *h.closed):
             self._add_mode(closed)
 
-    def add_code(self, code: int) -> None:
-        """Compile the mode that the kernel asked for."""
-        self._add_mode(closed_from_code(code, len(self.mechanism.contacts)))
+    def add_code(self, code: int) -> bool:
+        """Compile the mode that the kernel asked for; False if there is none."""
+        if code < 0:
+            return False
+        try:
+            self._add_mode(closed_from_code(code, len(self.mechanism.contacts)))
+        except InvalidParameterError:
+            return False
+        return True
 
     def _add_mode(self, closed: Closed) -> None:
         mode = self._hybrid.mode(closed)

@@ -122,8 +122,7 @@ def exponent_from(motion: Motion, impacts: int) -> LyapunovEstimate:
     events = EVENTS_PER_IMPACT * impacts + 64
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
     result = kernel.lyapunov(motion.at, math.inf, limit, events, impacts, block)
-    while RunEnd(result["why"]) is RunEnd.MISSING and result["code"] >= 0:
-        motion.compiled.add_code(result["code"])
+    while RunEnd(result["why"]) is RunEnd.MISSING and motion.compiled.add_code(result["code"]):
         result = kernel.lyapunov(motion.at, math.inf, limit, events, impacts, block)
     end = RunEnd(result["why"])
     if end is RunEnd.OBSERVER:

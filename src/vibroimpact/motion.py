@@ -70,10 +70,9 @@ class Motion:
             at = self.at.copy()
             result = kernel_call(at)
             why, code = _why(result)
-            if why is not RunEnd.MISSING or code < 0:
+            if why is not RunEnd.MISSING or not self.compiled.add_code(code):
                 self.at = at
                 return result
-            self.compiled.add_code(code)
 
     def settle(self, impacts: int) -> RunEnd:
         """Run over so many impacts without a record."""

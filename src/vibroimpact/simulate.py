@@ -32,7 +32,7 @@ class Status(IntEnum):
     GRAZING = 1  #: a gap touched zero within rounding; no impulse
     CHATTER = 2  #: infinitely many impacts summed; the contact is at rest afterwards
     STICK = 3  #: a contact begins to press
-    RELEASE = 4  #: its force has fallen to zero
+    RELEASE = 4  #: its force has fallen to zero; one lifted by an impact elsewhere has no event
     SIMULTANEOUS = 5  #: several contacts closed at once, resolved by Moreau's law
     HORIZON = 6  #: no event up to the given time
     UNDECIDED = 7  #: the search for the next event could not be finished
@@ -63,7 +63,8 @@ _SENTENCES = {
     RunEnd.SILENT: "no contact within flight_limit: the motion may have stopped impacting",
     RunEnd.UNDECIDED: "the next event could not be decided at double precision",
     RunEnd.STALLED: "time does not advance: more than 64 events at one instant",
-    RunEnd.MISSING: "a set of closed contacts could not be compiled",
+    RunEnd.MISSING: "a set of closed contacts could not be compiled: they depend on each other, "
+    "or the forcing meets an undamped resonance of it",
     RunEnd.EVENTS: "the record is full: mostly events that are no impacts",
     RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest forgets its start",
@@ -321,9 +322,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
         parts.append(part)
         why = RunEnd(part["why"])
         if why is RunEnd.MISSING:
-            if part["code"] < 0:
+            if not compiled.add_code(part["code"]):
                 break
-            compiled.add_code(part["code"])
             counted = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
             remaining -= int(np.isin(part["status"], counted).sum())
     return _assemble(system, state, compiled, first, parts, why, at)

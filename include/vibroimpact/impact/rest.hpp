@@ -9,7 +9,8 @@
 // Accuracy    (1) neglects the change of a, which moves the end velocity by about
 //             v^2 |g'''| / (a (1 - R))^2, and lumps impulses, which moves positions by about
 //             v^2 / (|a| (1 - R)^2): completed only where both are below 2^-53 of the motion (2)
-// Fails       sets of contacts whose mode was not built: settled::missing, the code is returned
+// Fails       sets of contacts whose mode was not built: settled::missing, or stay_closed() is not 0;
+//             their code is returned, and nothing was changed
 // Reference   Nordmark, Piiroinen, Nonlinear Dynamics 58 (2009) 85-106; theory.md, "Chatter"
 #pragma once
 
@@ -194,20 +195,37 @@ VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
     return -1;
 }
 
+namespace detail {
+
+// Go over from free coordinates to the mode of the contacts that stay closed. Undecided: that mode, or
+// one that it takes to tell which it is, has this code and is missing; nothing was changed.
+template <class T, class Flow>
+VI_HD inline closing enter_closed(const hybrid<Flow>& system,
+                                  trajectory<T, typename Flow::shape_type>& at) {
+    auto plain = values(at, system.dimension(), system.contacts());
+    auto next = closed_set(system, plain);
+    next.decided = next.decided && next.code >= 0 && enter_mode(system, at, next.code);
+    if (next.decided)
+        for (int i = 0; i < system.contacts(); ++i)
+            at.flat[i] = plain.flat[i];
+    return next;
+}
+
+} // namespace detail
+
 // After an event elsewhere contacts held before may stay closed: the motion goes on in their mode,
 // unless another impact or a contact that begins to press comes first. The answer is the code of a
-// mode that is missing to tell, or 0.
+// mode that has to be built before, or 0.
 template <class T, class Flow>
 VI_HD inline int stay_closed(const hybrid<Flow>& system,
                              trajectory<T, typename Flow::shape_type>& at) {
     const int contacts = system.contacts();
     if (at.mode != 0 || at.held == 0 || approached(at, contacts) >= 0) return 0;
-    auto plain = detail::values(at, system.dimension(), contacts);
-    const auto next = closed_set(system, plain);
+    auto there = at;
+    const auto next = detail::enter_closed(system, there);
     if (next.code < 0 || detail::newly_closed(next.code, at.held, contacts) >= 0) return 0;
-    if (!next.decided || !enter_mode(system, at, next.code)) return next.code;
-    for (int i = 0; i < contacts; ++i)
-        at.flat[i] = plain.flat[i];
+    if (!next.decided) return next.code;
+    at = there;
     return 0;
 }
 
@@ -216,18 +234,14 @@ template <class T, class Flow>
 VI_HD inline rest<T> settle(const hybrid<Flow>& system,
                             trajectory<T, typename Flow::shape_type>& at, double horizon) {
     const int n = system.dimension(), contacts = system.contacts();
-    auto plain = detail::values(at, n, contacts);
     if (at.mode == 0) {
-        const auto next = closed_set(system, plain);
-        for (int i = 0; i < contacts; ++i)
-            at.flat[i] = plain.flat[i];
         const int before = at.held;
-        if (next.code < 0 || !next.decided || !enter_mode(system, at, next.code))
-            return {settled::missing, -1, next.code, T(0.0)};
+        const auto next = detail::enter_closed(system, at);
+        if (!next.decided) return {settled::missing, -1, next.code, T(0.0)};
         const int fresh = detail::newly_closed(next.code, before, contacts);
         if (fresh >= 0) return {settled::stick, fresh, next.code, T(0.0)};
-        plain = detail::values(at, n, contacts);
     }
+    const auto plain = detail::values(at, n, contacts);
     for (int i = 0; i < contacts; ++i) {
         if (at.touching[i] == 0.0 || detail::side_in_code(at.held, i) != 0.0 ||
             !(plain.rate[i] > 0.0) || !detail::chatter_is_summable(system, plain, i))

@@ -271,10 +271,6 @@ def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
         why, code, _ = compiled.kernel.advance(
             at, end, math.inf, RECORDS_PER_IMPACT * most + 64, most
         )
-        if why != RunEnd.MISSING or code < 0:
-            return codes
-        try:
-            compiled.add_code(code)
-        except InvalidParameterError:
+        if why != RunEnd.MISSING or not compiled.add_code(code):
             return codes
         codes.append(code)
