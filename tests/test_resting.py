@@ -119,7 +119,13 @@ def test_bodies_that_come_to_rest_together_go_on() -> None:
 
 
 DAMPED = pytest.mark.parametrize("damped", [True, False])
-MODES_LATER = range(100, 140)  # seeds that no other test compiles
+SEEDS = range(100, 140)
+
+
+def unbuilt(seed: int, damped: bool) -> tuple[vi.Mechanism, vi.State]:
+    """Such a system, none of whose modes was wanted yet."""
+    _compiled.cache_clear()
+    return heavy(seed, damped)
 
 
 @DAMPED
@@ -127,8 +133,8 @@ def test_contacts_held_stay_on_their_stops_between_events(damped: bool) -> None:
     """Also where others leave first, or are pulled off by an impact: the gaps of every motion are
     samples of the flights between its events, to rounding in coordinates of some ten units."""
     left = 0
-    for seed in MODES_LATER:
-        mechanism, state = heavy(seed, damped)
+    for seed in SEEDS:
+        mechanism, state = unbuilt(seed, damped)
         run = vi.simulate(mechanism, state, impacts=3000, t_max=60.0)
         x, _ = run.at(np.linspace(0.0, run.time[-1], 6001))
         assert x[:, : len(mechanism.contacts)].min() > -1e-11, seed
@@ -138,9 +144,8 @@ def test_contacts_held_stay_on_their_stops_between_events(damped: bool) -> None:
 
 @DAMPED
 def test_a_run_is_the_same_when_all_its_modes_were_built_before(damped: bool) -> None:
-    for seed in MODES_LATER:
-        mechanism, state = heavy(seed, damped)
-        _compiled.cache_clear()
+    for seed in SEEDS:
+        mechanism, state = unbuilt(seed, damped)
         first, again = (vi.simulate(mechanism, state, impacts=1000, t_max=60.0) for _ in range(2))
         t = np.linspace(0.0, first.time[-1], 2001)
         for one, other in zip(first.at(t), again.at(t), strict=True):

@@ -43,11 +43,6 @@ VI_HD inline event<T, Shape> plain_event(status what, int contact, int side, con
                                          const vec<T, Shape::max_dimension>& before) {
     return {what, contact, side, 0, duration, T(0.0), T(0.0), before};
 }
-template <class T, class Flow>
-VI_HD inline auto in_free_coordinates(const hybrid<Flow>& system,
-                                      const trajectory<T, typename Flow::shape_type>& at) {
-    return at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
-}
 
 // An event without its derivatives.
 template <class T, class Shape>

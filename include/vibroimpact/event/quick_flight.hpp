@@ -302,7 +302,7 @@ private:
         if (!looks_) {
             const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, rate);
             end.landed = landed;
-            end.moved = !(landed | !landed);
+            end.moved = mask_t<T>(false);
             end.duration = duration;
             if (!all(landed)) {
                 detail::select_state(!landed, y, at_.y, m_.flow);

@@ -137,9 +137,15 @@ VI_HD inline bool enter_mode(const hybrid<Flow>& system,
 }
 
 template <class T, class Flow>
+VI_HD inline auto in_free_coordinates(const hybrid<Flow>& system,
+                                      const trajectory<T, typename Flow::shape_type>& at) {
+    return at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
+}
+
+template <class T, class Flow>
 VI_HD inline void leave_mode(const hybrid<Flow>& system,
                              trajectory<T, typename Flow::shape_type>& at) {
-    if (at.mode > 0) at.y = system.to_free[at.mode](at.y, system.dimension());
+    at.y = in_free_coordinates(system, at);
     at.mode = 0;
 }
 

@@ -198,7 +198,8 @@ VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
 namespace detail {
 
 // Go over from free coordinates to the mode of the contacts that stay closed. Undecided: that mode, or
-// one that it takes to tell which it is, has this code and is missing; nothing was changed.
+// one that it takes to tell which it is, has this code and is missing, or is none (-1); nothing was
+// changed.
 template <class T, class Flow>
 VI_HD inline closing enter_closed(const hybrid<Flow>& system,
                                   trajectory<T, typename Flow::shape_type>& at) {

@@ -27,7 +27,7 @@ VI_HD inline physical_state<Flow::max_dimension> physical(const physical_rows& r
                                                           const scene<Flow>& s) {
     const auto& p = rows.free;
     const int n = s.system.dimension();
-    const auto y = s.at.mode > 0 ? s.system.to_free[s.at.mode](s.at.y, n) : s.at.y;
+    const auto y = in_free_coordinates(s.system, s.at);
     physical_state<Flow::max_dimension> out{};
     for (int i = 0; i < p.degrees; ++i) {
         out.of[i] = position_of(p, i, y, n);
