@@ -255,6 +255,27 @@ def test_modes_wanted_later_have_the_bits_of_each_alone() -> None:
     check_equal_bits(three, {"stiffness[0][0]": np.array([k, k + 0.5, k + 1.0])}, (1, 2 + 3, 18))
 
 
+def test_rayleighs_damping_of_many_contacts_is_as_alone() -> None:
+    """In vibration modes, also those of closed sets, but where a dashpot is added."""
+    base = random_mechanism(np.random.default_rng(9), 4, contacts=4, lines=1)
+    mass, stiffness = np.array(base.mass, dtype=object), np.array(base.stiffness, dtype=object)
+
+    def damped(a: float, b: float, extra: float) -> vi.Mechanism:
+        damping = a * mass + b * stiffness
+        damping[2, 2] = damping[2, 2] + extra
+        return replace(base, damping=damping.tolist())
+
+    values = grid(a=[0.0, 0.1], b=[0.0, 0.03, 0.05], extra=[0.0, 0.01])
+    system = vi.Family(damped, a=0.0, b=0.0, extra=0.0)
+    dense = {
+        bool(values["extra"][k]): tables.dense
+        for systems, tables in compiled(system, values)
+        for k in systems
+    }
+    assert dense == {False: False, True: True}
+    check_equal_bits(system, values, (1, 2 + 3 + 54))
+
+
 # ---- refusals ------------------------------------------------------------------------------------
 
 

@@ -15,7 +15,8 @@ from vibroimpact import linear
 from vibroimpact.errors import ResonanceError
 from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact.mechanism import Contact, Mechanism
-from vibroimpact.scalars import above, choose, greatest, square_root
+from vibroimpact.rayleigh import Proportion
+from vibroimpact.scalars import ROUNDING, above, choose, greatest, square_root
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
@@ -92,8 +93,11 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
     )
 
 
-def vibration_modes(r: Reduced) -> Vibrations | None:
-    """The modes of a classically damped system; None if there are none."""
+def vibration_modes(r: Reduced, damping: Proportion | None = None) -> Vibrations | None:
+    """The modes of a classically damped system; None if there are none.
+
+    Where its damping is Rayleigh's, there are.
+    """
     if not r.mass:
         return Vibrations([], [], [])
     low = linear.cholesky(r.mass)
@@ -103,13 +107,17 @@ def vibration_modes(r: Reduced) -> Vibrations | None:
         transpose(linear.solve_lower(low, transpose(linear.solve_lower(low, a))))
         for a in (r.stiffness, r.damping)
     ]
+    if damping:
+        phi = linear.solve_upper(low, linear.symmetric_eigenvectors(normal[0]))
+        k = _diagonal(phi, r.stiffness)
+        return Vibrations(phi, k, [damping.rate(x) for x in k])
     stiff, damp = (linear.largest(a) for a in normal)
     mix = 0.7548776662466927 * stiff / damp if stiff and damp else 1.0  # any generic number
     vectors = linear.symmetric_eigenvectors(linear.plus(normal[0], normal[1], mix))
     for a, size in zip(normal, (stiff, damp), strict=True):
         inside = product(transpose(vectors), product(a, vectors))
         off = [abs(inside[i][j]) for i in range(len(a)) for j in range(len(a)) if i != j]
-        if greatest(off) > 64.0 * 2.0**-53 * len(a) * size:
+        if greatest(off) > ROUNDING * len(a) * size:
             return None
     phi = linear.solve_upper(low, vectors)
     return Vibrations(phi, _diagonal(phi, r.stiffness), _diagonal(phi, r.damping))
@@ -120,7 +128,7 @@ def _diagonal(phi: Matrix, a: Matrix) -> Vector:
     inside = product(transpose(phi), product(a, phi))
     size = linear.largest(inside)
     values = [row[i] for i, row in enumerate(inside)]
-    return [choose(above(abs(x), 64.0 * 2.0**-53 * size), x, 0.0) for x in values]
+    return [choose(above(abs(x), ROUNDING * size), x, 0.0) for x in values]
 
 
 def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> tuple[float, float]:

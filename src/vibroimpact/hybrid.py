@@ -32,6 +32,7 @@ from vibroimpact.coordinates import (
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact.mechanism import Mechanism, infinite
+from vibroimpact.rayleigh import proportion
 from vibroimpact.scalars import greatest, least, rounded_down, square_root
 
 STEP_BITS = 20  # of the step of the march, so that multiples of it are exact
@@ -66,7 +67,9 @@ class Hybrid:
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
         self._shapes: dict[Closed, tuple[Reduced, Vibrations | None] | None] = {}
-        self.closed = self._closed_sets() if len(mechanism.contacts) <= 2 else []
+        few = len(mechanism.contacts) <= 2
+        self.proportion = None if few else proportion(mechanism)
+        self.closed = self._closed_sets() if few else []
         self.dense = not self._is_modal()
         rates = [self._rate(), *(force.omega for force in mechanism.forces)]
         self.rate = greatest(rates) or self._drift_rate()
@@ -100,7 +103,9 @@ class Hybrid:
         """Reduced system and vibration modes of a closed set, computed once."""
         if closed not in self._shapes:
             reduced = reduce(self.mechanism, closed)
-            self._shapes[closed] = (reduced, vibration_modes(reduced)) if reduced else None
+            self._shapes[closed] = (
+                (reduced, vibration_modes(reduced, self.proportion)) if reduced else None
+            )
         return self._shapes[closed]
 
     def _closed_sets(self) -> list[Closed]:
@@ -122,8 +127,8 @@ class Hybrid:
     def _is_modal(self) -> bool:
         """Classical damping in every mode, no negative stiffness or damping."""
         m = self.mechanism
-        if len(m.contacts) > 2 and linear.largest(m.damping) > 0.0:
-            return False  # closed sets are not all built: only C = 0 is surely classical
+        if len(m.contacts) > 2 and not self.proportion:
+            return False  # closed sets are not all built: only this damping is surely classical
         return all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in self._vibrations())
 
     def _rate(self) -> float:

@@ -21,6 +21,8 @@ from vibroimpact.columns import Column, Mask
 
 Truth = bool | Mask
 
+ROUNDING = 64.0 * 2.0**-53  # of sums of products, per term
+
 
 def is_number(x: Any) -> bool:
     """Whether x stands for a float without being one: a jet or a column."""
