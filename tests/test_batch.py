@@ -276,6 +276,20 @@ def test_rayleighs_damping_of_many_contacts_is_as_alone() -> None:
     check_equal_bits(system, values, (1, 2 + 3 + 54))
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_stiffness_in_proportion_to_the_mass_is_as_alone(seed: int) -> None:
+    """Some of the systems need rotations that others do not, of matrices not quite symmetric."""
+    base = random_mechanism(np.random.default_rng(seed), 4)
+    none = [[0.0] * 4] * 4
+
+    def equal(low: float) -> vi.Mechanism:
+        stiffness = 2.0 * np.array(base.mass, dtype=object)
+        stiffness[0, 0] = stiffness[0, 0] + low
+        return replace(base, damping=none, stiffness=stiffness.tolist())
+
+    check_equal_bits(vi.Family(equal, low=0.0), {"low": np.array([0.0, 2.0])})
+
+
 # ---- refusals ------------------------------------------------------------------------------------
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from test_resting import heavy
 
 import vibroimpact as vi
 from vibroimpact import hybrid
+from vibroimpact.coordinates import Closed, reduce, vibration_modes
 from vibroimpact.hybrid import compile_mechanism
 from vibroimpact.rayleigh import proportion
 
@@ -36,6 +38,67 @@ def test_the_proportion_of_rayleighs_damping_is_found(
     error = abs(np.subtract(found, parts))
     assert np.all(error * [1.0, 1e3] <= 2e-14 * (abs(parts[0]) + 1e3 * abs(parts[1])))
     assert [p == 0.0 for p in found] == [p == 0.0 for p in parts]
+
+
+def chain(springs: list[float]) -> np.ndarray:
+    """Stiffness of masses between springs, both ends held."""
+    k = np.array(springs)
+    return np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
+
+
+SPREAD = {
+    "a heavy mass": (np.diag([3000.0, 1.0, 1.0]), np.diag([3000.0, 2.0, 3.0]), (0.0, 0.1)),
+    "nearly equal": (np.eye(3), 1000.0 * np.diag([1.0, 1.001, 1.002]), (0.0, 0.1)),
+    "stiff springs": (np.eye(6), chain([1e6, 1e6, 3e5, 1.0, 2.0, 1.5, 1.0]), (0.1, 0.1)),
+    "tiny": (1e-165 * np.eye(3), 1e-165 * chain([1.0, 2.0, 3.0, 1.0]), (0.0, 0.2)),
+    "equal by a thousandth": (
+        np.eye(4),
+        100.0 * np.diag([1.0, 1.0007, 1.0002, 0.9991]),
+        (0.0, 0.1),
+    ),
+    "an entry that nearly cancels": (
+        np.eye(4),
+        chain([3.0, 50.0, 800.0, 7.0, 1.0]),
+        (-5.3 * (1.0 + 1e-13), 0.1),
+    ),
+    "parts that cancel": (np.eye(3), chain([2.0, 1.0, 3.0, 1.0]), (-0.4, 0.2)),
+}
+
+
+@pytest.mark.parametrize("name", SPREAD)
+def test_entries_of_any_sizes_are_in_proportion(name: str) -> None:
+    mass, stiffness, (a, b) = SPREAD[name]
+    m = vi.Mechanism(
+        mass=mass.tolist(), stiffness=stiffness.tolist(),
+        damping=(a * mass + b * stiffness).tolist(),
+        contacts=tuple(vi.Contact(tuple(row), 0.0, np.inf) for row in np.eye(len(mass))[:3]),
+    )  # fmt: skip
+    assert proportion(m) == pytest.approx((a, b), rel=1e-9)
+
+
+def test_dashpots_where_nothing_else_is_are_in_no_proportion() -> None:
+    m = damped(0, 0.0, 0.0)
+    crossed = np.zeros((4, 4))
+    crossed[0, 1] = crossed[1, 0] = 0.1
+    diagonal = [np.diag(np.diag(a)).tolist() for a in (m.mass, m.stiffness)]
+    other = vi.Mechanism(
+        mass=diagonal[0], damping=crossed.tolist(), stiffness=diagonal[1], contacts=m.contacts
+    )
+    assert proportion(other) is None
+
+
+@pytest.mark.parametrize("closed", [(), ((0, -1),), ((1, -1), (2, -1))])
+def test_damping_of_modes_is_that_of_the_reduced_matrices(closed: Closed) -> None:
+    """c = c_v / m_v of each vibration mode, by a library."""
+    m = damped(3, 0.3, 2e-4)
+    reduced = reduce(m, closed)
+    assert reduced is not None
+    found = vibration_modes(reduced, proportion(m))
+    assert found is not None
+    k, vectors = eigh(reduced.stiffness, reduced.mass)
+    c = np.diag(vectors.T @ np.array(reduced.damping) @ vectors)
+    assert sorted(found.k) == pytest.approx(k, rel=1e-9, abs=1e-9)
+    assert sorted(found.c) == pytest.approx(sorted(c), rel=1e-10)
 
 
 @pytest.mark.parametrize("entry", [(0, 0), (1, 2), (3, 3)])
@@ -73,14 +136,18 @@ def test_a_mode_without_stiffness_keeps_its_speed_where_stiffness_damps() -> Non
     assert [(k, c) for k, c in zip(flow["k"], flow["c"], strict=True) if k == 0.0] == [(0.0, 0.0)]
 
 
-@pytest.mark.parametrize("seed", range(60, 80))
+MANY = [seed for seed in range(60, 90) if len(heavy(seed)[0].contacts) > 2]
+
+
+@pytest.mark.parametrize("seed", MANY)
 def test_motions_are_those_of_the_full_matrix(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Bouncing, at rest and after. Chatter may be summed an impact earlier in one of them."""
     mechanism, state = heavy(seed)
     monkeypatch.setattr(hybrid, "_compiled", hybrid._compiled.__wrapped__)
+    assert not compile_mechanism(mechanism).dense
     run = vi.simulate(mechanism, state, impacts=30)
     monkeypatch.setattr(hybrid, "proportion", lambda _: None)
+    assert compile_mechanism(mechanism).dense
     full = vi.simulate(mechanism, state, impacts=30)
-    assert compile_mechanism(mechanism).dense == (len(mechanism.contacts) > 2)
     times = np.linspace(0.0, min(run.time[-1], full.time[-1]), 1000)[:-1]
     assert run.at(times)[0] == pytest.approx(full.at(times)[0], abs=1e-9)

@@ -90,10 +90,11 @@ def heavy(seed: int, damping: str = "Rayleigh") -> tuple[vi.Mechanism, vi.State]
     n = int(rng.integers(2, 5))
     half, spring = rng.normal(size=(2, n, n))
     stiffness = 0.3 * (spring @ spring.T) + 0.5 * np.eye(n)
-    dashpots = 0.0 * stiffness if damping == "none" else 0.05 * stiffness
+    mass = half @ half.T + 0.5 * np.eye(n)
+    dashpots = (damping != "none") * (0.02 * mass + 0.05 * stiffness)
     dashpots[0, 0] += 0.1 * (damping == "general")
     mechanism = vi.Mechanism(
-        mass=(half @ half.T + 0.5 * np.eye(n)).tolist(),
+        mass=mass.tolist(),
         damping=dashpots.tolist(),
         stiffness=stiffness.tolist(),
         forces=(vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.normal(size=n) * 1.5)),),

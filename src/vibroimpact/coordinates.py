@@ -110,7 +110,7 @@ def vibration_modes(r: Reduced, damping: Proportion | None = None) -> Vibrations
     if damping:
         phi = linear.solve_upper(low, linear.symmetric_eigenvectors(normal[0]))
         k = _diagonal(phi, r.stiffness)
-        return Vibrations(phi, k, [damping.rate(x) for x in k])
+        return Vibrations(phi, k, [damping.damping_of(x) for x in k])
     stiff, damp = (linear.largest(a) for a in normal)
     mix = 0.7548776662466927 * stiff / damp if stiff and damp else 1.0  # any generic number
     vectors = linear.symmetric_eigenvectors(linear.plus(normal[0], normal[1], mix))

@@ -1,7 +1,8 @@
 """Compile a mechanism to the hybrid system that the kernel runs: modes, guards, jumps.
 
 Where every closed set of contacts leaves a classically damped system, each mode is written in
-vibration modes (kernel flow ``modal``), otherwise in physical coordinates (flow ``dense``).
+vibration modes (kernel flow ``modal``), otherwise in physical coordinates (flow ``dense``). With
+more than two contacts that is known of Rayleigh's damping alone (rayleigh.py).
 """
 
 from __future__ import annotations

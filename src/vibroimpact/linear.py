@@ -149,7 +149,7 @@ def _rotate(a: Matrix, v: Matrix, p: int, q: int) -> bool:
         row[p], row[q] = turned(row[p], row[q])
     both = [turned(x, y) for x, y in zip(a[p], a[q], strict=True)]
     a[p], a[q] = [x for x, _ in both], [y for _, y in both]
-    a[p][q] = a[q][p] = choose(wanted, 0.0, off)
+    a[p][q], a[q][p] = (choose(wanted, 0.0, x) for x in (off, a[q][p]))
     for row in v:
         row[p], row[q] = turned(row[p], row[q])
     return True

@@ -6,12 +6,14 @@ same proportion to N^T M N and N^T K N. c of a vibration mode follows from its k
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from vibroimpact import linear
-from vibroimpact.linear import Matrix, dot
+from vibroimpact.linear import dot
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.scalars import ROUNDING, above, choose, greatest
+
+Entry = tuple[float, float, float]  # of M, K and C
 
 
 class Proportion(NamedTuple):
@@ -20,52 +22,62 @@ class Proportion(NamedTuple):
     of_mass: float
     of_stiffness: float
 
-    def rate(self, k: float) -> float:
+    def damping_of(self, k: float) -> float:
         """C of a vibration mode; none where it is rounding of the two parts."""
         parts = self.of_mass, self.of_stiffness * k
         c = parts[0] + parts[1]
         return choose(above(abs(c), ROUNDING * greatest(map(abs, parts))), c, 0.0)
 
-    def residual(self, m: Mechanism) -> Matrix:
-        """What is left of C."""
-        rest = linear.plus(m.damping, m.mass, -self.of_mass)
-        return linear.plus(rest, m.stiffness, -self.of_stiffness)
+    def terms(self, m: float, k: float) -> float:
+        """Size of the parts of an entry."""
+        return abs(self.of_mass * m) + abs(self.of_stiffness * k)
+
+    def left(self, entry: Entry) -> float:
+        """What is left of an entry of C."""
+        m, k, c = entry
+        return c - self.of_mass * m - self.of_stiffness * k
 
 
-def proportion(m: Mechanism) -> Proportion | None:
+def proportion(of: Mechanism) -> Proportion | None:
     """Of the damping of a mechanism; None if some entry of C differs by more than rounding.
 
-    By least squares, whose residual is fitted once more.
+    Least squares of relative errors: at first of C, then twice of what is left, in parts of the
+    terms that add up to it.
     """
-    first = _fitted(m, m.damping)
-    more = _fitted(m, first.residual(m))
-    both = [x + dx for x, dx in zip(first, more, strict=True)]
-    sizes = [abs(x) * linear.largest(a) for x, a in zip(both, (m.mass, m.stiffness), strict=True)]
-    least = ROUNDING * greatest(sizes)
-    found = Proportion(
-        *(choose(above(size, least), x, 0.0) for x, size in zip(both, sizes, strict=True))
-    )
-    for row in zip(found.residual(m), m.mass, m.stiffness, strict=True):
-        for left, a, b in zip(*row, strict=True):
-            terms = abs(found.of_mass * a) + abs(found.of_stiffness * b)
-            if abs(left) > ROUNDING * m.degrees * terms:
-                return None
+    rows = zip(of.mass, of.stiffness, of.damping, strict=True)
+    entries = [entry for row in rows for entry in zip(*row, strict=True)]
+    found = _fitted(entries, [abs(c) for _, _, c in entries])
+    for _ in range(2):
+        rest = [(m, k, found.left((m, k, c))) for m, k, c in entries]
+        more = _fitted(rest, [found.terms(m, k) for m, k, _ in entries])
+        found = Proportion(*(x + dx for x, dx in zip(found, more, strict=True)))
+    found = _without_rounding(found, entries)
+    for m, k, c in entries:
+        if abs(found.left((m, k, c))) > ROUNDING * of.degrees * found.terms(m, k):
+            return None
     return found
 
 
-def _fitted(m: Mechanism, c: Matrix) -> Proportion:
-    """Nearest to C in the least squares; of the mass alone where K is a multiple of it."""
-    mm, mk, kk = (
-        _inner(m.mass, m.mass),
-        _inner(m.mass, m.stiffness),
-        _inner(m.stiffness, m.stiffness),
-    )
-    mc, kc = _inner(m.mass, c), _inner(m.stiffness, c)
+def _fitted(entries: Sequence[Entry], sizes: Sequence[float]) -> Proportion:
+    """Nearest to C in parts of these sizes; of the mass alone where K is nearly a multiple of M."""
+    both = zip(entries, sizes, strict=True)
+    weighed = [(m / size, k / size, c / size) for (m, k, c), size in both if size > 0.0]
+    ms, ks, cs = zip(*weighed, strict=True) if weighed else ((), (), ())
+    mm, mk, kk, mc, kc = dot(ms, ms), dot(ms, ks), dot(ks, ks), dot(ms, cs), dot(ks, cs)
     determinant = mm * kk - mk * mk
-    if determinant <= 2.0**-20 * mm * kk:
+    if determinant > 2.0**-40 * mm * kk:
+        return Proportion((mc * kk - kc * mk) / determinant, (mm * kc - mk * mc) / determinant)
+    if mm > 0.0:
         return Proportion(mc / mm, 0.0)
-    return Proportion((mc * kk - kc * mk) / determinant, (mm * kc - mk * mc) / determinant)
+    return Proportion(0.0, kc / kk if kk > 0.0 else 0.0)
 
 
-def _inner(a: Matrix, b: Matrix) -> float:
-    return dot([x for row in a for x in row], [x for row in b for x in row])
+def _without_rounding(p: Proportion, entries: Sequence[Entry]) -> Proportion:
+    """A part that adds no more than rounding to any entry is none."""
+    damped = [(m, k, ROUNDING * abs(c)) for m, k, c in entries if abs(c) > 0.0]
+    of_mass = greatest(abs(p.of_mass * m) - least for m, _, least in damped)
+    of_stiffness = greatest(abs(p.of_stiffness * k) - least for _, k, least in damped)
+    return Proportion(
+        choose(above(of_mass, 0.0), p.of_mass, 0.0),
+        choose(above(of_stiffness, 0.0), p.of_stiffness, 0.0),
+    )
