@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from test_resting import heavy
+from support.systems import heavy
 
 import vibroimpact as vi
 from vibroimpact import hybrid

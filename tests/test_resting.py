@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 from support.members import Case
 from support.members import run as members
+from support.systems import heavy
 
 import vibroimpact as vi
 from vibroimpact.ensembles.batch import batch_of
@@ -80,34 +81,6 @@ def test_a_release_beside_a_held_contact_is_where_its_force_falls_to_zero() -> N
     assert run.velocity_before[at + 1] == pytest.approx(z[2:], abs=1e-9)
 
 
-def heavy(seed: int, damping: str = "Rayleigh") -> tuple[vi.Mechanism, vi.State]:
-    """Two to four bodies of shared inertia that gravity brings to rest on two to four stops.
-
-    Three contacts or more are in modes of vibration with no damping or Rayleigh's, and in physical
-    coordinates with a dashpot elsewhere.
-    """
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(2, 5))
-    half, spring = rng.normal(size=(2, n, n))
-    stiffness = 0.3 * (spring @ spring.T) + 0.5 * np.eye(n)
-    mass = half @ half.T + 0.5 * np.eye(n)
-    dashpots = (damping != "none") * (0.02 * mass + 0.05 * stiffness)
-    dashpots[0, 0] += 0.1 * (damping == "general")
-    mechanism = vi.Mechanism(
-        mass=mass.tolist(),
-        damping=dashpots.tolist(),
-        stiffness=stiffness.tolist(),
-        forces=(vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.normal(size=n) * 1.5)),),
-        constant_force=tuple(-rng.uniform(1.0, 4.0, n)),
-        contacts=tuple(
-            vi.Contact(tuple(row), 0.0, np.inf, rng.uniform(0.2, 0.8))
-            for row in np.eye(n)[: rng.integers(2, n + 1)]
-        ),
-    )
-    x, v = np.abs(rng.normal(size=n)) + 0.1, rng.normal(size=n)
-    return mechanism, vi.State(tuple(x), tuple(v), phase=rng.uniform(0.0, 6.0))
-
-
 def test_bodies_that_come_to_rest_together_go_on() -> None:
     """Most of them: three that chatter at once may use up their impacts (known-limits.md)."""
     through = 0
@@ -161,7 +134,7 @@ def test_a_run_is_the_same_when_all_its_modes_were_built_before(damping: str) ->
 def test_extremes_of_contacts_at_rest_are_their_stops(seed: int, damping: str) -> None:
     mechanism, state = heavy(seed, damping)
     found = Case(mechanism, state, 0.0, 30.0).member("extremes", "shares")
-    assert found["share_at_rest"] > 0.01
+    assert found["share_at_rest"] > (0.01 if damping == "none" else 0.1)
     assert found["x_smallest"][: len(mechanism.contacts)].min() > -1e-11
 
 

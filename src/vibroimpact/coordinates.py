@@ -103,14 +103,12 @@ def vibration_modes(r: Reduced, damping: Proportion | None = None) -> Vibrations
     low = linear.cholesky(r.mass)
     if low is None:
         raise ArithmeticError("reduced mass matrix is not positive definite")
-    normal = [
-        transpose(linear.solve_lower(low, transpose(linear.solve_lower(low, a))))
-        for a in (r.stiffness, r.damping)
-    ]
+    stiffness = _normal(low, r.stiffness)
     if damping:
-        phi = linear.solve_upper(low, linear.symmetric_eigenvectors(normal[0]))
+        phi = linear.solve_upper(low, linear.symmetric_eigenvectors(stiffness))
         k = _diagonal(phi, r.stiffness)
         return Vibrations(phi, k, [damping.damping_of(x) for x in k])
+    normal = [stiffness, _normal(low, r.damping)]
     stiff, damp = (linear.largest(a) for a in normal)
     mix = 0.7548776662466927 * stiff / damp if stiff and damp else 1.0  # any generic number
     vectors = linear.symmetric_eigenvectors(linear.plus(normal[0], normal[1], mix))
@@ -121,6 +119,11 @@ def vibration_modes(r: Reduced, damping: Proportion | None = None) -> Vibrations
             return None
     phi = linear.solve_upper(low, vectors)
     return Vibrations(phi, _diagonal(phi, r.stiffness), _diagonal(phi, r.damping))
+
+
+def _normal(low: Matrix, a: Matrix) -> Matrix:
+    """L^-1 A L^-T."""
+    return transpose(linear.solve_lower(low, transpose(linear.solve_lower(low, a))))
 
 
 def _diagonal(phi: Matrix, a: Matrix) -> Vector:

@@ -117,3 +117,31 @@ def random_mechanism(
         forces=forces,
         contacts=stops,
     )
+
+
+def heavy(seed: int, damping: str = "Rayleigh") -> tuple[vi.Mechanism, vi.State]:
+    """Two to four bodies of shared inertia that gravity brings to rest on two to four stops.
+
+    Three contacts or more are in modes of vibration with no damping or Rayleigh's, and in physical
+    coordinates with a dashpot elsewhere.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    half, spring = rng.normal(size=(2, n, n))
+    stiffness = 0.3 * (spring @ spring.T) + 0.5 * np.eye(n)
+    mass = half @ half.T + 0.5 * np.eye(n)
+    dashpots = (damping != "none") * (0.02 * mass + 0.05 * stiffness)
+    dashpots[0, 0] += 0.1 * (damping == "general")
+    mechanism = vi.Mechanism(
+        mass=mass.tolist(),
+        damping=dashpots.tolist(),
+        stiffness=stiffness.tolist(),
+        forces=(vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.normal(size=n) * 1.5)),),
+        constant_force=tuple(-rng.uniform(1.0, 4.0, n)),
+        contacts=tuple(
+            vi.Contact(tuple(row), 0.0, np.inf, rng.uniform(0.2, 0.8))
+            for row in np.eye(n)[: rng.integers(2, n + 1)]
+        ),
+    )
+    x, v = np.abs(rng.normal(size=n)) + 0.1, rng.normal(size=n)
+    return mechanism, vi.State(tuple(x), tuple(v), phase=rng.uniform(0.0, 6.0))
