@@ -61,7 +61,7 @@ LONGER = 5  # times as many members, and impacts of each, on threads: starting w
 
 def degrees(sizes: Sizes, rng: np.random.Generator) -> Iterator[Point]:
     """Chains against two stops at the last mass."""
-    for curve, damping in (("vibration modes", "classical"), ("physical coordinates", "general")):
+    for curve, damping in (("vibration modes", "classical"), ("coupled by dashpots", "general")):
         for n in sizes.degrees:
             if n == 1 and damping == "general":  # one mass: its damping is classical
                 continue

@@ -3,7 +3,7 @@
 Chain      equal masses between equal springs, both ends held; the last `contacts` masses each move
            between two stops; a harmonic force on the last mass. Damping in proportion to the
            stiffness is classical: the structure decouples into vibration modes. A dashpot to the
-           ground that grows along the chain is not: the engine then works in physical coordinates.
+           ground that grows along the chain is not: it couples them.
 Structure  two masses, every entry of C and K filled, one of them between two stops: as large as the
            impact damper, and nothing of it is free or zero.
 """

@@ -86,6 +86,7 @@ def check_equal_bits(system: System, values: Values, codes: tuple[int, ...] = ()
             one = with_parameters(system, {name: float(x[k]) for name, x in values.items()})
             kernel = recorded(one, codes)
             assert tables.dense == kernel.system["dense"]
+            assert tables.mixed == kernel.system["mixed"]
             alone, together = given_alone(kernel), given_together(tables, row)
             assert alone.keys() == together.keys()
             for name, part in alone.items():
@@ -117,6 +118,10 @@ def grid(**axes: Any) -> Values:
 
 
 FULL = random_mechanism(np.random.default_rng(5), 3, lines=2)
+PUSHED = replace(random_mechanism(np.random.default_rng(6), 3, contacts=2),
+                 constant_force=(0.1, 0.2, -0.1))  # fmt: skip
+LOOSE = replace(random_mechanism(np.random.default_rng(5), 3, lines=2, stiff_rank=2),
+                constant_force=(0.1, 0.0, 0.0))  # fmt: skip
 RNG = np.random.default_rng(4)
 U = RNG.uniform
 CASES: dict[str, tuple[System, Values]] = {
@@ -126,7 +131,10 @@ CASES: dict[str, tuple[System, Values]] = {
                         "zeta": U(0.0, 1.5, 12)}),
     "modes of three masses": (CHAIN, {"stiffness[0][0]": U(1.5, 3.0, 12)}),
     "two contacts": (TWO, {"stiffness[1][1]": U(2.0, 3.0, 8), "contacts[0].upper": U(0.1, 1.0, 8)}),
-    "dense": (FULL, {"stiffness[0][0]": FULL.stiffness[0][0] + U(0.0, 1.0, 12)}),
+    "coupled": (FULL, {"stiffness[0][0]": FULL.stiffness[0][0] + U(0.0, 1.0, 12)}),
+    "coupled grid": (PUSHED, grid(**{"stiffness[1][1]": PUSHED.stiffness[1][1] + U(0.0, 1.0, 3),
+                                     "damping[0][0]": U(0.5, 9.0, 4), "omega": [0.7, 1.1]})),
+    "dense": (LOOSE, {"damping[0][0]": LOOSE.damping[0][0] + U(0.0, 1.0, 12)}),
     "every line": (CHAIN, {"omega": U(0.5, 1.2, 12)}),
     "family": (FAMILY, {"k": U(1.0, 2.0, 12), "A": U(0.5, 2.0, 12), "phi": U(-1.0, 1.0, 12)}),
     "coupled or not": (vi.Family(coupled, k=1.0), {"k": np.array([0.0, 0.5, 1.0, 0.0])}),
@@ -215,10 +223,10 @@ def test_a_grid_is_found_by_its_bits_alone() -> None:
 
 
 def test_systems_that_branch_apart_are_compiled_in_parts() -> None:
-    """Undamped, classically damped, and neither: the last has another flow."""
+    """Undamped, classically damped, and neither: the last shows positions in another way."""
     values = {"c": np.array([0.0, 0.1, 0.2, 0.0]), "m": np.array([1.0, 1.0, 2.0, 2.0])}
     parts = compiled(PAIR, values)
-    found = sorted((k, tables.dense) for systems, tables in parts for k in systems)
+    found = sorted((k, tables.mixed) for systems, tables in parts for k in systems)
     assert found == [(0, False), (1, False), (2, True), (3, False)]
     check_equal_bits(PAIR, values)
 
@@ -256,7 +264,7 @@ def test_modes_wanted_later_have_the_bits_of_each_alone() -> None:
 
 
 def test_rayleighs_damping_of_many_contacts_is_as_alone() -> None:
-    """In vibration modes, also those of closed sets, but where a dashpot is added."""
+    """In vibration modes, also those of closed sets; a dashpot couples them."""
     base = random_mechanism(np.random.default_rng(9), 4, contacts=4, lines=1)
     mass, stiffness = np.array(base.mass, dtype=object), np.array(base.stiffness, dtype=object)
 
@@ -267,12 +275,12 @@ def test_rayleighs_damping_of_many_contacts_is_as_alone() -> None:
 
     values = grid(a=[0.0, 0.1], b=[0.0, 0.03, 0.05], extra=[0.0, 0.01])
     system = vi.Family(damped, a=0.0, b=0.0, extra=0.0)
-    dense = {
-        bool(values["extra"][k]): tables.dense
+    mixed = {
+        bool(values["extra"][k]): tables.mixed
         for systems, tables in compiled(system, values)
         for k in systems
     }
-    assert dense == {False: False, True: True}
+    assert mixed == {False: False, True: True}
     check_equal_bits(system, values, (1, 2 + 3 + 54))
 
 

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 from support.host_device import HostDevice
 from support.members import cases, chain
-from support.systems import ball, paper_damper
+from support.systems import ball, paper_damper, random_mechanism
 
 import vibroimpact as vi
 from benchmarks import gpu
@@ -27,6 +27,7 @@ from vibroimpact.ensembles.cuda import card, program
 from vibroimpact.ensembles.cuda.layout import batch_arrays
 from vibroimpact.ensembles.cuda.program import Kernels, compile_kernels
 from vibroimpact.ensembles.observers import Outcome, resolve
+from vibroimpact.hybrid import Hybrid
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # benchmarks are not installed
 
@@ -103,6 +104,16 @@ def test_two_contacts_and_their_modes_have_the_bits_of_the_processor(folder: Pat
     values = {"contacts[0].upper": np.linspace(0.8, 1.2, 4)}
     members = members_of(16, 3, 4, most_impacts=300)
     check_equal_bits(chain(), values, members, ("final", "impacts", "power"), HostDevice(folder))
+
+
+def test_coupled_damping_has_the_bits_of_the_processor(folder: Path) -> None:
+    """Every observer, tangents of lanes among them; 6, 1, 1 is compiled apart elsewhere."""
+    system = random_mechanism(np.random.default_rng(3), 2)
+    values = {"damping[0][0]": system.damping[0][0] + np.linspace(0.0, 0.3, 4)}
+    assert Hybrid(system).mixed
+    members = members_of(16, 2, 4, position=np.zeros((16, 2)), most_impacts=400)
+    found = check_equal_bits(system, values, members, EVERYTHING, HostDevice(folder))
+    assert (found["end"] == Outcome.OK).any()
 
 
 def test_systems_without_forcing_have_the_bits_of_the_processor(folder: Path) -> None:
@@ -187,14 +198,16 @@ def test_a_sweep_on_a_device_is_that_on_threads(
 
 # --- machine code ---------------------------------------------------------------------------------
 
-GATE = Kernels(dimension=6, lines=1, contacts=1, tangents=0, observers=1 << 1)  # of the symbol
+GATE = Kernels(dimension=6, lines=1, contacts=1, mixed=0, tangents=0, observers=1 << 1)  # symbol
 MOST_SPILLED = 2048  # bytes of one function: the certified flight, called for few events, has 700
 
 
-def test_kernels_compile_for_old_and_new_devices_without_many_spills() -> None:
+@pytest.mark.parametrize("mixed", [0, 1])
+def test_kernels_compile_for_old_and_new_devices_without_many_spills(mixed: int) -> None:
     pytest.importorskip("cuda.core", reason="cuda-core is not installed")
+    kernels = GATE._replace(mixed=mixed)
     with ThreadPoolExecutor() as pool:
-        built = list(pool.map(partial(compile_kernels, GATE), ("sm_75", "sm_90")))
+        built = list(pool.map(partial(compile_kernels, kernels), ("sm_75", "sm_90")))
     for code, log in built:
         assert code[:4] == b"\x7fELF"
         assert all(name.encode() in code for name in program.KERNELS)

@@ -16,6 +16,7 @@ from witness import damper as reference
 from witness.precision import exact
 
 import vibroimpact as vi
+from vibroimpact import hybrid
 from vibroimpact.hybrid import compile_mechanism
 
 TIMES = [1e-9, 0.013, 0.7, 12.3, 1e4]
@@ -73,10 +74,17 @@ def test_free_masses_and_several_lines_fly_to_rounding(m: vi.Mechanism, t: float
 
 @pytest.mark.parametrize("t", [0.013, 0.7, 12.3, 300.0, 1e4])
 @pytest.mark.parametrize(("n", "rank"), [(2, 1), (3, 3), (4, 2)])
-def test_non_proportional_damping_flies_to_rounding(n: int, rank: int, t: float) -> None:
+@pytest.mark.parametrize("dense", [False, True])
+def test_non_proportional_damping_flies_to_rounding(
+    n: int, rank: int, t: float, dense: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In blocks, and by the full matrix."""
+    if dense:
+        monkeypatch.setattr(hybrid, "decoupled", lambda *_: None)
+    monkeypatch.setattr(hybrid, "_compiled", hybrid._compiled.__wrapped__)
     rng = np.random.default_rng(100 * n + rank)
     m = random_mechanism(rng, n, stiff_rank=rank)
-    assert compile_mechanism(m).dense
+    assert compile_mechanism(m).dense == dense
     state = vi.State(tuple(rng.normal(size=n) * 1e-3), tuple(rng.normal(size=n)), 0.6)
     error, allowed = largest_errors(m, state, t)
     assert error <= allowed * n  # each product of the ladder sums n pairs of terms

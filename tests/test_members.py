@@ -12,11 +12,11 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact import _kernel, hybrid
-from vibroimpact.coordinates import Closed
 from vibroimpact.ensembles.batch import Members, batch_of, run_members
 from vibroimpact.ensembles.observers import Final, Impacts, Observer, Outcome, Shares
 from vibroimpact.ensembles.tables import Stacks, told
 from vibroimpact.parameters import with_parameters
+from vibroimpact.reduction import Closed
 from vibroimpact.simulate import System
 
 Values = dict[str, np.ndarray]

@@ -178,17 +178,20 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     return e;
 }
 
-// Apply the impact that ends a quick flight, in every lane where it was proved. It changes velocities
-// alone: `before` is what those of oscillators were.
+// Apply the impact that ends a quick flight, in every lane where it was proved. `before` is what the
+// entries of oscillators were that it changes: velocities alone, unless the flow is mixed.
 template <class T, class Mode, class Law, class Shape, class Rates>
 VI_HOT void quick_impact(const Mode& m, const Law* laws, const Rates& rates,
                          const quick_landing<T>& end, const vec<T, Shape::max_dimension>& landed,
-                         trajectory<T, Shape>& at, vec<T, Shape::max_dimension / 2>& before) {
+                         trajectory<T, Shape>& at, vec<T, Shape::max_dimension>& before) {
     const auto& flow = m.flow;
     vec<T, Shape::max_dimension> y;
     flow.each_coordinate([&](auto j) VI_WITHIN { y[j] = landed[j]; });
     renormalise_forcing(y, flow.dimension(), flow.lines(), rates);
-    flow.each_oscillator([&](auto j) VI_WITHIN { before[j] = y[2 * j + 1]; });
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        before[2 * j + 1] = y[2 * j + 1];
+        if (flow.mixed()) before[2 * j] = y[2 * j];
+    });
     flow.each_contact([&](auto i) VI_WITHIN {
         const mask_t<T> mine = flow.contacts() == 1
                                    ? end.landed
@@ -199,6 +202,7 @@ VI_HOT void quick_impact(const Mode& m, const Law* laws, const Rates& rates,
         const T along = end.stop.side * (((1.0 + r) * rate) * laws[i].effective_mass);
         flow.each_oscillator([&](auto j) VI_WITHIN {
             y[2 * j + 1] = fma(laws[i].impulse[2 * j + 1], along, y[2 * j + 1]);
+            if (flow.mixed()) y[2 * j] = fma(laws[i].impulse[2 * j], along, y[2 * j]);
         });
         const T leaving = -r * rate;
         at.touching[i] =
@@ -211,19 +215,22 @@ VI_HOT void quick_impact(const Mode& m, const Law* laws, const Rates& rates,
 
 namespace detail {
 
-// The state before an impact, from the one after it and what velocities were.
+// The state before an impact, from the one after it and what the entries were that it has changed.
 template <class T, int D, class Shape>
-VI_HOT void put_before(const vec<T, D>& after, const vec<T, D / 2>& velocity,
-                       const sizes<Shape>& size, vec<T, D>& to) {
+VI_HOT void put_before(const vec<T, D>& after, const vec<T, D>& changed, const sizes<Shape>& size,
+                       vec<T, D>& to) {
     size.each_coordinate([&](auto j) VI_WITHIN { to[j] = after[j]; });
-    size.each_oscillator([&](auto j) VI_WITHIN { to[2 * j + 1] = velocity[j]; });
+    size.each_oscillator([&](auto j) VI_WITHIN {
+        to[2 * j + 1] = changed[2 * j + 1];
+        if (size.mixed()) to[2 * j] = changed[2 * j];
+    });
 }
 
 template <class T, class Flow, class Shape>
 VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Shape>& at,
                                    const quick_landing<T>& end) {
     event<T, Shape> e; // filled in place: most of what it costs is moving it
-    vec<T, Shape::max_dimension / 2> before;
+    vec<T, Shape::max_dimension> before;
     e.what = status::impact;
     e.contact = static_cast<int>(plain(end.stop.contact));
     e.side = static_cast<int>(plain(end.stop.side));

@@ -41,7 +41,7 @@ class lane_pack {
     using Shape = typename Flow::shape_type;
     using real = real_t<T>;
     using alone = lane_t<T>;
-    using velocities = vec<T, Shape::max_dimension / 2>;
+    using state = vec<T, Shape::max_dimension>;
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
@@ -65,7 +65,7 @@ public:
     }
     VI_HOT void strike() {
         quick_landing<T> end;
-        velocities before;
+        state before;
         flight_.strike(busy_, end, before);
         count_landed(end);
         if constexpr (has_tangent) {
@@ -169,10 +169,10 @@ private:
         e.duration = lane(value(end_.duration), i);
         e.rate_before = lane(value(end_.rate), i);
         e.rate_after = at.rate[e.contact];
-        vec<double, Shape::max_dimension / 2> before;
-        for (int j = 0; j < slots_[i].system->oscillators(); ++j)
-            before[j] = lane(value(before_[j]), i);
-        detail::put_before(at.y, before, *slots_[i].system, e.before);
+        const auto& system = *slots_[i].system;
+        vec<double, Shape::max_dimension> before;
+        system.each_coordinate([&](auto j) VI_WITHIN { before[j] = lane(value(before_[j]), i); });
+        detail::put_before(at.y, before, system, e.before);
         so_far.at_once = e.duration > 0.0 ? 0 : so_far.at_once + 1;
     }
 
@@ -251,7 +251,7 @@ private:
     long versions_[N] = {};
     lane_flight<T, Shape> flight_;
     quick_landing<T> end_; // of the last round in which a lane needed attention
-    velocities before_;
+    state before_;
     real high_{}, low_{}, until_{}, watch_{};
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};

@@ -77,6 +77,7 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
     to.dimension_ = from.dimension_;
     to.contacts_ = from.contacts_;
     to.lines_ = from.lines_;
+    to.mixed_ = from.mixed_;
     set_lane(to.step, i, from.step);
     to.pushed = to.pushed | from.pushed;
     for (int g = 0; g < grids; ++g) {
@@ -207,7 +208,7 @@ template <class T, class Shape>
 struct lane_flight {
     static constexpr int N = scalar_traits<T>::lanes;
     using real = real_t<T>;
-    using velocities = vec<T, Shape::max_dimension / 2>;
+    using state = vec<T, Shape::max_dimension>;
     lane_systems<N, Shape> systems{};
     lane_states<T, Shape> all{};
     pack_mask<N> stuck;
@@ -221,8 +222,8 @@ struct lane_flight {
         const auto able = going & all.quick & may_go_on(flow, value(all.flown), horizon);
         round.look(able);
     }
-    // After the last one; `before` is what velocities were.
-    VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, velocities& before) {
+    // After the last one; `before` as quick_impact() says.
+    VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
         if (round.repeats())
             finish<true>(going, end, before);
         else
@@ -231,9 +232,9 @@ struct lane_flight {
 
 private:
     template <bool Some>
-    VI_HOT void finish(const pack_mask<N>& going, quick_landing<T>& end, velocities& before) {
+    VI_HOT void finish(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
         const auto& flow = systems.free.flow;
-        vec<T, Shape::max_dimension> y;
+        state y;
         round.template land<Some>(end, y);
         stuck = going & !end.landed & !end.moved;
         if constexpr (Some) stuck &= !round.misled(end);

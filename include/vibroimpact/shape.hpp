@@ -3,22 +3,24 @@
 // A system is compiled for a shape: how many coordinates y has, how many of their last pairs are
 // forcing lines, and how many contacts there are. fixed<D, L, N> means exactly that many, known to
 // the compiler; bounded<D, N> at most that many, the numbers being read from the system. Loops run in
-// the same order in both, so a system gives the same bits in either shape.
+// the same order in both, so a system gives the same bits in either shape. It may be mixed: positions
+// of the mechanism then show q' of its blocks, too (flow/modal.hpp).
 #pragma once
 
 #include "vibroimpact/scalar/concepts.hpp"
 
 namespace vi {
 
-template <int Dimension, int Lines, int Contacts, bool Exact>
+template <int Dimension, int Lines, int Contacts, bool Exact, bool Mixed = false>
 struct shape {
     static constexpr int max_dimension = Dimension;
     static constexpr int exact_lines = Lines;
     static constexpr int max_contacts = Contacts;
     static constexpr bool exact = Exact;
+    static constexpr bool mixed = Mixed; // of an exact one
 };
-template <int Dimension, int Lines, int Contacts>
-using fixed = shape<Dimension, Lines, Contacts, true>;
+template <int Dimension, int Lines, int Contacts, bool Mixed = false>
+using fixed = shape<Dimension, Lines, Contacts, true, Mixed>;
 template <int Dimension, int Contacts>
 using bounded = shape<Dimension, 0, Contacts, false>;
 
@@ -44,6 +46,7 @@ struct sizes {
     int dimension_ = Shape::max_dimension;
     int lines_ = Shape::exact_lines;
     int contacts_ = Shape::max_contacts;
+    bool mixed_ = Shape::mixed;
 
     VI_HD constexpr int dimension() const {
         return Shape::exact ? Shape::max_dimension : dimension_;
@@ -52,6 +55,7 @@ struct sizes {
     VI_HD constexpr int blocks() const { return dimension() / 2; }
     VI_HD constexpr int oscillators() const { return blocks() - lines(); }
     VI_HD constexpr int contacts() const { return Shape::exact ? Shape::max_contacts : contacts_; }
+    VI_HD constexpr bool mixed() const { return Shape::exact ? Shape::mixed : mixed_; }
 
     // Loops, unrolled in a fixed shape.
     template <class F>

@@ -31,7 +31,7 @@ class batch {
     using fields = vi::batch_arrays;
 
 public:
-    batch(bool dense, int degrees, const array& columns, const varied_places& varied,
+    batch(bool dense, bool mixed, int degrees, const array& columns, const varied_places& varied,
           const array& omegas, const array& kappas, const array& steps, const array& impulse,
           const array& mobility, const array& shift, const array& restitution)
         : dense_(dense), columns_(columns) {
@@ -47,6 +47,7 @@ public:
         one_.degrees = degrees;
         one_.lines = static_cast<long long>(lines);
         one_.contacts = static_cast<long long>(c);
+        one_.mixed = mixed;
         add({{"omegas", &fields::omegas, omegas, lines},
              {"kappas", &fields::kappas, kappas, lines},
              {"steps", &fields::steps, steps, 1},
@@ -117,7 +118,7 @@ public:
         const auto ask = interrupted_here();
         {
             const nb::gil_scoped_release release;
-            const bool small = d == 6 && lines == 1 && c == 1;
+            const bool small = !one_.mixed && d == 6 && lines == 1 && c == 1;
             (dense_  ? run_dense
              : small ? run_modal_small
                      : run_modal)({numbers_, here.view, systems.data()}, ask);
@@ -187,11 +188,12 @@ void bind_batch(nb::module_& m) {
         "gives\nthem to System. Numbers that vary are in the columns (V, S), which are kept, "
         "not copied:\n`varied` has by name of an array the rows of their columns by place. Arrays "
         "of members\nhave a leading axis of members.")
-        .def(nb::init<bool, int, const array&, const varied_places&, const array&, const array&,
-                      const array&, const array&, const array&, const array&, const array&>(),
-             "dense"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a, "steps"_a,
-             "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
-             nb::sig("def __init__(self, *, dense: bool, degrees: int, "
+        .def(nb::init<bool, bool, int, const array&, const varied_places&, const array&,
+                      const array&, const array&, const array&, const array&, const array&,
+                      const array&>(),
+             "dense"_a, "mixed"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a,
+             "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
+             nb::sig("def __init__(self, *, dense: bool, mixed: bool, degrees: int, "
                      "columns: numpy.typing.NDArray[numpy.float64], "
                      "varied: dict[str, dict[int, int]], "
                      "omegas: numpy.typing.NDArray[numpy.float64], "

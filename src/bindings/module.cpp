@@ -8,6 +8,7 @@
 
 #include "arrays.hpp"
 #include "batch_module.hpp"
+#include "decoupling_module.hpp"
 #include "interrupt.hpp"
 #include "jet_module.hpp"
 #include "prescribed_module.hpp"
@@ -26,9 +27,10 @@ using binding::numbers_of;
 using binding::raise_if_interrupted;
 using binding::to_numpy;
 
-binding::system_data read_system(int dimension, int degrees, numbers omegas, numbers kappas,
-                                 double step, const nb::list& laws) {
-    binding::system_data data{dimension, degrees, std::move(omegas), std::move(kappas), step, {}};
+binding::system_data read_system(bool mixed, int dimension, int degrees, numbers omegas,
+                                 numbers kappas, double step, const nb::list& laws) {
+    binding::system_data data{dimension,         degrees, mixed, std::move(omegas),
+                              std::move(kappas), step,    {}};
     for (nb::handle law : laws) {
         const auto t = nb::cast<std::tuple<numbers, numbers, numbers, double, double>>(law);
         data.contacts.push_back(
@@ -47,11 +49,12 @@ numbers flattened(nb::handle rows) {
 
 class kernel_system {
 public:
-    kernel_system(bool dense, int dimension, int degrees, numbers omegas, numbers kappas,
-                  double step, const nb::list& laws) {
-        const auto data =
-            read_system(dimension, degrees, std::move(omegas), std::move(kappas), step, laws);
-        const bool small = dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
+    kernel_system(bool dense, bool mixed, int dimension, int degrees, numbers omegas,
+                  numbers kappas, double step, const nb::list& laws) {
+        const auto data = read_system(mixed, dimension, degrees, std::move(omegas),
+                                      std::move(kappas), step, laws);
+        const bool small =
+            !mixed && dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
         system_ = dense   ? binding::make_dense(data)
                   : small ? binding::make_modal_small(data)
                           : binding::make_modal(data);
@@ -209,6 +212,7 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
     binding::bind_jet(m);
     binding::bind_prescribed(m);
     binding::bind_batch(m);
+    binding::bind_decoupling(m);
     nb::class_<binding::position>(m, "Position")
         .def("copy", [](const binding::position& p) { return binding::position(p); })
         .def_ro("touching", &binding::position::touching)
@@ -217,12 +221,13 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
         .def_ro("mode", &binding::position::mode);
     // Signatures are written out for the type stub; arrays are C-contiguous float64.
     nb::class_<kernel_system>(m, "System")
-        .def(nb::init<bool, int, int, numbers, numbers, double, const nb::list&>(), "dense"_a,
-             "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a, "laws"_a,
-             nb::sig("def __init__(self, *, dense: bool, dimension: int, degrees: int, "
-                     "omegas: list[float], kappas: list[float], step: float, "
-                     "laws: list[tuple[list[float], list[float], list[float], float, float]]) "
-                     "-> None"))
+        .def(
+            nb::init<bool, bool, int, int, numbers, numbers, double, const nb::list&>(), "dense"_a,
+            "mixed"_a, "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a, "laws"_a,
+            nb::sig("def __init__(self, *, dense: bool, mixed: bool, dimension: int, degrees: int, "
+                    "omegas: list[float], kappas: list[float], step: float, "
+                    "laws: list[tuple[list[float], list[float], list[float], float, float]]) "
+                    "-> None"))
         .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "to_x"_a,
              "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a,
              nb::sig("def add_mode(self, *, code: int, flow: dict[str, object], "

@@ -31,6 +31,7 @@ struct mode_data {
 
 struct system_data {
     int dimension, degrees;
+    bool mixed; // of a modal flow: whether positions show q' of blocks
     numbers omegas, kappas;
     double step;
     std::vector<contact_data> contacts;

@@ -26,6 +26,7 @@ public:
           lines_(static_cast<int>(data.omegas.size())), physical_(n_, degrees_, data.kappas) {
         hybrid_.dimension_ = n_;
         hybrid_.contacts_ = static_cast<int>(data.contacts.size());
+        hybrid_.mixed_ = data.mixed;
         vi::set_lines(hybrid_, data.kappas.data(), lines_);
         for (int i = 0; i < hybrid_.contacts(); ++i) {
             const auto& from = data.contacts[i];
@@ -196,6 +197,7 @@ private:
         m.flow.dimension_ = n_;
         m.flow.contacts_ = hybrid_.contacts();
         m.flow.lines_ = lines_;
+        m.flow.mixed_ = data_.mixed;
         vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
                               data.b.data(), data.constant.data()});
         for (int i = 0; i < hybrid_.contacts(); ++i) {

@@ -138,11 +138,20 @@ class Batch:
     have a leading axis of members.
     """
 
-    def __init__(self, *, dense: bool, degrees: int, columns: numpy.typing.NDArray[numpy.float64], varied: dict[str, dict[int, int]], omegas: numpy.typing.NDArray[numpy.float64], kappas: numpy.typing.NDArray[numpy.float64], steps: numpy.typing.NDArray[numpy.float64], impulse: numpy.typing.NDArray[numpy.float64], mobility: numpy.typing.NDArray[numpy.float64], shift: numpy.typing.NDArray[numpy.float64], restitution: numpy.typing.NDArray[numpy.float64]) -> None: ...
+    def __init__(self, *, dense: bool, mixed: bool, degrees: int, columns: numpy.typing.NDArray[numpy.float64], varied: dict[str, dict[int, int]], omegas: numpy.typing.NDArray[numpy.float64], kappas: numpy.typing.NDArray[numpy.float64], steps: numpy.typing.NDArray[numpy.float64], impulse: numpy.typing.NDArray[numpy.float64], mobility: numpy.typing.NDArray[numpy.float64], shift: numpy.typing.NDArray[numpy.float64], restitution: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     def add_mode(self, *, code: int, varied: dict[str, dict[int, int]], flow: dict[str, numpy.typing.NDArray[numpy.float64]], rows: numpy.typing.NDArray[numpy.float64], gains: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], side: list[int], to_x: numpy.typing.NDArray[numpy.float64], to_v: numpy.typing.NDArray[numpy.float64], offset: numpy.typing.NDArray[numpy.float64], from_x: numpy.typing.NDArray[numpy.float64], from_v: numpy.typing.NDArray[numpy.float64], particular: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
     def run(self, *, system: numpy.typing.NDArray[numpy.int32], position: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], phases: numpy.typing.NDArray[numpy.float64], settle: numpy.typing.NDArray[numpy.float64], observe: numpy.typing.NDArray[numpy.float64], most_impacts: int, observers: dict[str, Any]) -> dict[str, numpy.typing.NDArray[Any]]: ...
+
+def decouple(stiffness: numpy.typing.NDArray[numpy.float64], damping: numpy.typing.NDArray[numpy.float64]) -> dict[str, numpy.typing.NDArray[numpy.float64]]:
+    """
+    Second-order blocks of x'' + D x' + A x = 0 for S systems, D and A symmetric, (S, n, n).
+
+    Returns k and c of the blocks q'' = -k q - c q', (S, n); x = positions q + velocities q',
+    (S, n, n); (q_1, q_1', q_2, ...) = back (x, x'), (S, 2n, 2n); found, (S), 0 where there are none
+    to rounding, the rest being zero.
+    """
 
 class Position:
     def copy(self) -> Position: ...
@@ -160,7 +169,7 @@ class Position:
     def mode(self) -> int: ...
 
 class System:
-    def __init__(self, *, dense: bool, dimension: int, degrees: int, omegas: list[float], kappas: list[float], step: float, laws: list[tuple[list[float], list[float], list[float], float, float]]) -> None: ...
+    def __init__(self, *, dense: bool, mixed: bool, dimension: int, degrees: int, omegas: list[float], kappas: list[float], step: float, laws: list[tuple[list[float], list[float], list[float], float, float]]) -> None: ...
 
     def add_mode(self, *, code: int, flow: dict[str, object], guards: list[tuple[list[float], float, float, float, int]], to_x: numpy.typing.NDArray[numpy.float64], to_v: numpy.typing.NDArray[numpy.float64], offset: list[float], from_x: numpy.typing.NDArray[numpy.float64], from_v: numpy.typing.NDArray[numpy.float64], particular: numpy.typing.NDArray[numpy.float64]) -> None: ...
 

@@ -1,9 +1,8 @@
-"""Coordinates of a mode: what closed contacts still allow, in vibration modes or in full.
+"""Coordinates of a mode: what closed contacts still allow, in second-order blocks or in full.
 
-A mode holds a set of contacts closed (none: the free mode). Its motion is x = offset + N xi, with
-N a basis of what the closed contacts allow, and reduced matrices N^T M N, N^T C N, N^T K N.
-Coordinates y are pairs (q, q') of the reduced system, unused pairs, then one pair
-(sin theta, kappa cos theta) for each forcing line (theory.md, sections 2 and 3).
+A mode holds a set of contacts closed (none: the free mode). Coordinates y are pairs (q, q') of the
+reduced system (reduction.py), unused pairs, then one pair (sin theta, kappa cos theta) for each
+forcing line (theory.md, sections 2 and 3).
 """
 
 from __future__ import annotations
@@ -12,38 +11,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vibroimpact import linear
+from vibroimpact.decoupling import Decoupled
 from vibroimpact.errors import ResonanceError
 from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact.mechanism import Contact, Mechanism
-from vibroimpact.rayleigh import Proportion
-from vibroimpact.scalars import ROUNDING, above, choose, greatest, square_root
+from vibroimpact.reduction import Closed, Reduced
+from vibroimpact.scalars import greatest, square_root
+from vibroimpact.vibrations import Vibrations
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
-
-Closed = tuple[tuple[int, int], ...]  # (contact, side) of the contacts held closed
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """Motion allowed by a closed set: x = offset + basis xi."""
-
-    offset: Vector
-    basis: Matrix
-    mass: Matrix
-    damping: Matrix
-    stiffness: Matrix
-    constant: Vector
-    sines: Matrix  # one row per line
-    cosines: Matrix
-
-
-class Vibrations(NamedTuple):
-    """Vibration modes: Phi^T M Phi = 1, Phi^T K Phi = diag(k), Phi^T C Phi = diag(c)."""
-
-    phi: Matrix
-    k: Vector
-    c: Vector
 
 
 @dataclass(frozen=True)
@@ -59,79 +36,76 @@ class ModeCoordinates:
     particular: Matrix  # forcing part: y gains particular . (forcing coordinates)
 
 
-def limit_of(contact: Contact, side: int) -> float:
-    """The stop of a contact on one side, infinite where there is none."""
-    return contact.upper if side > 0 else contact.lower
+class Blocks(NamedTuple):
+    """Blocks q'' = -k q - c q' + a as the mechanism shows and moves them, but for the forcing.
 
-
-def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
-    """Project onto what the closed contacts allow; None where they are dependent."""
-    n = m.degrees
-    offset, basis = [0.0] * n, linear.identity(n)
-    if closed:
-        rows = [list(m.contacts[i].row) for i, _ in closed]
-        found = linear.null_space(rows)
-        if found is None:
-            return None
-        basis = found
-        lift = linear.solve_definite(m.mass, transpose(rows))
-        limits = [[limit_of(m.contacts[i], side)] for i, side in closed]
-        offset = [
-            row[0] for row in product(lift, linear.solve_definite(product(rows, lift), limits))
-        ]
-    down = transpose(basis) if basis[0] else []
-    pull = apply(m.stiffness, offset)
-    return Reduced(
-        offset,
-        basis,
-        product(down, product(m.mass, basis)),
-        product(down, product(m.damping, basis)),
-        product(down, product(m.stiffness, basis)),
-        apply(down, [f - k for f, k in zip(m.constant_force, pull, strict=True)]),
-        [apply(down, list(force.sine)) for force in m.forces],
-        [apply(down, list(force.cosine)) for force in m.forces],
-    )
-
-
-def vibration_modes(r: Reduced, damping: Proportion | None = None) -> Vibrations | None:
-    """The modes of a classically damped system; None if there are none.
-
-    Where its damping is Rayleigh's, there are.
+    Columns of ``x_by`` and ``v_by``, and rows of ``from_x`` and ``from_v``, belong to q_1, q_1',
+    q_2, ... ``pushes`` has for each line (sine, cosine) of what it adds to q and to q'.
     """
-    if not r.mass:
-        return Vibrations([], [], [])
-    low = linear.cholesky(r.mass)
-    if low is None:
-        raise ArithmeticError("reduced mass matrix is not positive definite")
-    stiffness = _normal(low, r.stiffness)
-    if damping:
-        phi = linear.solve_upper(low, linear.symmetric_eigenvectors(stiffness))
-        k = _diagonal(phi, r.stiffness)
-        return Vibrations(phi, k, [damping.damping_of(x) for x in k])
-    normal = [stiffness, _normal(low, r.damping)]
-    stiff, damp = (linear.largest(a) for a in normal)
-    mix = 0.7548776662466927 * stiff / damp if stiff and damp else 1.0  # any generic number
-    vectors = linear.symmetric_eigenvectors(linear.plus(normal[0], normal[1], mix))
-    for a, size in zip(normal, (stiff, damp), strict=True):
-        inside = product(transpose(vectors), product(a, vectors))
-        off = [abs(inside[i][j]) for i in range(len(a)) for j in range(len(a)) if i != j]
-        if greatest(off) > ROUNDING * len(a) * size:
-            return None
-    phi = linear.solve_upper(low, vectors)
-    return Vibrations(phi, _diagonal(phi, r.stiffness), _diagonal(phi, r.damping))
+
+    k: Vector
+    c: Vector
+    a: Vector
+    offset: Vector
+    x_by: Matrix
+    v_by: Matrix
+    from_x: Matrix
+    from_v: Matrix
+    pushes: list[Matrix]
 
 
-def _normal(low: Matrix, a: Matrix) -> Matrix:
-    """L^-1 A L^-T."""
-    return transpose(linear.solve_lower(low, transpose(linear.solve_lower(low, a))))
+def blocks_of_modes(m: Mechanism, r: Reduced, vibrations: Vibrations) -> Blocks:
+    """Vibration modes: positions show q alone, and impulses change q' alone."""
+    phi, k, c = vibrations
+    down = transpose(phi) if phi else []
+    shape = product(r.basis, phi) if phi else [[] for _ in range(m.degrees)]
+    up = product(transpose(shape), m.mass) if phi else []
+    still, none = [[0.0] * len(k) for _ in range(m.degrees)], linear.zeros(len(k), m.degrees)
+    pushes = [
+        _interleaved(linear.zeros(len(k), 2), transpose([apply(down, f) for f in both]))
+        for both in zip(r.sines, r.cosines, strict=True)
+    ]
+    return Blocks(
+        k, c, apply(down, r.constant), r.offset,
+        _beside(shape, still), _beside(still, shape),
+        _interleaved(up, none), _interleaved(none, up), pushes,
+    )  # fmt: skip
 
 
-def _diagonal(phi: Matrix, a: Matrix) -> Vector:
-    """Diagonal of Phi^T A Phi, entries below rounding set to zero."""
-    inside = product(transpose(phi), product(a, phi))
-    size = linear.largest(inside)
-    values = [row[i] for i, row in enumerate(inside)]
-    return [choose(above(abs(x), ROUNDING * size), x, 0.0) for x in values]
+def blocks_of_pairs(m: Mechanism, r: Reduced, d: Decoupled) -> Blocks:
+    """Any damping: positions show q', too, and impulses change q."""
+    shown, also = product(r.basis, d.positions), product(r.basis, d.velocities)
+    by_q = [[-k * s for k, s in zip(d.k, row, strict=True)] for row in also]
+    by_rate = [
+        [x - c * s for x, c, s in zip(row, d.c, more, strict=True)]
+        for row, more in zip(shown, also, strict=True)
+    ]
+    back = [
+        product(transpose(product(r.basis, a)), m.mass)
+        for a in (d.q_of_x, d.v_of_x, d.q_of_v, d.v_of_v)
+    ]
+    pushes = [
+        _interleaved(
+            *(transpose([apply(transpose(a), f) for f in both]) for a in (d.q_of_v, d.v_of_v))
+        )
+        for both in zip(r.sines, r.cosines, strict=True)
+    ]
+    offset = [x + y for x, y in zip(r.offset, apply(r.basis, d.rest), strict=True)]
+    return Blocks(
+        d.k, d.c, d.a, offset, _beside(shown, also), _beside(by_q, by_rate),
+        _interleaved(*back[:2]), _interleaved(*back[2:]), pushes,
+    )  # fmt: skip
+
+
+def _interleaved(first: Matrix, second: Matrix) -> Matrix:
+    """Rows of two matrices by turns."""
+    return [row for both in zip(first, second, strict=True) for row in both]
+
+
+def _beside(first: Matrix, second: Matrix) -> Matrix:
+    """Columns of two matrices by turns."""
+    both = zip(first, second, strict=True)
+    return [[x for pair in zip(a, b, strict=True) for x in pair] for a, b in both]
 
 
 def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> tuple[float, float]:
@@ -151,42 +125,45 @@ def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> t
     return (spring * sine + dash * cosine) / size, (spring * cosine - dash * sine) / size
 
 
-def modal(m: Mechanism, r: Reduced, vibrations: Vibrations, size: int) -> ModeCoordinates:
+def _answers(b: Blocks, omega: float, push: Matrix) -> Matrix:
+    """Rows on (sin, kappa cos): what q_1, q_1', ... answer to pushes p on q and f on q'.
+
+    q solves q'' = -k q - c q' + f + c p + p', and the second coordinate is q' - p.
+    """
+    rows: Matrix = []
+    for j, (k, c) in enumerate(zip(b.k, b.c, strict=True)):
+        (p_sine, p_cosine), (sine, cosine) = push[2 * j], push[2 * j + 1]
+        sine = sine + c * p_sine - omega * p_cosine
+        cosine = cosine + c * p_cosine + omega * p_sine
+        alpha, beta = _response(k, c, omega, sine, cosine)
+        rows.append([alpha, beta / omega])
+        rows.append([-beta * omega - p_sine, alpha - p_cosine / omega])
+    return rows
+
+
+def modal(m: Mechanism, b: Blocks, size: int) -> ModeCoordinates:
     """Coordinates of independent second-order blocks."""
-    n, free, lines = m.degrees, len(r.mass), len(m.forces)
-    phi, k, c = vibrations
-    down = transpose(phi) if phi else []
-    a = apply(down, r.constant)
-    shape = product(r.basis, phi) if free else [[] for _ in range(n)]
+    n, free, lines = m.degrees, len(b.k), len(m.forces)
     to_x, to_v = linear.zeros(n, size), linear.zeros(n, size)
     particular = linear.zeros(size, 2 * lines)
     for line, force in enumerate(m.forces):
-        w = force.omega
-        sines, cosines = apply(down, r.sines[line]), apply(down, r.cosines[line])
-        for j in range(free):
-            alpha, beta = _response(k[j], c[j], w, sines[j], cosines[j])
-            particular[2 * j][2 * line], particular[2 * j][2 * line + 1] = alpha, beta / w
-            particular[2 * j + 1][2 * line], particular[2 * j + 1][2 * line + 1] = -beta * w, alpha
-    for i in range(n):
-        for j in range(free):
-            to_x[i][2 * j], to_v[i][2 * j + 1] = shape[i][j], shape[i][j]
-        for column in range(2 * lines):
-            at = size - 2 * lines + column
-            to_x[i][at] = dot(shape[i], [particular[2 * j][column] for j in range(free)])
-            to_v[i][at] = dot(shape[i], [particular[2 * j + 1][column] for j in range(free)])
-    up = product(transpose(shape), m.mass) if free else []
-    from_x, from_v = linear.zeros(size, n), linear.zeros(size, n)
-    for j in range(free):
-        from_x[2 * j], from_v[2 * j + 1] = list(up[j]), list(up[j])
-    unused = [0.0] * (size // 2 - free - lines)
-    squares = [force.omega * force.omega for force in m.forces]
+        for row, answer in zip(particular, _answers(b, force.omega, b.pushes[line]), strict=False):
+            row[2 * line : 2 * line + 2] = answer
+    forced = size - 2 * lines
+    answers = transpose(particular[: 2 * free])
+    for to, by in ((to_x, b.x_by), (to_v, b.v_by)):
+        for i in range(n):
+            to[i][: 2 * free] = by[i]
+            to[i][forced:] = [dot(by[i], answer) for answer in answers] if free else to[i][forced:]
+    unused = [0.0] * (forced // 2 - free)
+    from_x, from_v = ([*rows, *linear.zeros(size - 2 * free, n)] for rows in (b.from_x, b.from_v))
     flow: dict[str, object] = {
-        "k": [*k, *unused, *squares],
-        "c": [*c, *unused, *[0.0] * lines],
-        "a": [*a, *unused, *[0.0] * lines],
+        "k": [*b.k, *unused, *(force.omega * force.omega for force in m.forces)],
+        "c": [*b.c, *unused, *[0.0] * lines],
+        "a": [*b.a, *unused, *[0.0] * lines],
     }
     negative = [[-x for x in row] for row in particular]
-    return ModeCoordinates(flow, to_x, to_v, r.offset, from_x, from_v, negative)
+    return ModeCoordinates(flow, to_x, to_v, b.offset, from_x, from_v, negative)
 
 
 def dense_rate(m: Mechanism) -> float:

@@ -1,8 +1,10 @@
 """Compile a mechanism to the hybrid system that the kernel runs: modes, guards, jumps.
 
-Where every closed set of contacts leaves a classically damped system, each mode is written in
-vibration modes (kernel flow ``modal``), otherwise in physical coordinates (flow ``dense``). With
-more than two contacts that is known of Rayleigh's damping alone (rayleigh.py).
+Each mode is written in second-order blocks (kernel flow ``modal``): vibration modes where damping
+is classical, otherwise what decoupling.py finds. Where it finds none, all are written in physical
+coordinates (flow ``dense``). With more than two contacts modes are built when they are wanted, so
+the blocks of all are looked for at first; with more than four, only Rayleigh's damping
+(rayleigh.py) is known to have them.
 """
 
 from __future__ import annotations
@@ -17,26 +19,28 @@ import numpy as np
 from vibroimpact import _kernel, linear
 from vibroimpact.coordinates import (
     STEP_ANGLE,
-    Closed,
+    Blocks,
     ModeCoordinates,
-    Reduced,
-    Vibrations,
+    blocks_of_modes,
+    blocks_of_pairs,
     dense,
     dense_rate,
     force_rows,
     guard_row,
-    limit_of,
     modal,
-    reduce,
-    vibration_modes,
 )
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact.decoupling import Decoupled, decoupled
+from vibroimpact.errors import InvalidParameterError, ResonanceError
 from vibroimpact.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact.mechanism import Mechanism, infinite
 from vibroimpact.rayleigh import proportion
+from vibroimpact.reduction import Closed, Reduced, limit_of, reduce
 from vibroimpact.scalars import greatest, least, rounded_down, square_root
+from vibroimpact.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
 
 STEP_BITS = 20  # of the step of the march, so that multiples of it are exact
+FEW = 2  # contacts, of which all closed sets are built at first
+MOST = 4  # of which all have their blocks found at first
 SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
 
 
@@ -60,6 +64,9 @@ class Mode:
     guards: list[tuple[Vector, float, float, float, int]]  # row, gain, lower, upper, side closed
 
 
+Motion = Vibrations | Decoupled | None  # of a reduced system; None: there are no blocks
+
+
 class Hybrid:
     """A mechanism as modes, guards and jumps, in numbers of any kind (scalars.py)."""
 
@@ -67,11 +74,14 @@ class Hybrid:
         self.mechanism = mechanism
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
-        self._shapes: dict[Closed, tuple[Reduced, Vibrations | None] | None] = {}
-        few = len(mechanism.contacts) <= 2
+        self._shapes: dict[Closed, tuple[Reduced, Motion] | None] = {}
+        self._built: dict[Closed, ModeCoordinates] = {}
+        few = len(mechanism.contacts) <= FEW
         self.proportion = None if few else proportion(mechanism)
-        self.closed = self._closed_sets() if few else []
+        self.closed = self._possible(self._sides()) if few else []
+        self.dense = False
         self.dense = not self._is_modal()
+        self.mixed = not self.dense and isinstance(self._motions()[0], Decoupled)
         rates = [self._rate(), *(force.omega for force in mechanism.forces)]
         self.rate = greatest(rates) or self._drift_rate()
         if not SLOWEST <= self.rate <= FASTEST:
@@ -86,7 +96,7 @@ class Hybrid:
 
     def mode(self, closed: Closed) -> Mode:
         """Compile the mode of a closed set."""
-        c = self._coordinates(closed) if closed else self.free
+        c = self._coordinates(closed)
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
         sides = dict(closed)
@@ -100,37 +110,66 @@ class Hybrid:
             guards.append((row, gain, *limits, sides.get(i, 0)))
         return Mode(code_of(closed), c, guards)
 
-    def _shape(self, closed: Closed) -> tuple[Reduced, Vibrations | None] | None:
-        """Reduced system and vibration modes of a closed set, computed once."""
+    def _shape(self, closed: Closed) -> tuple[Reduced, Motion] | None:
+        """Reduced system and blocks of a closed set, computed once."""
         if closed not in self._shapes:
             reduced = reduce(self.mechanism, closed)
-            self._shapes[closed] = (
-                (reduced, vibration_modes(reduced, self.proportion)) if reduced else None
-            )
+            self._shapes[closed] = (reduced, self._motion(reduced)) if reduced else None
         return self._shapes[closed]
 
-    def _closed_sets(self) -> list[Closed]:
-        """Every set of contacts that can be closed together."""
-        sides = [
-            [None, *(s for s in (1, -1) if not infinite(limit_of(c, s)))]
-            for c in self.mechanism.contacts
-        ]
+    def _motion(self, r: Reduced) -> Motion:
+        if not r.mass:
+            return Vibrations([], [], [])
+        if self.proportion:
+            return rayleigh_modes(r, self.proportion)
+        form = normal_form(r)
+        return vibration_modes(r, form) or decoupled(r, form)
+
+    def _sides(self) -> list[list[int]]:
+        """Of every contact, those where it has a stop."""
+        contacts = self.mechanism.contacts
+        return [[s for s in (1, -1) if not infinite(limit_of(c, s))] for c in contacts]
+
+    def _possible(self, sides: list[list[int]]) -> list[Closed]:
+        """Every set of contacts that can be closed together, on these sides."""
         sets = [
-            tuple((i, s) for i, s in enumerate(choice) if s is not None)
-            for choice in itertools.product(*sides)
+            tuple((i, s) for i, s in enumerate(choice) if s)
+            for choice in itertools.product(*([0, *some] for some in sides))
         ]
         return [s for s in sets if s and self._shape(s) is not None]
 
-    def _vibrations(self) -> list[Vibrations | None]:
-        """Of every mode that a system begins with; None where it is not classically damped."""
-        return [(self._shape(closed) or (None, None))[1] for closed in ((), *self.closed)]
+    def _known(self) -> list[Closed]:
+        """Closed sets whose blocks are to be found at first.
+
+        On which side a contact is closed does not matter: what stops hold pulls at no loose mass.
+        """
+        count = len(self.mechanism.contacts)
+        if self.proportion or not FEW < count <= MOST:
+            return self.closed
+        return self._possible([some[:1] for some in self._sides()])
+
+    def _motions(self) -> list[Motion]:
+        """Of every mode that is known at first."""
+        return [(self._shape(closed) or (None, None))[1] for closed in ((), *self._known())]
 
     def _is_modal(self) -> bool:
-        """Classical damping in every mode, no negative stiffness or damping."""
-        m = self.mechanism
-        if len(m.contacts) > 2 and not self.proportion:
-            return False  # closed sets are not all built: only this damping is surely classical
-        return all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in self._vibrations())
+        """Blocks in every mode, no negative stiffness or damping."""
+        if len(self.mechanism.contacts) > MOST and not self.proportion:
+            return False
+        motions = self._motions()
+        if not all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in motions):
+            return False
+        return not any(isinstance(v, Decoupled) for v in motions) or self._responds()
+
+    def _responds(self) -> bool:
+        """Whether the forcing is at no resonance: the full matrix takes that as it is."""
+        try:
+            for closed in ((), *self._known()):
+                self._coordinates(closed)
+        except ResonanceError:
+            self._built.clear()
+            return False
+        return True
 
     def _rate(self) -> float:
         """An upper estimate of the fastest rate of the mechanical part."""
@@ -138,7 +177,7 @@ class Hybrid:
         if self.dense:
             self.scale = dense_rate(m)
             return 2.0 * self.scale
-        found = [v for v in self._vibrations() if v]
+        found = [v for v in self._motions() if v]
         roots = [square_root(x) for v in found for x in v.k]
         return greatest([*roots, *(x for v in found for x in v.c)])
 
@@ -155,16 +194,30 @@ class Hybrid:
         return greatest(rates) or 1.0
 
     def _coordinates(self, closed: Closed) -> ModeCoordinates:
+        if closed not in self._built:
+            self._built[closed] = self._build(closed)
+        return self._built[closed]
+
+    def _build(self, closed: Closed) -> ModeCoordinates:
         shape = self._shape(closed)
         if shape is None:
             raise InvalidParameterError(
                 f"contacts {closed}: closed together they hold the same coordinate twice, so the "
                 "contact forces are not determined. Remove one of them."
             )
-        reduced, vibrations = shape
-        if self.dense or vibrations is None:
+        reduced, motion = shape
+        if self.dense:
             return dense(self.mechanism, reduced, self.size, self.scale)
-        return modal(self.mechanism, reduced, vibrations, self.size)
+        if motion is None:
+            raise ArithmeticError(
+                f"contacts {closed}: no blocks, though others of this set had them"
+            )
+        return modal(self.mechanism, self._blocks(reduced, motion), self.size)
+
+    def _blocks(self, r: Reduced, motion: Vibrations | Decoupled) -> Blocks:
+        if isinstance(motion, Decoupled):
+            return blocks_of_pairs(self.mechanism, r, motion)
+        return blocks_of_modes(self.mechanism, r, motion)
 
     def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
         """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
@@ -191,6 +244,7 @@ class Compiled:
         self.rate, self.step = h.rate, h.step
         self.kernel = _kernel.System(
             dense=h.dense,
+            mixed=h.mixed,
             dimension=h.size,
             degrees=mechanism.degrees,
             omegas=h.omegas,

@@ -56,6 +56,11 @@ def plus(a: Matrix, b: Matrix, factor: float = 1.0) -> Matrix:
     ]
 
 
+def absolute(a: Matrix) -> Matrix:
+    """Every entry without its sign."""
+    return [[abs(x) for x in row] for row in a]
+
+
 def largest(a: Matrix) -> float:
     """The largest absolute entry."""
     return greatest(abs(x) for row in a for x in row)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -77,8 +77,10 @@ def chain() -> vi.Mechanism:
 
 
 def cases() -> dict[str, Case]:
-    """Chaotic; with chatter and rest on stops; two contacts, modal and dense; without forcing."""
-    dense = random_mechanism(np.random.default_rng(3), 3, contacts=2, lines=2)
+    """Chaotic; with chatter and rest on stops; two contacts, of each flow; without forcing."""
+    mixed = random_mechanism(np.random.default_rng(3), 3, contacts=2, lines=2)
+    free = random_mechanism(np.random.default_rng(3), 3, contacts=2, lines=2, stiff_rank=2)
+    dense = replace(free, constant_force=(0.0, 0.1, 0.0))  # which no spring holds
     at_rest = vi.State((0.0,) * 3, (0.1, 0.2, -0.1), 0.3)
     return {
         "chaotic": Case(
@@ -91,6 +93,7 @@ def cases() -> dict[str, Case]:
             300.0,
         ),
         "two contacts": Case(chain(), at_rest, 50.1, 120.0),
+        "coupled": Case(mixed, at_rest, 20.1, 60.0),
         "dense": Case(dense, at_rest, 20.1, 60.0),
         "ball": Case(ball(0.9), vi.State((1.0,), (0.0,)), 1.1, 3.3),
     }

@@ -122,8 +122,7 @@ def random_mechanism(
 def heavy(seed: int, damping: str = "Rayleigh") -> tuple[vi.Mechanism, vi.State]:
     """Two to four bodies of shared inertia that gravity brings to rest on two to four stops.
 
-    Three contacts or more are in modes of vibration with no damping or Rayleigh's, and in physical
-    coordinates with a dashpot elsewhere.
+    Modes are those of vibration with no damping or Rayleigh's, and coupled by a dashpot elsewhere.
     """
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 5))

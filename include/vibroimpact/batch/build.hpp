@@ -36,7 +36,7 @@ VI_HD inline system_room<Flow> room_of_system(const batch_arrays& b, long long s
 template <class Shape>
 VI_HD inline sizes<Shape> sizes_of(const batch_arrays& b) {
     return {static_cast<int>(2 * (b.degrees + b.lines)), static_cast<int>(b.lines),
-            static_cast<int>(b.contacts)};
+            static_cast<int>(b.contacts), b.mixed != 0};
 }
 
 VI_HD inline mode_coordinates coordinates_of(const batch_arrays& b, long long mode, long long s) {

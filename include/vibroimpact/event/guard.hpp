@@ -97,7 +97,7 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
         const R r = g.rows[0][2 * j], s = g.rows[0][2 * j + 1], square = flow.k[j] * flow.k[j];
         const R size = sqrt(r * r + flow.k[j] * (s * s));
         if (j < flow.oscillators()) {
-            if (r != 0.0) squares = squares + square;
+            if (r != 0.0 || s != 0.0) squares = squares + square;
         } else {
             forced = forced + size;
             fourth = fourth + square * size;
@@ -164,23 +164,31 @@ VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimensi
     return dot(g.rows[m], y, n, g.gains[m]);
 }
 
-// u at y, a state of a modal flow; being a distance, it shows oscillators as positions alone.
+// u at y, a state of a modal flow; being a distance, it shows q' of oscillators in mixed ones only.
 template <class T, class R, int Dimension, int Orders, class Flow>
 VI_HOT T watch_distance(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                         const Flow& flow) {
     T sum = T(g.gains[0]);
-    flow.each_oscillator([&](auto j) VI_WITHIN { sum = fma(g.rows[0][2 * j], y[2 * j], sum); });
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        sum = fma(g.rows[0][2 * j], y[2 * j], sum);
+        if (flow.mixed()) sum = fma(g.rows[0][2 * j + 1], y[2 * j + 1], sum);
+    });
     flow.each_line([&](auto j) VI_WITHIN {
         sum = fma(g.rows[0][2 * j + 1], y[2 * j + 1], fma(g.rows[0][2 * j], y[2 * j], sum));
     });
     return sum;
 }
-// u'. What rows[0] has before q, rows[1] has before q'.
+// u'. What rows[0] has before q, rows[1] has before q', unless the flow is mixed.
 template <class T, class R, int Dimension, int Orders, class Flow>
 VI_HOT T watch_speed(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                      const Flow& flow) {
     T sum = T(0.0);
-    flow.each_oscillator([&](auto j) VI_WITHIN { sum = fma(g.rows[0][2 * j], y[2 * j + 1], sum); });
+    flow.each_oscillator([&](auto j) VI_WITHIN {
+        if (flow.mixed())
+            sum = fma(g.rows[1][2 * j + 1], y[2 * j + 1], fma(g.rows[1][2 * j], y[2 * j], sum));
+        else
+            sum = fma(g.rows[0][2 * j], y[2 * j + 1], sum);
+    });
     flow.each_line([&](auto j) VI_WITHIN {
         sum = fma(g.rows[0][2 * j], y[2 * j + 1], fma(g.rows[1][2 * j], y[2 * j], sum));
     });
@@ -199,8 +207,15 @@ VI_HOT vec<T, 4> expand(const guard<R, Dimension, Orders>& g, const vec<T, Dimen
         slope = fma(row, v, slope);
         if (flow.template drifts<T>(j)) return;
         const T rate = flow.pull(j, q, v);
+        const T change = fma(flow.c[j], rate, flow.k[j] * v); // -q'''
         bend = fma(row, rate, bend);
-        twist = fnma(row, fma(flow.c[j], rate, flow.k[j] * v), twist);
+        twist = fnma(row, change, twist);
+        if (!flow.mixed()) return;
+        const R& also = g.rows[0][2 * j + 1];
+        u = fma(also, v, u);
+        slope = fma(also, rate, slope);
+        bend = fnma(also, change, bend);
+        twist = fma(also, fnma(flow.k[j], rate, flow.c[j] * change), twist);
     });
     flow.each_line([&](auto j) VI_WITHIN { // q'' = -k q
         const T &q = y[2 * j], &v = y[2 * j + 1];
@@ -220,8 +235,12 @@ VI_HOT T watch_bend(const guard<R, Dimension, Orders>& g, const vec<T, Dimension
                     const Flow& flow) {
     T sum = T(0.0);
     flow.each_oscillator([&](auto j) VI_WITHIN {
-        if (!flow.template drifts<T>(j))
-            sum = fma(g.rows[0][2 * j], flow.pull(j, y[2 * j], y[2 * j + 1]), sum);
+        if (flow.template drifts<T>(j)) return;
+        const T &q = y[2 * j], &v = y[2 * j + 1];
+        const T rate = flow.pull(j, q, v);
+        sum = fma(g.rows[0][2 * j], rate, sum);
+        if (!flow.mixed()) return;
+        sum = fnma(g.rows[0][2 * j + 1], fma(flow.c[j], rate, flow.k[j] * v), sum); // q'''
     });
     flow.each_line([&](auto j) VI_WITHIN { // q'' = -k q
         const T share = fma(g.rows[0][2 * j + 1], y[2 * j + 1], g.rows[0][2 * j] * y[2 * j]);

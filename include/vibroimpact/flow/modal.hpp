@@ -1,7 +1,10 @@
-// Flow of a mechanism with classical damping: independent second-order blocks.
+// Flow of a mechanism in independent second-order blocks.
 //
 // Method      y = (q_1, q_1', q_2, q_2', ...), each block q'' = -k q - c q' + a; the last blocks
 //             are the forcing lines, q = sin(theta), q' = omega cos(theta), k = omega^2.
+//             With classical damping blocks are vibration modes, and positions of the mechanism show
+//             their q alone. Where the flow is mixed, positions are sums of r q + s q', and impulses
+//             move q, too.
 //             Between events the flow is linear, so marching at a fixed step needs the 2x2
 //             propagators of that step only, and no elementary function.
 //             Within a step S and I of block.hpp are Taylor polynomials of stored coefficients, and

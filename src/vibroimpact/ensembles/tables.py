@@ -35,7 +35,7 @@ class Tables:
 
     Attributes
     ----------
-    dense, degrees
+    dense, mixed, degrees
         What all systems share.
     systems
         Arrays of ``_kernel.Batch``, each with a leading axis of systems.
@@ -44,6 +44,7 @@ class Tables:
     """
 
     dense: bool
+    mixed: bool
     degrees: int
     systems: dict[str, Floats]
     modes: list[dict[str, Any]]
@@ -84,13 +85,14 @@ class Stacks:
 
     Attributes
     ----------
-    dense, degrees, systems, modes
+    dense, mixed, degrees, systems, modes
         As :class:`Tables`, with stacks for arrays.
     columns
         The numbers that vary, shape (V, S).
     """
 
     dense: bool
+    mixed: bool
     degrees: int
     systems: dict[str, Stack]
     modes: list[dict[str, Any]]
@@ -105,7 +107,7 @@ class Stacks:
     @property
     def structure(self) -> tuple[object, ...]:
         """What systems of one kernel batch have in common."""
-        return self.dense, self.sizes, tuple(mode["code"] for mode in self.modes)
+        return self.dense, self.mixed, self.sizes, tuple(mode["code"] for mode in self.modes)
 
     @property
     def omegas(self) -> Floats:
@@ -115,8 +117,9 @@ class Stacks:
     def kernel(self) -> _kernel.Batch:
         """Hand them to the kernel."""
         batch = _kernel.Batch(
-            dense=self.dense, degrees=self.degrees, columns=self.columns, **told(self.systems)
-        )
+            dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
+            **told(self.systems),
+        )  # fmt: skip
         for mode in self.modes:
             batch.add_mode(**told(mode))
         return batch
@@ -128,7 +131,8 @@ class Stacks:
             return stack.of(self.columns)
 
         modes = [_mapped(array, mode) for mode in self.modes]
-        return Tables(self.dense, self.degrees, _mapped(array, self.systems), modes)
+        systems = _mapped(array, self.systems)
+        return Tables(self.dense, self.mixed, self.degrees, systems, modes)
 
 
 def told(part: dict[str, Any]) -> dict[str, Any]:
@@ -178,7 +182,8 @@ def stacks_of(hybrid: Hybrid, grid: tuple[int, ...], codes: Sequence[int] = ()) 
     }
     wanted = [(), *hybrid.closed, *(closed_from_code(code, contacts) for code in codes)]
     modes = [_mode(hybrid.mode(closed), hybrid, stack) for closed in wanted]
-    return Stacks(hybrid.dense, m.degrees, systems, modes, stack.table(grid))
+    table = stack.table(grid)
+    return Stacks(hybrid.dense, hybrid.mixed, m.degrees, systems, modes, table)
 
 
 def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
@@ -245,4 +250,4 @@ def joined(parts: Sequence[Stacks], order: NDArray[np.intp]) -> Stacks:
     systems = _mapped(stack, *(part.systems for part in parts))
     modes = [_mapped(stack, *same) for same in zip(*(part.modes for part in parts), strict=True)]
     table = np.array(columns).reshape(len(columns), len(order))
-    return Stacks(first.dense, first.degrees, systems, modes, table)
+    return Stacks(first.dense, first.mixed, first.degrees, systems, modes, table)

@@ -20,11 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact import _kernel, linear
 from vibroimpact._kernel import Jet
 from vibroimpact.chebyshev import nodes
-from vibroimpact.coordinates import STEP_ANGLE, dense, dense_rate, reduce
+from vibroimpact.coordinates import STEP_ANGLE, dense, dense_rate
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.linear import Vector, apply, transpose
 from vibroimpact.mechanism import Mechanism, infinite
 from vibroimpact.parameters import expanded
+from vibroimpact.reduction import reduce
 from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]

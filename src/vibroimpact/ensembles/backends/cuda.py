@@ -1,6 +1,6 @@
 """Tiles on a CUDA device: systems compiled by threads of this process, members run by the card.
 
-Members of systems without classical damping, and those that close a set of contacts whose mode
+Members of systems whose flow is a full matrix, and those that close a set of contacts whose mode
 their systems do not have yet, run on the processor: with the same bits.
 """
 

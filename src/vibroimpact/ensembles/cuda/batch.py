@@ -80,8 +80,8 @@ class DeviceBatch:
 
     @property
     def sizes(self) -> Sizes:
-        """Coordinates, contacts, lines."""
-        return Sizes(*self.tables.sizes)
+        """Coordinates, contacts, lines; whether flows are mixed."""
+        return Sizes(*self.tables.sizes, int(self.tables.mixed))
 
     def run(
         self, *, system: NDArray[np.int32], observers: dict[str, Any], most_impacts: int,

@@ -1,11 +1,12 @@
 // The kernels of a device: one thread per mode of a system, then one per member.
 //
 // VI_DIMENSION, VI_LINES, VI_CONTACTS   sizes of the batch
+// VI_MIXED                              whether positions show q' of blocks: 0 or 1
 // VI_TANGENTS                           tangent vectors carried along, 0 for none
 // VI_OBSERVERS                          mask of the observers that are wanted
 #include "vibroimpact/batch/run_member.hpp"
 
-using flow = vi::modal_flow<double, vi::fixed<VI_DIMENSION, VI_LINES, VI_CONTACTS>>;
+using flow = vi::modal_flow<double, vi::fixed<VI_DIMENSION, VI_LINES, VI_CONTACTS, VI_MIXED != 0>>;
 
 __device__ inline long long thread_number() {
     return static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x;

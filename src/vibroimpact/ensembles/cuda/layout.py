@@ -33,11 +33,12 @@ def batch_arrays() -> np.dtype[np.void]:
 
 
 class Sizes(NamedTuple):
-    """Coordinates, contacts and forcing lines of every system."""
+    """Coordinates, contacts and forcing lines of every system; 1 where its flow is mixed."""
 
     degrees: int
     contacts: int
     lines: int
+    mixed: int
 
     @property
     def dimension(self) -> int:
@@ -73,7 +74,8 @@ def asked_of(spec: dict[str, Any], sizes: Sizes) -> Asked:
     widths = _widths(spec, sizes, rows)
     exponents = widths.get("spectrum", widths.get("lyapunov", 0))
     tangents = sizes.dimension - 1 if "spectrum" in spec else exponents
-    kernels = Kernels(sizes.dimension, sizes.lines, sizes.contacts, tangents, wanted)
+    shape = sizes.dimension, sizes.lines, sizes.contacts, sizes.mixed
+    kernels = Kernels(*shape, tangents, wanted)
     options = _options(spec) | {
         "wanted": wanted,
         "exponents": exponents,

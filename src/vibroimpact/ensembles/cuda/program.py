@@ -32,6 +32,8 @@ class Kernels(NamedTuple):
     ----------
     dimension, lines, contacts
         Sizes of the compiled systems.
+    mixed
+        Whether positions show q' of blocks, as 0 or 1.
     tangents
         Tangent vectors carried along; 0 for none.
     observers
@@ -41,6 +43,7 @@ class Kernels(NamedTuple):
     dimension: int
     lines: int
     contacts: int
+    mixed: int
     tangents: int
     observers: int
 

@@ -1,0 +1,180 @@
+// A pair of eigenvalues of x'' + D x' + A x = 0, and what it moves: one second-order block.
+//
+// Method      x = R q + S q' with q'' = -k q - c q' moves so if and only if
+//               A R  + D R' - k S' = 0,   A S  + D S' + R' - c S' = 0                    (1)
+//               where x' = R' q + S' q':  R' = -k S,  S' = R - c S
+//             k is the product of the eigenvalues and -c their sum. (1) is linear in (R, S), and its
+//             solutions have two dimensions: with q, q' solves the equation of the block. Of these
+//             the one that shows least of q' is taken: S = 0 in a vibration mode.             (2)
+//             Newton's method on (1) makes k and c exact, orthogonally to both dimensions: also where
+//             the two eigenvalues are one, where each of them alone would keep half the digits.
+// Assumes     rates of the order of one
+// Reference   theory.md, "Flight"; on such pairs of polynomials: Betcke, Kressner, Linear Algebra and
+//             its Applications 435 (2011) 514-536
+#pragma once
+
+#include "elimination.hpp"
+
+namespace vi {
+
+struct damped_system {
+    square_matrix stiffness, damping; // of unit masses, symmetric
+    std::size_t degrees() const { return stiffness.size(); }
+};
+
+struct moving_pair {
+    double k, c;
+    column shape; // R, then S
+
+    // R', then S'.
+    column velocity() const {
+        const std::size_t n = shape.size() / 2;
+        column out(2 * n);
+        for (std::size_t i = 0; i < n; ++i) {
+            out[i] = -k * shape[n + i];
+            out[n + i] = shape[i] - c * shape[n + i];
+        }
+        return out;
+    }
+};
+
+namespace detail {
+
+// What (1) leaves.
+inline column left_of(const damped_system& s, const moving_pair& p) {
+    const std::size_t n = s.degrees();
+    const column rate = p.velocity();
+    column out(2 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < n; ++j) {
+            out[i] += s.stiffness(i, j) * p.shape[j] + s.damping(i, j) * rate[j];
+            out[n + i] += s.stiffness(i, j) * p.shape[n + j] + s.damping(i, j) * rate[n + j];
+        }
+        out[i] -= p.k * rate[n + i];
+        out[n + i] += rate[i] - p.c * rate[n + i];
+    }
+    return out;
+}
+
+// Its derivatives: by the shape, k and c.
+inline square_matrix matrix_of(const damped_system& s, double k, double c) {
+    const std::size_t n = s.degrees();
+    square_matrix out(2 * n);
+    for (std::size_t j = 0; j < 2 * n; ++j) {
+        moving_pair unit{k, c, column(2 * n)};
+        unit.shape[j] = 1.0;
+        const column left = left_of(s, unit);
+        for (std::size_t i = 0; i < 2 * n; ++i)
+            out(i, j) = left[i];
+    }
+    return out;
+}
+inline column change_with_k(const damped_system& s, const moving_pair& p) {
+    const std::size_t n = s.degrees();
+    const column rate = p.velocity();
+    column out(2 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = -rate[n + i];
+        out[n + i] = -p.shape[n + i];
+        for (std::size_t j = 0; j < n; ++j)
+            out[i] -= s.damping(i, j) * p.shape[n + j];
+    }
+    return out;
+}
+inline column change_with_c(const damped_system& s, const moving_pair& p) {
+    const std::size_t n = s.degrees();
+    const column rate = p.velocity();
+    column out(2 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i] = p.k * p.shape[n + i];
+        out[n + i] = p.c * p.shape[n + i] - rate[n + i];
+        for (std::size_t j = 0; j < n; ++j)
+            out[n + i] -= s.damping(i, j) * p.shape[n + j];
+    }
+    return out;
+}
+
+inline double dot(const column& x, const column& y) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+        sum += x[i] * y[i];
+    return sum;
+}
+inline column sum_of(double a, const column& x, double b, const column& y) {
+    column out(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i)
+        out[i] = a * x[i] + b * y[i];
+    return out;
+}
+
+// The vector in the span of x and y with the smallest part of its size in the second half; of size 1,
+// S being counted in the time of the block.
+inline column least_mixed(column x, column y, double rate) {
+    const std::size_t n = x.size() / 2;
+    const auto weigh = [&](column& v, double by) {
+        for (std::size_t i = n; i < 2 * n; ++i)
+            v[i] *= by;
+    };
+    weigh(x, rate);
+    weigh(y, rate);
+    x = sum_of(1.0 / std::sqrt(dot(x, x)), x, 0.0, y);
+    y = sum_of(1.0, y, -dot(x, y), x);
+    y = sum_of(1.0 / std::sqrt(dot(y, y)), y, 0.0, x);
+    double xx = 0.0, xy = 0.0, yy = 0.0; // of second halves
+    for (std::size_t i = n; i < 2 * n; ++i) {
+        xx += x[i] * x[i];
+        xy += x[i] * y[i];
+        yy += y[i] * y[i];
+    }
+    const double half = 0.5 * (yy - xx), root = std::sqrt(half * half + xy * xy);
+    // (cos, sin) of twice the angle is (half, -xy) / root
+    double along = root > 0.0 ? std::sqrt(0.5 * (1.0 + std::abs(half) / root)) : 1.0;
+    double across = root > 0.0 ? -0.5 * xy / (root * along) : 0.0;
+    if (half < 0.0) std::swap(along, across);
+    column out = sum_of(along, x, across, y);
+    weigh(out, 1.0 / rate);
+    return out;
+}
+
+// Rate of a block: what q' is to be compared with.
+inline double rate_of(const moving_pair& p) {
+    return std::sqrt(p.k + p.c * p.c);
+}
+
+inline void newton_step(const damped_system& s, moving_pair& p) {
+    const std::size_t n = p.shape.size();
+    const square_matrix a = matrix_of(s, p.k, p.c);
+    const column by_k = change_with_k(s, p), by_c = change_with_c(s, p), other = p.velocity();
+    square_matrix bordered(n + 2);
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < n; ++j)
+            bordered(i, j) = a(i, j);
+        bordered(i, n) = by_k[i];
+        bordered(i, n + 1) = by_c[i];
+        bordered(n, i) = p.shape[i];
+        bordered(n + 1, i) = other[i];
+    }
+    column left = left_of(s, p);
+    left.resize(n + 2);
+    const column change = elimination(bordered).solve(left);
+    for (std::size_t i = 0; i < n; ++i)
+        p.shape[i] -= change[i];
+    p.k -= change[n];
+    p.c -= change[n + 1];
+}
+
+} // namespace detail
+
+// The pair whose eigenvalues have this product and sum, or nearly so.
+inline moving_pair pair_of(const damped_system& s, double product, double sum) {
+    using namespace detail;
+    moving_pair p{product, -sum, {}};
+    const elimination parts(matrix_of(s, p.k, p.c));
+    const double rate = rate_of(p);
+    p.shape = least_mixed(parts.null_vector(0, 2), parts.null_vector(1, 2), rate);
+    for (int i = 0; i < 3; ++i)
+        newton_step(s, p);
+    return p;
+}
+
+} // namespace vi

@@ -1,0 +1,67 @@
+"""What a set of closed contacts leaves of a mechanism.
+
+Its motion is x = offset + N xi, with N a basis of what the closed contacts allow, and reduced
+matrices N^T M N, N^T C N, N^T K N (theory.md, section 2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vibroimpact import linear
+from vibroimpact.linear import Matrix, Vector, apply, product, transpose
+from vibroimpact.mechanism import Contact, Mechanism
+
+Closed = tuple[tuple[int, int], ...]  # (contact, side) of the contacts held closed
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Motion allowed by a closed set: x = offset + basis xi."""
+
+    offset: Vector
+    basis: Matrix
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
+    constant: Vector
+    terms: Vector  # size of those that add up to it
+    sines: Matrix  # one row per line
+    cosines: Matrix
+
+
+def limit_of(contact: Contact, side: int) -> float:
+    """The stop of a contact on one side, infinite where there is none."""
+    return contact.upper if side > 0 else contact.lower
+
+
+def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
+    """Project onto what the closed contacts allow; None where they are dependent."""
+    n = m.degrees
+    offset, basis = [0.0] * n, linear.identity(n)
+    if closed:
+        rows = [list(m.contacts[i].row) for i, _ in closed]
+        found = linear.null_space(rows)
+        if found is None:
+            return None
+        basis = found
+        lift = linear.solve_definite(m.mass, transpose(rows))
+        limits = [[limit_of(m.contacts[i], side)] for i, side in closed]
+        offset = [
+            row[0] for row in product(lift, linear.solve_definite(product(rows, lift), limits))
+        ]
+    down = transpose(basis) if basis[0] else []
+    pull = apply(m.stiffness, offset)
+    pulls = apply(linear.absolute(m.stiffness), [abs(x) for x in offset])
+    sizes = [abs(f) + k for f, k in zip(m.constant_force, pulls, strict=True)]
+    return Reduced(
+        offset,
+        basis,
+        product(down, product(m.mass, basis)),
+        product(down, product(m.damping, basis)),
+        product(down, product(m.stiffness, basis)),
+        apply(down, [f - k for f, k in zip(m.constant_force, pull, strict=True)]),
+        apply(linear.absolute(down), sizes),
+        [apply(down, list(force.sine)) for force in m.forces],
+        [apply(down, list(force.cosine)) for force in m.forces],
+    )
