@@ -12,8 +12,8 @@ PIP  := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # What the installed package depends on. Directories are listed too: they change when a file goes.
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
            $(shell find include src -not -name '*.py[co]' -not -name __pycache__)
-HEADERS := $(shell find include -name '*.hpp')
-CXXCODE := $(HEADERS) $(shell find src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
+HEADERS := $(shell find include src/decouple -name '*.hpp')
+CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

@@ -1,4 +1,4 @@
-"""Damping of any kind in second-order blocks (src/bindings/decouple, decoupling.py)."""
+"""Damping of any kind in second-order blocks (src/decouple, decoupling.py)."""
 
 from __future__ import annotations
 
@@ -128,6 +128,64 @@ def test_equal_pairs_of_parts_that_do_not_touch_are_blocks(apart: float) -> None
     check_blocks(turn.T @ stiffness @ turn, turn.T @ damping @ turn)
 
 
+def test_real_eigenvalues_that_meet_are_paired_whatever_is_around_them() -> None:
+    """Signs + - + - from above, the middle ones about to become conjugate."""
+
+    def system(strength: float) -> tuple[Any, Any]:
+        stiffness = np.array([[2.0, 0.05], [0.05, 2.0 * strength**2]])
+        return stiffness, np.diag([3.0, 3.0 * strength])
+
+    def real(strength: float) -> int:
+        return int(np.sum(np.linalg.eigvals(companion(*system(strength))).imag == 0.0))
+
+    conjugate, apart = 2.0, 2.3
+    assert (real(conjugate), real(apart)) == (2, 4)
+    for _ in range(50):
+        middle = (conjugate + apart) / 2
+        if real(middle) == 2:
+            conjugate = middle
+        else:
+            apart = middle
+    for strength in (conjugate, apart, apart + 1e-9, apart + 1e-6, apart + 1e-3, 2.3):
+        check_blocks(*system(strength))
+
+
+@pytest.mark.parametrize("rates", [1e2, 1e4, 1e6, 1e7])
+def test_a_soft_part_beside_a_stiff_one_keeps_its_digits(rates: float) -> None:
+    """To those of the numbers given, by 60 digits."""
+    stiffness = np.diag([rates**2, 1.0])
+    damping = np.array([[0.4, -0.1], [-0.1, 0.05]])
+    found = decoupled(stiffness, damping)
+    with mpmath.workdps(60):
+        values = mpmath.eig(mpmath.matrix(companion(stiffness, damping)), left=False, right=False)
+        slow = min(values, key=abs)
+        k, c = float(abs(slow) ** 2), float(-2 * slow.real)
+    j = np.argmin(found["k"])
+    assert found["k"][j] == pytest.approx(k, rel=1e-14)
+    assert found["c"][j] == pytest.approx(c, rel=1e-13)
+
+
+def test_a_soft_spring_beside_a_stiff_one_is_one() -> None:
+    """In vibration modes, too: what is lost in rounding is told by the terms of each entry."""
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 1.0]], stiffness=[[1e15, 0.0], [0.0, 1.0]],
+        damping=[[0.1, 0.0], [0.0, 0.2]], contacts=(vi.Contact((-1.0, 1.0), upper=0.5),),
+    )  # fmt: skip
+    assert sorted(Hybrid(m).free.flow["k"]) == [1.0, 1e15]  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_two_equal_structures_that_hit_each_other_are_blocks(seed: int) -> None:
+    one = random_pair(seed)
+    stiffness, damping = (np.kron(np.eye(2), a[:2, :2]).tolist() for a in one)
+    row = (1.0, 0.0, -1.0, 0.0)
+    m = vi.Mechanism(
+        mass=np.eye(4).tolist(), stiffness=stiffness, damping=damping,
+        contacts=(vi.Contact(row, upper=0.1),),
+    )  # fmt: skip
+    assert not Hybrid(m).dense
+
+
 def test_pairs_that_meet_with_one_shape_have_no_blocks() -> None:
     """Two oscillators tuned apart, and dashpots that make their conjugate pairs one."""
     stiffness = np.diag([0.95, 1.05])
@@ -249,6 +307,24 @@ def test_a_dragged_free_mass_is_a_block_unless_a_constant_force_drives_it() -> N
     assert Hybrid(dragged(0.0)).mixed
     assert 0.0 in Hybrid(dragged(0.0)).free.flow["k"]  # type: ignore[operator]
     assert Hybrid(dragged(0.1)).dense
+
+
+@pytest.mark.parametrize("force", [-1e-9, -1e-7, 1e-3])
+def test_a_force_on_loose_masses_is_seen_whatever_stop_they_are_on(force: float) -> None:
+    """Near or far; only closed contacts couple the masses that no spring holds."""
+    m = vi.Mechanism(
+        mass=np.diag([1.0, 2.0, 1.0, 1.0]).tolist(),
+        stiffness=np.diag([0.0, 0.0, 1e9, 1.3e9]).tolist(),
+        damping=np.diag([100.0, 300.0, 50.0, 70.0]).tolist(),
+        constant_force=(force, force, 0.0, 0.0),
+        contacts=(
+            vi.Contact((1.0, -1.0, 1.0, 0.0), -1e-6, 1.0, 0.5),
+            vi.Contact((0.0, 0.0, 1.0, -1.0), -1e-6, 1.0, 0.5),
+            vi.Contact((0.0, 0.0, 0.0, 1.0), -1e-6, 1.0, 0.5),
+        ),
+    )
+    assert Hybrid(m).dense
+    assert not Hybrid(replace(m, constant_force=(0.0,) * 4)).dense
 
 
 def test_forcing_at_an_undamped_mode_is_left_to_the_full_matrix() -> None:

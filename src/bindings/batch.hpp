@@ -68,6 +68,7 @@ struct batch_run {
 };
 
 void run_modal_small(const batch_run& b, question ask);
+void run_modal_small_mixed(const batch_run& b, question ask);
 void run_modal(const batch_run& b, question ask);
 void run_dense(const batch_run& b, question ask);
 

@@ -118,10 +118,11 @@ public:
         const auto ask = interrupted_here();
         {
             const nb::gil_scoped_release release;
-            const bool small = !one_.mixed && d == 6 && lines == 1 && c == 1;
-            (dense_  ? run_dense
-             : small ? run_modal_small
-                     : run_modal)({numbers_, here.view, systems.data()}, ask);
+            const bool small = d == 6 && lines == 1 && c == 1;
+            const auto run_blocks = !small       ? run_modal
+                                    : one_.mixed ? run_modal_small_mixed
+                                                 : run_modal_small;
+            (dense_ ? run_dense : run_blocks)({numbers_, here.view, systems.data()}, ask);
         }
         raise_if_interrupted();
         return out.to_python();

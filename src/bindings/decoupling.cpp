@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
+#include "../decouple/decouple.hpp"
 #include "arrays.hpp"
-#include "decouple/decouple.hpp"
 
 using namespace nanobind::literals;
 
@@ -41,7 +41,8 @@ vi::square_matrix matrix_at(const double* entries, std::size_t n) {
 }
 
 nb::object decouple(const array& stiffness, const array& damping) {
-    if (stiffness.ndim() != 3 || damping.size() != stiffness.size())
+    if (stiffness.ndim() != 3 || stiffness.shape(1) != stiffness.shape(2) ||
+        damping.size() != stiffness.size())
         throw std::invalid_argument("stiffness and damping must have the shape (S, n, n).");
     const std::size_t systems = stiffness.shape(0), n = stiffness.shape(1);
     const double *first = stiffness.data(), *second = damping.data();

@@ -31,7 +31,7 @@ struct mode_data {
 
 struct system_data {
     int dimension, degrees;
-    bool mixed; // of a modal flow: whether positions show q' of blocks
+    bool mixed; // of a modal flow: whether positions show q' of blocks in free flight
     numbers omegas, kappas;
     double step;
     std::vector<contact_data> contacts;

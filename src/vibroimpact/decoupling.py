@@ -1,7 +1,9 @@
 """Any damping in second-order blocks: xi = rest + positions q + velocities q'.
 
-Method      What of the normal form moves alone is a block as it is; the kernel finds the blocks of
-            what is coupled (src/bindings/decouple).
+Method      A coordinate of the normal form that moves alone is a block as it is; of each group that
+            moves together src/decouple finds the blocks. Where all that is connected is such a
+            group, it finds them in the coordinates given: turned ones would cost soft parts beside
+            stiff ones their digits.
 Fails       None: such blocks would lose too many digits, or be no oscillators; a constant force
             drives what no spring holds
 Reference   theory.md, "Flight"
@@ -9,6 +11,8 @@ Reference   theory.md, "Flight"
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,10 +20,14 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel, linear
 from vibroimpact.columns import Column, agreed
-from vibroimpact.linear import Matrix, Vector, absolute, apply, dot, product, transpose
+from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact.reduction import Reduced
-from vibroimpact.scalars import ROUNDING
-from vibroimpact.vibrations import NormalForm, diagonal
+from vibroimpact.scalars import ROUNDING, greatest, least
+from vibroimpact.vibrations import NormalForm, diagonal, unit_form
+
+WIDEST = (
+    2.0**-20
+)  # (slowest / fastest)^2 of blocks in turned coordinates: six digits are lost there
 
 
 class Decoupled(NamedTuple):
@@ -42,72 +50,104 @@ class Decoupled(NamedTuple):
     v_of_v: Matrix
 
 
-def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
-    """The blocks of a reduced system whose damping is not classical; None if there are none."""
-    n = len(form.shape)
-    coupled = [i for i in range(n) if form.coupling(i) > 0.0]
-    alone = [i for i in range(n) if i not in coupled]
-    found = _blocks(_part(form.stiffness, coupled), _part(form.damping, coupled))
-    push = apply(transpose(form.shape), r.constant)
-    terms = apply(transpose(absolute(form.shape)), r.terms)
-    rest = found and _rest(found, [push[i] for i in coupled], [terms[i] for i in coupled])
-    if found is None or rest is None:
-        return None
-    own = [[row[i] for i in alone] for row in form.shape]
-    shared = [[row[i] for i in coupled] for row in form.shape]
-    none = linear.zeros(n, len(alone))
-    k, c = ([diagonal(form.shape, a)[i] for i in alone] for a in (r.stiffness, r.damping))
-
-    def beside(mine: Matrix, theirs: Matrix) -> Matrix:
-        both = zip(mine, product(shared, theirs), strict=True)
-        return [[*x, *y] for x, y in both]
-
-    return Decoupled(
-        [*k, *found.k],
-        [*c, *found.c],
-        [*(push[i] for i in alone), *[0.0] * len(coupled)],
-        apply(shared, rest),
-        beside(own, found.positions),
-        beside(none, found.velocities),
-        *(beside(own if i in (0, 3) else none, a) for i, a in enumerate(found.back)),
-    )
+_ONE, _NONE = [[1.0]], [[0.0]]
 
 
-class _Blocks(NamedTuple):
+class _Group(NamedTuple):
+    """Blocks of coordinates that move together; ``back`` as the last ones of Decoupled."""
+
     k: Vector
     c: Vector
+    a: Vector
+    rest: Vector
     positions: Matrix
     velocities: Matrix
-    back: list[Matrix]  # columns: q from positions and velocities, then q' from them
+    back: tuple[Matrix, ...]
 
 
-def _part(a: Matrix, rows: list[int]) -> Matrix:
-    return [[0.5 * (a[i][j] + a[j][i]) for j in rows] for i in rows]
+def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
+    """The blocks of a reduced system whose damping is not classical; None if there are none."""
+    groups, plain = form.groups(), unit_form(r)
+    whole = plain.groups()
+    forms = [plain if len(group) > 1 and group in whole else form for group in groups]
+    found = [
+        _together(r, used, group, turned=used is form) if len(group) > 1 else _alone(r, form, group)
+        for used, group in zip(forms, groups, strict=True)
+    ]
+    blocks = [x for x in found if x]
+    if len(blocks) < len(groups):
+        return None
+    k, c, a, rest = (list(chain(*parts)) for parts in zip(*(b[:4] for b in blocks), strict=True))
+    shapes = [_columns(used.shape, group) for used, group in zip(forms, groups, strict=True)]
+
+    def joined(parts: Iterable[Matrix]) -> Matrix:
+        products = [product(shape, part) for shape, part in zip(shapes, parts, strict=True)]
+        return [list(chain(*rows)) for rows in zip(*products, strict=True)]
+
+    return Decoupled(
+        k, c, a, apply([list(chain(*rows)) for rows in zip(*shapes, strict=True)], rest),
+        joined(b.positions for b in blocks), joined(b.velocities for b in blocks),
+        *map(joined, zip(*(b.back for b in blocks), strict=True)),
+    )  # fmt: skip
 
 
-def _rest(b: _Blocks, push: Vector, terms: Vector) -> Vector | None:
-    """Where a constant force holds the coupled part; None where it does not.
+def _columns(a: Matrix, which: list[int]) -> Matrix:
+    return [[row[i] for i in which] for row in a]
 
-    With p added to q and f to q', k q = f + c p and the second coordinate is -p.
-    """
+
+def _alone(r: Reduced, form: NormalForm, group: list[int]) -> _Group:
+    """One that moves alone: a block as it is."""
+    shape = _columns(form.shape, group)
+    k, c = (diagonal(shape, a) for a in (r.stiffness, r.damping))
+    push = apply(transpose(shape), r.constant)
+    return _Group(k, c, push, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
+
+
+def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -> _Group | None:
+    """Several: the kernel finds their blocks; slow ones only where they keep their digits."""
+    stiffness, damping = (
+        [[0.5 * (a[i][j] + a[j][i]) for j in group] for i in group]
+        for a in (form.stiffness, form.damping)
+    )
+    found = _blocks(stiffness, damping)
+    if found is None:
+        return None
+    rates = [k + c * c for k, c in zip(found.k, found.c, strict=True)]  # squares
+    if turned and least(rates) < WIDEST * greatest(rates):
+        return None
+    down = transpose(_columns(form.shape, group))
+    if _is_driven(found, apply(down, r.external), apply(linear.absolute(down), r.terms)):
+        return None
+    return found._replace(rest=_rest(found, apply(down, r.constant)))
+
+
+def _forces(b: _Group, push: Vector) -> Vector:
+    """F + c p of every block, with p added to q and f to q'."""
     _, q_of_v, _, v_of_v = map(transpose, b.back)
+    both = zip(apply(v_of_v, push), b.c, apply(q_of_v, push), strict=True)
+    return [f + c * p for f, c, p in both]
 
-    def forces(a: Matrix, also: Matrix, by: Vector) -> Vector:
-        both = zip(apply(a, by), b.c, apply(also, by), strict=True)
-        return [f + c * p for f, c, p in both]
 
-    at = list[float]()
-    noise = forces(absolute(v_of_v), absolute(q_of_v), terms)
-    for k, force, size in zip(b.k, forces(v_of_v, q_of_v, push), noise, strict=True):
-        if not k > 0.0 and abs(force) > ROUNDING * len(push) * size:
-            return None
-        at.append(force / k if k > 0.0 else 0.0)
-    p = apply(q_of_v, push)
+def _is_driven(b: _Group, push: Vector, terms: Vector) -> bool:
+    """Whether a constant force drives a block that no spring holds."""
+    sizes = _forces(b._replace(back=tuple(map(linear.absolute, b.back))), terms)
+    noise = [ROUNDING * len(push) * x for x in sizes]
+    both = zip(b.k, _forces(b, push), noise, strict=True)
+    return any(not k > 0.0 and abs(force) > least for k, force, least in both)
+
+
+def _rest(b: _Group, push: Vector) -> Vector:
+    """Where a constant force holds them: k q = f + c p, and the second coordinate is -p.
+
+    What stops hold pulls at no block that no spring holds, but for rounding.
+    """
+    at = [f / k if k > 0.0 else 0.0 for k, f in zip(b.k, _forces(b, push), strict=True)]
+    p = apply(transpose(b.back[1]), push)
     both = zip(b.positions, b.velocities, strict=True)
     return [dot(shown, at) - dot(also, p) for shown, also in both]
 
 
-def _blocks(stiffness: Matrix, damping: Matrix) -> _Blocks | None:
+def _blocks(stiffness: Matrix, damping: Matrix) -> _Group | None:
     """Blocks of coupled systems of unit masses, in numbers of any kind."""
     numbers: list[Any] = [x for a in (stiffness, damping) for row in a for x in row]
     arrays = [x.values if isinstance(x, Column) else np.array(x) for x in numbers]
@@ -116,19 +156,19 @@ def _blocks(stiffness: Matrix, damping: Matrix) -> _Blocks | None:
     table = np.array([np.broadcast_to(x, grid).ravel() for x in arrays]).T
     halves = np.ascontiguousarray(table.reshape(-1, 2, n, n).transpose(1, 0, 2, 3))
     found = _kernel.decouple(halves[0], halves[1])
+    if not agreed((found["found"] > 0.0).reshape(grid)):
+        return None
 
     def as_given(values: NDArray[np.float64]) -> Any:
         return Column(values.reshape(grid)) if columns else float(values[0])
 
-    def matrix(name: str) -> Matrix:
-        return [[as_given(found[name][:, i, j]) for j in range(n)] for i in range(n)]
+    def matrix(values: NDArray[np.float64]) -> Matrix:
+        return [[as_given(values[:, i, j]) for j in range(n)] for i in range(n)]
 
-    if not agreed((found["found"] > 0.0).reshape(grid)):
-        return None
-    back = [
-        [[as_given(found["back"][:, 2 * j + entry, first + i]) for j in range(n)] for i in range(n)]
-        for entry in range(2)
-        for first in (0, n)
-    ]
     k, c = ([as_given(found[name][:, i]) for i in range(n)] for name in "kc")
-    return _Blocks(k, c, matrix("positions"), matrix("velocities"), back)
+    back = found["back"].reshape(-1, n, 2, 2, n)  # system, block, q or q', of x or v, coordinate
+    ways = [back[:, :, entry, of].transpose(0, 2, 1) for entry in (0, 1) for of in (0, 1)]
+    return _Group(
+        k, c, [0.0] * n, [0.0] * n,
+        matrix(found["positions"]), matrix(found["velocities"]), tuple(map(matrix, ways)),
+    )  # fmt: skip

@@ -141,7 +141,8 @@ class Hybrid:
     def _known(self) -> list[Closed]:
         """Closed sets whose blocks are to be found at first.
 
-        On which side a contact is closed does not matter: what stops hold pulls at no loose mass.
+        On which side a contact is closed does not matter: a stop pulls at nothing that no spring
+        holds.
         """
         count = len(self.mechanism.contacts)
         if self.proportion or not FEW < count <= MOST:

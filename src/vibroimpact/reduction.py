@@ -25,7 +25,8 @@ class Reduced:
     damping: Matrix
     stiffness: Matrix
     constant: Vector
-    terms: Vector  # size of those that add up to it
+    external: Vector  # the part of it that no stop gives
+    terms: Vector  # size of those that add up to that
     sines: Matrix  # one row per line
     cosines: Matrix
 
@@ -52,8 +53,6 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
         ]
     down = transpose(basis) if basis[0] else []
     pull = apply(m.stiffness, offset)
-    pulls = apply(linear.absolute(m.stiffness), [abs(x) for x in offset])
-    sizes = [abs(f) + k for f, k in zip(m.constant_force, pulls, strict=True)]
     return Reduced(
         offset,
         basis,
@@ -61,7 +60,8 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
         product(down, product(m.damping, basis)),
         product(down, product(m.stiffness, basis)),
         apply(down, [f - k for f, k in zip(m.constant_force, pull, strict=True)]),
-        apply(linear.absolute(down), sizes),
+        apply(down, list(m.constant_force)),
+        apply(linear.absolute(down), [abs(f) for f in m.constant_force]),
         [apply(down, list(force.sine)) for force in m.forces],
         [apply(down, list(force.cosine)) for force in m.forces],
     )

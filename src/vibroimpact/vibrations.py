@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vibroimpact import linear
-from vibroimpact.linear import Matrix, Vector, product, transpose
+from vibroimpact.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact.rayleigh import Proportion
 from vibroimpact.reduction import Reduced
-from vibroimpact.scalars import ROUNDING, above, choose, greatest
+from vibroimpact.scalars import ROUNDING, above, choose, greatest, square_root
 
 
 class Vibrations(NamedTuple):
@@ -22,19 +22,37 @@ class Vibrations(NamedTuple):
 class NormalForm(NamedTuple):
     """A reduced system in xi = shape eta: unit masses, and no more coupled than it must be.
 
-    ``lost`` are the couplings in stiffness and damping that are rounding.
+    Of diagonal entries, what is lost in rounding their terms: of either matrix.
     """
 
     shape: Matrix
     stiffness: Matrix
     damping: Matrix
-    lost: tuple[float, float]
+    lost_stiffness: Vector
+    lost_damping: Vector
 
-    def coupling(self, i: int) -> float:
-        """Of coordinate i with others; not above zero where it moves alone."""
-        matrices = zip((self.stiffness, self.damping), self.lost, strict=True)
-        others = [j for j in range(len(self.shape)) if j != i]
-        return greatest(abs(a[i][j]) - lost for a, lost in matrices for j in others)
+    def coupling(self, i: int, j: int) -> float:
+        """Of two coordinates; not above zero where that is rounding."""
+        both = (self.stiffness, self.lost_stiffness), (self.damping, self.lost_damping)
+        return greatest(abs(a[i][j]) - square_root(lost[i] * lost[j]) for a, lost in both)
+
+    def groups(self) -> list[list[int]]:
+        """Coordinates that move together."""
+        out = list[list[int]]()
+        for i in range(len(self.shape)):
+            beside = [group for group in out if any(self.coupling(i, j) > 0.0 for j in group)]
+            out = [group for group in out if group not in beside]
+            out.append(sorted([*(j for group in beside for j in group), i]))
+        return out
+
+
+def unit_form(r: Reduced) -> NormalForm:
+    """Of unit masses, the coordinates being as they are given otherwise."""
+    low = _lower(r)
+    return _form(
+        r, linear.solve_upper(low, linear.identity(len(low))),
+        _normal(low, r.stiffness), _normal(low, r.damping),
+    )  # fmt: skip
 
 
 def normal_form(r: Reduced) -> NormalForm:
@@ -44,18 +62,19 @@ def normal_form(r: Reduced) -> NormalForm:
     stiff, damp = linear.largest(stiffness), linear.largest(damping)
     mix = 0.7548776662466927 * stiff / damp if stiff and damp else 1.0  # any generic number
     vectors = linear.symmetric_eigenvectors(linear.plus(stiffness, damping, mix))
-    terms = ROUNDING * len(vectors)
-    return NormalForm(
-        linear.solve_upper(low, vectors),
-        product(transpose(vectors), product(stiffness, vectors)),
-        product(transpose(vectors), product(damping, vectors)),
-        (terms * stiff, terms * damp),
-    )
+    inside = (product(transpose(vectors), product(a, vectors)) for a in (stiffness, damping))
+    return _form(r, linear.solve_upper(low, vectors), *inside)
+
+
+def _form(r: Reduced, shape: Matrix, stiffness: Matrix, damping: Matrix) -> NormalForm:
+    lost = ([len(shape) * x for x in _lost(shape, a)] for a in (r.stiffness, r.damping))
+    return NormalForm(shape, stiffness, damping, *lost)
 
 
 def vibration_modes(r: Reduced, form: NormalForm) -> Vibrations | None:
     """The modes of a classically damped system; None if there are none."""
-    if greatest(form.coupling(i) for i in range(len(form.shape))) > 0.0:
+    n = len(form.shape)
+    if greatest(form.coupling(i, j) for i in range(n) for j in range(i)) > 0.0:
         return None
     return Vibrations(form.shape, *(diagonal(form.shape, a) for a in (r.stiffness, r.damping)))
 
@@ -81,8 +100,14 @@ def _normal(low: Matrix, a: Matrix) -> Matrix:
 
 
 def diagonal(phi: Matrix, a: Matrix) -> Vector:
-    """Diagonal of Phi^T A Phi, entries below rounding set to zero."""
+    """Diagonal of Phi^T A Phi, entries that are rounding of their terms set to zero."""
     inside = product(transpose(phi), product(a, phi))
-    size = linear.largest(inside)
-    values = [row[i] for i, row in enumerate(inside)]
-    return [choose(above(abs(x), ROUNDING * size), x, 0.0) for x in values]
+    values = zip((row[i] for i, row in enumerate(inside)), _lost(phi, a), strict=True)
+    return [choose(above(abs(x), lost), x, 0.0) for x, lost in values]
+
+
+def _lost(phi: Matrix, a: Matrix) -> Vector:
+    """Rounding of that diagonal: of the terms that add up to it."""
+    sizes = linear.absolute(phi)
+    terms = zip(transpose(sizes), transpose(product(linear.absolute(a), sizes)), strict=True)
+    return [ROUNDING * dot(x, y) for x, y in terms]

@@ -16,7 +16,10 @@
 
 namespace {
 
-using shape = vi::fixed<6, 1, 1>;
+#ifndef MIXED
+#define MIXED false // engine_test_mixed.cpp
+#endif
+using shape = vi::fixed<6, 1, 1, MIXED>;
 using flow = vi::modal_flow<double, shape>;
 using system_type = binding::system_of<flow>;
 using starts_type = std::vector<binding::start_data>;

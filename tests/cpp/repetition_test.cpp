@@ -10,7 +10,10 @@
 namespace {
 
 // A damped oscillator, a block that is free, braked or pushed, and a forcing line.
-using flow = vi::modal_flow<double, vi::fixed<6, 1, 1>>;
+#ifndef MIXED
+#define MIXED false // repetition_test_mixed.cpp
+#endif
+using flow = vi::modal_flow<double, vi::fixed<6, 1, 1, MIXED>>;
 using mode = vi::mode<double, flow>;
 using state = vi::vec<double, 6>;
 using point = vi::detail::flight_point<double>;
@@ -28,7 +31,8 @@ void draw_system(mode& m) {
     const double k[] = {rate * rate, 0.0, omega * omega}, c[] = {2.0 * zeta * rate, brake, 0.0};
     const double a[] = {uniform(-0.5, 0.5), uniform(-0.5, 0.5), 0.0};
     vi::set_flow(m.flow, {step, k, c, a, nullptr, nullptr});
-    const double row[] = {1.0, 0.0, -1.0, 0.0, uniform(-1.0, 1.0), uniform(-1.0, 1.0)};
+    const auto lag = [] { return MIXED ? uniform(-1.0, 1.0) : 0.0; };
+    const double row[] = {1.0, lag(), -1.0, lag(), uniform(-1.0, 1.0), uniform(-1.0, 1.0)};
     vi::set_guard(m.guards[0], {row, 0.1, -1.0, 1.0, 0}, m.flow);
     vi::prepare_quick(m);
 }

@@ -35,6 +35,7 @@ inline binding::system_data read_system(reader& in) {
     binding::system_data data{};
     data.dimension = in.integer();
     data.degrees = in.integer();
+    data.mixed = in.integer() != 0;
     data.omegas = in.numbers();
     data.kappas = in.numbers();
     data.step = in.number();

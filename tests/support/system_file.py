@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def system_text(system: Any, states: Sequence[vi.State]) -> str:
     """The system with every mode it begins with, and the states."""
     hybrid = Hybrid(mechanism_of(system))
-    out = [str(hybrid.size), str(hybrid.mechanism.degrees)]
+    out = [str(hybrid.size), str(hybrid.mechanism.degrees), str(int(hybrid.mixed))]
     out += [*_words(hybrid.omegas), *_words(hybrid.kappas), float(hybrid.step).hex()]
     laws = hybrid.laws()
     out.append(str(len(laws)))

@@ -17,7 +17,7 @@ struct batch_arrays {
     long long degrees;
     long long lines;
     long long contacts;
-    long long mixed; // whether positions show q' of blocks
+    long long mixed; // whether positions show q' of blocks in free flight
 
     // systems: what _kernel.Batch is told of one, leading axis the systems
     const double* omegas;

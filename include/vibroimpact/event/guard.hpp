@@ -182,7 +182,7 @@ VI_HOT T watch_distance(const guard<R, Dimension, Orders>& g, const vec<T, Dimen
 template <class T, class R, int Dimension, int Orders, class Flow>
 VI_HOT T watch_speed(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                      const Flow& flow) {
-    T sum = T(0.0);
+    T sum = flow.mixed() ? T(g.gains[1]) : T(0.0);
     flow.each_oscillator([&](auto j) VI_WITHIN {
         if (flow.mixed())
             sum = fma(g.rows[1][2 * j + 1], y[2 * j + 1], fma(g.rows[1][2 * j], y[2 * j], sum));
@@ -202,17 +202,16 @@ VI_HOT vec<T, 4> expand(const guard<R, Dimension, Orders>& g, const vec<T, Dimen
     T u = T(g.gains[0]), slope = T(0.0), bend = T(0.0), twist = T(0.0);
     flow.each_oscillator([&](auto j) VI_WITHIN {
         const T &q = y[2 * j], &v = y[2 * j + 1];
-        const R& row = g.rows[0][2 * j];
+        const R &row = g.rows[0][2 * j], &also = g.rows[0][2 * j + 1];
         u = fma(row, q, u);
         slope = fma(row, v, slope);
+        if (flow.mixed()) u = fma(also, v, u);
         if (flow.template drifts<T>(j)) return;
         const T rate = flow.pull(j, q, v);
         const T change = fma(flow.c[j], rate, flow.k[j] * v); // -q'''
         bend = fma(row, rate, bend);
         twist = fnma(row, change, twist);
         if (!flow.mixed()) return;
-        const R& also = g.rows[0][2 * j + 1];
-        u = fma(also, v, u);
         slope = fma(also, rate, slope);
         bend = fnma(also, change, bend);
         twist = fma(also, fnma(flow.k[j], rate, flow.c[j] * change), twist);

@@ -1,10 +1,12 @@
 // Linear systems and null spaces by elimination with complete pivoting.
 //
-// Method      P A Q = L U, the largest entry that is left being the next pivot: it reveals the rank.
+// Method      Rows are scaled by powers of two to the order of one. P A Q = L U, the largest entry that
+//             is left being the next pivot: it reveals the rank.
 // Accuracy    backward stable
 // Reference   Golub, Van Loan, Matrix Computations (2013), section 3.4.8
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -35,12 +37,22 @@ inline column operator*(const square_matrix& a, const column& x) {
     return out;
 }
 
+// A power of two that is next to x > 0.
+inline double power_near(double x) {
+    int exponent = 0;
+    std::frexp(x, &exponent);
+    return std::ldexp(1.0, exponent);
+}
+
 class elimination {
 public:
-    explicit elimination(const square_matrix& a) : u_(a), rows_(a.size()), columns_(a.size()) {
+    explicit elimination(const square_matrix& a)
+        : u_(a), scales_(a.size()), rows_(a.size()), columns_(a.size()) {
         const std::size_t n = u_.size();
-        for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t i = 0; i < n; ++i) {
             rows_[i] = columns_[i] = i;
+            scale(i);
+        }
         for (std::size_t step = 0; step < n; ++step) {
             bring_largest(step);
             if (u_(step, step) == 0.0) return;
@@ -49,14 +61,11 @@ public:
         }
     }
 
-    // The smallest pivot; zero where the matrix is singular.
-    double last_pivot() const { return std::abs(u_(u_.size() - 1, u_.size() - 1)); }
-
     column solve(const column& b) const {
         const std::size_t n = u_.size();
         column x(n);
         for (std::size_t i = 0; i < n; ++i) {
-            x[i] = b[rows_[i]];
+            x[i] = b[rows_[i]] * scales_[rows_[i]];
             for (std::size_t j = 0; j < i; ++j)
                 x[i] -= u_(i, j) * x[j];
         }
@@ -74,6 +83,14 @@ public:
     }
 
 private:
+    void scale(std::size_t i) {
+        double largest = 0.0;
+        for (std::size_t j = 0; j < u_.size(); ++j)
+            largest = std::max(largest, std::abs(u_(i, j)));
+        scales_[i] = largest > 0.0 ? 1.0 / power_near(largest) : 1.0;
+        for (std::size_t j = 0; j < u_.size(); ++j)
+            u_(i, j) *= scales_[i];
+    }
     void bring_largest(std::size_t step) {
         std::size_t row = step, to = step;
         for (std::size_t i = step; i < u_.size(); ++i)
@@ -105,6 +122,7 @@ private:
     }
 
     square_matrix u_; // below its diagonal, L
+    column scales_;   // of rows of A
     std::vector<std::size_t> rows_, columns_;
 };
 

@@ -7,7 +7,6 @@
 // Reference   Golub, Van Loan, Matrix Computations (2013), sections 7.4.2 and 7.5
 #pragma once
 
-#include <algorithm>
 #include <complex>
 
 #include "elimination.hpp"

@@ -1,0 +1,9 @@
+#include "batch_lanes.hpp"
+
+namespace binding {
+
+void run_modal_small_mixed(const batch_run& b, question ask) {
+    run_in_lanes<vi::modal_flow<double, vi::fixed<6, 1, 1, true>>>(b, ask);
+}
+
+} // namespace binding

@@ -1,0 +1,3 @@
+// engine_test for systems whose positions show q' of blocks, too.
+#define MIXED true
+#include "engine_test.cpp" // NOLINT(bugprone-suspicious-include)
