@@ -4,8 +4,8 @@
 //             those with signs of phi^T (2 lambda + D) phi that differ, the nearest first: only such
 //             can meet and become conjugate, and there are as many of either sign, since
 //             lambda^2 + D lambda + A is positive definite at both ends.                    (1)
-//             Each pair is a block (pair.hpp). The state (x, x') is a square matrix T times all
-//             (q, q'), and its inverse leads back.
+//             Each pair is a block (pair.hpp, real_pair.hpp). The state (x, x') is a square matrix T
+//             times all (q, q'), and its inverse leads back.
 // Accuracy    T T^-1 = 1 to rounding times the sum of |T| |T^-1| on its diagonal
 // Fails       `found` is false: no such blocks, some k or c < 0, or that sum is too large: eigenvalues
 //             of several pairs that nearly meet
@@ -14,7 +14,7 @@
 #pragma once
 
 #include "eigenvalues.hpp"
-#include "pair.hpp"
+#include "real_pair.hpp"
 
 namespace vi {
 
@@ -27,8 +27,6 @@ struct decoupled {
 inline constexpr double most_cancelled = 256.0; // of |T| |T^-1|: eight bits
 
 namespace detail {
-
-inline constexpr double zero_beside_one = 0x1p-42; // of eigenvalues, beside the fastest
 
 inline square_matrix companion(const damped_system& s) {
     const std::size_t n = s.degrees();
@@ -55,13 +53,10 @@ struct two_values {
     double first, second, imaginary = 0.0;
 };
 
-// Of two real eigenvalues, as a part of the larger one.
+// Of two real eigenvalues, as a part of the larger one. Where it is far, one is a thousandth of it.
+inline constexpr double far = 1.0 - 0x1p-10;
 inline double distance(double a, double b) {
     return std::abs(a - b) / std::max(std::abs(a), std::abs(b));
-}
-
-inline bool are_close(const two_values& p) {
-    return p.imaginary != 0.0 || distance(p.first, p.second) < 0.5;
 }
 
 // Take the nearest two from lists of + and -.
@@ -79,17 +74,20 @@ inline two_values take_nearest(column& positive, column& negative) {
     return out;
 }
 
-// (1); fewer than there are where that fails.
+// (1), the smallest so many being zero; fewer than there are where that fails.
 inline std::vector<two_values> paired(const damped_system& s,
-                                      const std::vector<std::complex<double>>& values) {
+                                      std::vector<std::complex<double>> values, std::size_t zeros) {
+    const auto size = [](const auto& x) { return x.real() * x.real() + x.imag() * x.imag(); };
+    std::stable_sort(values.begin(), values.end(), // no library rounds differently
+                     [&](const auto& a, const auto& b) { return size(a) < size(b); });
+    std::fill_n(values.begin(), std::min(zeros, values.size()), 0.0);
     std::vector<two_values> out;
     column positive, negative;
     for (const auto& x : values) {
-        const double real = std::abs(x) <= zero_beside_one ? 0.0 : x.real();
-        if (real == 0.0 || x.imag() == 0.0)
-            (is_positive(s, real) ? positive : negative).push_back(real);
+        if (x.imag() == 0.0)
+            (is_positive(s, x.real()) ? positive : negative).push_back(x.real());
         else if (x.imag() > 0.0)
-            out.push_back({real, real, x.imag()});
+            out.push_back({x.real(), x.real(), x.imag()});
     }
     while (!positive.empty() && !negative.empty())
         out.push_back(take_nearest(positive, negative));
@@ -137,18 +135,15 @@ inline double fastest_rate(const damped_system& s) {
 // A block for every two eigenvalues; fewer than there are where that fails. Rates of the order of one.
 inline std::vector<moving_pair> blocks_of(const damped_system& s) {
     std::vector<moving_pair> out;
-    const auto pairs = paired(s, eigenvalues(companion(s)));
-    const auto loose = std::count_if(pairs.begin(), pairs.end(),
-                                     [](const two_values& p) { return p.first == 0.0; });
-    std::size_t met = 0; // of these
-    const auto at = [&](double value) {
-        return value == 0.0 ? loose_value(s, met++, static_cast<std::size_t>(loose))
-                            : real_value_near(s, value);
-    };
-    for (const auto& p : pairs) {
-        const double product = p.first * p.second + p.imaginary * p.imaginary;
-        const auto block = are_close(p) ? pair_of(s, product, p.first + p.second)
-                                        : pair_of(at(p.first), at(p.second));
+    const auto loose = loose_shapes(s);
+    const auto pairs = paired(s, eigenvalues(companion(s)), loose.size());
+    const auto at = [&](double value) { return real_value_near(s, value); };
+    for (const auto& [first, second, imaginary] : pairs) {
+        const bool close = imaginary != 0.0 || distance(first, second) < far;
+        const auto block = close
+                               ? pair_of(s, first * second + imaginary * imaginary, first + second)
+                           : first == 0.0 ? pair_with_zero(s, loose, at(second))
+                                          : pair_of(s, at(first), at(second));
         if (block) out.push_back(*block);
     }
     return out;

@@ -61,6 +61,14 @@ public:
         }
     }
 
+    // Dimensions of the null space: pivots that are rounding beside the first.
+    std::size_t null_dimensions() const {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < u_.size(); ++i)
+            count += !(std::abs(u_(i, i)) > 0x1p-42 * std::abs(u_(0, 0)));
+        return count;
+    }
+
     column solve(const column& b) const {
         const std::size_t n = u_.size();
         column x(n);

@@ -9,11 +9,9 @@
 //             Newton's method on (1), orthogonally to both dimensions, is regular also where the two
 //             eigenvalues are one, where each of them alone would keep half the digits.
 //             A block is found in its own time: beside stiff parts it keeps the digits of its own.
-//             Two real eigenvalues that are far apart, among them 0 of what no spring holds, are found
-//             each in its own time, with shapes phi: R + lambda S = phi at both.             (3)
 // Accuracy    every row of (1) to rounding of its terms
 // Fails       nothing, where that is not so, or k or c < 0
-// Reference   theory.md, "Flight"; on such pairs of polynomials: Betcke, Kressner, Linear Algebra and
+// Reference   (1) is (T11b) of theory.md; on such pairs of polynomials: Betcke, Kressner, Linear Algebra and
 //             its Applications 435 (2011) 514-536
 #pragma once
 
@@ -42,12 +40,6 @@ struct moving_pair {
         }
         return out;
     }
-};
-
-// A real eigenvalue and its shape.
-struct real_value {
-    double value;
-    column shape;
 };
 
 namespace detail {
@@ -204,52 +196,7 @@ inline moving_pair back_from_time_of(moving_pair p, double rate) {
     return p;
 }
 
-// lambda^2 + D lambda + A.
-inline square_matrix pencil(const damped_system& s, double value) {
-    square_matrix out(s.degrees());
-    for (std::size_t i = 0; i < s.degrees(); ++i) {
-        for (std::size_t j = 0; j < s.degrees(); ++j)
-            out(i, j) = s.stiffness(i, j) + value * s.damping(i, j);
-        out(i, i) += value * value;
-    }
-    return out;
-}
-
-inline void newton_step(const damped_system& s, real_value& x) {
-    const std::size_t n = s.degrees();
-    const square_matrix a = pencil(s, x.value);
-    const column by_value = sum_of(2.0 * x.value, x.shape, 1.0, s.damping * x.shape);
-    square_matrix bordered(n + 1);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t j = 0; j < n; ++j)
-            bordered(i, j) = a(i, j);
-        bordered(i, n) = by_value[i];
-        bordered(n, i) = x.shape[i];
-    }
-    column left = a * x.shape;
-    left.push_back(0.0);
-    const column change = elimination(bordered).solve(left);
-    for (std::size_t i = 0; i < n; ++i)
-        x.shape[i] -= change[i];
-    x.value -= change[n];
-}
-
 inline constexpr int newton_steps = 4;
-
-inline bool is_settled(const damped_system& s, const real_value& x) {
-    const square_matrix a = pencil(s, x.value);
-    const double most = lost * static_cast<double>(s.degrees());
-    for (std::size_t i = 0; i < s.degrees(); ++i) {
-        double left = 0.0, terms = x.value * x.value * std::abs(x.shape[i]);
-        for (std::size_t j = 0; j < s.degrees(); ++j) {
-            left += a(i, j) * x.shape[j];
-            const double dash = std::abs(x.value * s.damping(i, j));
-            terms += (std::abs(s.stiffness(i, j)) + dash) * std::abs(x.shape[j]);
-        }
-        if (!(std::abs(left) <= most * terms)) return false;
-    }
-    return true;
-}
 
 } // namespace detail
 
@@ -266,42 +213,6 @@ inline std::optional<moving_pair> pair_of(const damped_system& s, double product
     if (std::abs(p.c) <= lost) p.c = 0.0; // rounding
     if (!is_settled(own, p)) return {};
     return back_from_time_of(std::move(p), rate);
-}
-
-// The real eigenvalue next to this one, with its shape.
-inline std::optional<real_value> real_value_near(const damped_system& s, double value) {
-    using namespace detail;
-    const double rate = power_near(std::abs(value));
-    const damped_system own = in_time_of(s, rate);
-    real_value x{value / rate, elimination(pencil(own, value / rate)).null_vector(0, 1)};
-    for (int i = 0; i < newton_steps; ++i)
-        newton_step(own, x);
-    if (!is_settled(own, x)) return {};
-    x.value *= rate;
-    return x;
-}
-
-// Eigenvalue 0 with vector i of the null space of A, which has so many dimensions.
-inline std::optional<real_value> loose_value(const damped_system& s, std::size_t i,
-                                             std::size_t dimensions) {
-    const real_value x{0.0, elimination(s.stiffness).null_vector(i, dimensions)};
-    return detail::is_settled(s, x) ? std::optional(x) : std::nullopt;
-}
-
-// (3)
-inline std::optional<moving_pair> pair_of(const std::optional<real_value>& a,
-                                          const std::optional<real_value>& b) {
-    using namespace detail;
-    if (!a || !b) return {};
-    moving_pair out{a->value * b->value, -(a->value + b->value), {}};
-    if (!(out.k >= 0.0 && out.c >= 0.0)) return {};
-    const double size = std::sqrt(dot(a->shape, a->shape) / dot(b->shape, b->shape));
-    const double factor = dot(a->shape, b->shape) < 0.0 ? -size : size;
-    const double apart = b->value - a->value;
-    const column lag = sum_of(factor / apart, b->shape, -1.0 / apart, a->shape);
-    out.shape = sum_of(1.0, a->shape, -a->value, lag);
-    out.shape.insert(out.shape.end(), lag.begin(), lag.end());
-    return out;
 }
 
 } // namespace vi

@@ -22,7 +22,8 @@ class Vibrations(NamedTuple):
 class NormalForm(NamedTuple):
     """A reduced system in xi = shape eta: unit masses, and no more coupled than it must be.
 
-    Of diagonal entries, what is lost in rounding their terms: of either matrix.
+    The diagonals of both matrices are known to what rounding of their terms has left: but for
+    ``lost_stiffness`` and ``lost_damping``.
     """
 
     shape: Matrix
