@@ -11,24 +11,29 @@ namespace binding {
 
 namespace {
 
-// Tables of every system, in turn.
+// Of every system, in turn; zeros where there are no blocks.
 struct tables {
+    std::size_t n;
     std::vector<double> found, k, c, positions, velocities, back;
 
-    void add(const vi::decoupled& d, std::size_t n) {
-        found.push_back(d.found ? 1.0 : 0.0);
-        for (std::size_t i = 0; i < n; ++i) {
-            k.push_back(d.found ? d.blocks[i].k : 0.0);
-            c.push_back(d.found ? d.blocks[i].c : 0.0);
-        }
-        for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t j = 0; j < n; ++j) {
-                positions.push_back(d.found ? d.blocks[j].shape[i] : 0.0);
-                velocities.push_back(d.found ? d.blocks[j].shape[n + i] : 0.0);
+    tables(std::size_t systems, std::size_t degrees)
+        : n(degrees), found(systems), k(systems * n), c(systems * n), positions(systems * n * n),
+          velocities(systems * n * n), back(systems * 4 * n * n) {}
+
+    void put(std::size_t s, const vi::decoupled& d) {
+        if (!d.found) return;
+        found[s] = 1.0;
+        for (std::size_t j = 0; j < n; ++j) {
+            k[s * n + j] = d.blocks[j].k;
+            c[s * n + j] = d.blocks[j].c;
+            for (std::size_t i = 0; i < n; ++i) {
+                positions[(s * n + i) * n + j] = d.blocks[j].shape[i];
+                velocities[(s * n + i) * n + j] = d.blocks[j].shape[n + i];
             }
+        }
         for (std::size_t i = 0; i < 2 * n; ++i)
             for (std::size_t j = 0; j < 2 * n; ++j)
-                back.push_back(d.found ? d.back[i][j] : 0.0);
+                back[(s * 2 * n + i) * 2 * n + j] = d.back[i][j];
     }
 };
 
@@ -46,13 +51,13 @@ nb::object decouple(const array& stiffness, const array& damping) {
         throw std::invalid_argument("stiffness and damping must have the shape (S, n, n).");
     const std::size_t systems = stiffness.shape(0), n = stiffness.shape(1);
     const double *first = stiffness.data(), *second = damping.data();
-    tables out;
+    tables out(systems, n);
     {
         const nb::gil_scoped_release release;
-        for (std::size_t s = 0; s < systems; ++s)
-            out.add(
-                vi::decouple({matrix_at(first + s * n * n, n), matrix_at(second + s * n * n, n)}),
-                n);
+        for (std::size_t s = 0; s < systems; ++s) {
+            const std::size_t at = s * n * n;
+            out.put(s, vi::decouple({matrix_at(first + at, n), matrix_at(second + at, n)}));
+        }
     }
     nb::dict parts;
     parts["found"] = to_numpy(std::move(out.found), {systems});

@@ -134,4 +134,21 @@ private:
     std::vector<std::size_t> rows_, columns_;
 };
 
+// The solution of A x + B y = b, C^T x = 0, both parts: `columns` are those of B, `rows` those of C.
+inline column solve_bordered(const square_matrix& a, const std::vector<column>& columns,
+                             const std::vector<column>& rows, column b) {
+    const std::size_t n = a.size();
+    square_matrix bordered(n + columns.size());
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < n; ++j)
+            bordered(i, j) = a(i, j);
+        for (std::size_t j = 0; j < columns.size(); ++j) {
+            bordered(i, n + j) = columns[j][i];
+            bordered(n + j, i) = rows[j][i];
+        }
+    }
+    b.resize(bordered.size());
+    return elimination(bordered).solve(b);
+}
+
 } // namespace vi

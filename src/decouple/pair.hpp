@@ -11,8 +11,8 @@
 //             A block is found in its own time: beside stiff parts it keeps the digits of its own.
 // Accuracy    every row of (1) to rounding of its terms
 // Fails       nothing, where that is not so, or k or c < 0
-// Reference   (1) is (T11b) of theory.md; on such pairs of polynomials: Betcke, Kressner, Linear Algebra and
-//             its Applications 435 (2011) 514-536
+// Reference   (1) is (T11b) of theory.md; on such pairs of polynomials: Betcke, Kressner, Linear
+//             Algebra and its Applications 435 (2011) 514-536
 #pragma once
 
 #include <optional>
@@ -73,27 +73,24 @@ inline square_matrix matrix_of(const damped_system& s, double k, double c) {
     }
     return out;
 }
-inline column change_with_k(const damped_system& s, const moving_pair& p) {
+struct changes {
+    column with_k, with_c;
+};
+inline changes changes_of(const damped_system& s, const moving_pair& p) {
     const std::size_t n = s.degrees();
     const column rate = p.velocity();
-    column out(2 * n);
+    changes out{column(2 * n), column(2 * n)};
     for (std::size_t i = 0; i < n; ++i) {
-        out[i] = -rate[n + i];
-        out[n + i] = -p.shape[n + i];
-        for (std::size_t j = 0; j < n; ++j)
-            out[i] -= s.damping(i, j) * p.shape[n + j];
-    }
-    return out;
-}
-inline column change_with_c(const damped_system& s, const moving_pair& p) {
-    const std::size_t n = s.degrees();
-    const column rate = p.velocity();
-    column out(2 * n);
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = p.k * p.shape[n + i];
-        out[n + i] = p.c * p.shape[n + i] - rate[n + i];
-        for (std::size_t j = 0; j < n; ++j)
-            out[n + i] -= s.damping(i, j) * p.shape[n + j];
+        const double lag = p.shape[n + i];
+        out.with_k[i] = -rate[n + i];
+        out.with_k[n + i] = -lag;
+        out.with_c[i] = p.k * lag;
+        out.with_c[n + i] = p.c * lag - rate[n + i];
+        for (std::size_t j = 0; j < n; ++j) {
+            const double dash = s.damping(i, j) * p.shape[n + j];
+            out.with_k[i] -= dash;
+            out.with_c[n + i] -= dash;
+        }
     }
     return out;
 }
@@ -133,20 +130,9 @@ inline column least_mixed(column x, column y) {
 
 inline void newton_step(const damped_system& s, moving_pair& p) {
     const std::size_t n = p.shape.size();
-    const square_matrix a = matrix_of(s, p.k, p.c);
-    const column by_k = change_with_k(s, p), by_c = change_with_c(s, p), other = p.velocity();
-    square_matrix bordered(n + 2);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t j = 0; j < n; ++j)
-            bordered(i, j) = a(i, j);
-        bordered(i, n) = by_k[i];
-        bordered(i, n + 1) = by_c[i];
-        bordered(n, i) = p.shape[i];
-        bordered(n + 1, i) = other[i];
-    }
-    column left = left_of(s, p);
-    left.resize(n + 2);
-    const column change = elimination(bordered).solve(left);
+    const auto by = changes_of(s, p);
+    const column change = solve_bordered(matrix_of(s, p.k, p.c), {by.with_k, by.with_c},
+                                         {p.shape, p.velocity()}, left_of(s, p));
     for (std::size_t i = 0; i < n; ++i)
         p.shape[i] -= change[i];
     p.k -= change[n];

@@ -38,16 +38,7 @@ inline void newton_step(const damped_system& s, real_value& x) {
     const std::size_t n = s.degrees();
     const square_matrix a = pencil(s, x.value);
     const column by_value = sum_of(2.0 * x.value, x.shape, 1.0, s.damping * x.shape);
-    square_matrix bordered(n + 1);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t j = 0; j < n; ++j)
-            bordered(i, j) = a(i, j);
-        bordered(i, n) = by_value[i];
-        bordered(n, i) = x.shape[i];
-    }
-    column left = a * x.shape;
-    left.push_back(0.0);
-    const column change = elimination(bordered).solve(left);
+    const column change = solve_bordered(a, {by_value}, {x.shape}, a * x.shape);
     for (std::size_t i = 0; i < n; ++i)
         x.shape[i] -= change[i];
     x.value -= change[n];
@@ -101,22 +92,6 @@ inline std::vector<column> loose_shapes(const damped_system& s) {
 
 namespace detail {
 
-// A^-1 b, where b is such that no loose shape is moved: among all solutions the one that has none.
-inline column held_by(const damped_system& s, const std::vector<column>& loose, column b) {
-    const std::size_t n = s.degrees();
-    square_matrix bordered(n + loose.size());
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t j = 0; j < n; ++j)
-            bordered(i, j) = s.stiffness(i, j);
-        for (std::size_t j = 0; j < loose.size(); ++j)
-            bordered(i, n + j) = bordered(n + j, i) = loose[j][i];
-    }
-    b.resize(bordered.size());
-    column x = elimination(bordered).solve(b);
-    x.resize(n);
-    return x;
-}
-
 // The pair if it is one in its own time.
 inline std::optional<moving_pair> checked(const damped_system& s, moving_pair p, double rate) {
     if (!is_settled(in_time_of(s, rate), back_from_time_of(p, 1.0 / rate))) return {};
@@ -135,8 +110,10 @@ inline std::optional<moving_pair> pair_with_zero(const damped_system& s,
     moving_pair out{0.0, -value, column(shape.size())};
     for (const auto& v : loose)
         out.shape = sum_of(1.0, out.shape, dot(v, shape), v);
-    const column lag = held_by(s, loose, sum_of(-value, shape, -1.0, s.damping * shape));
-    out.shape.insert(out.shape.end(), lag.begin(), lag.end());
+    const column force = sum_of(-value, shape, -1.0, s.damping * shape);
+    const column lag = solve_bordered(s.stiffness, loose, loose, force); // not along loose ones
+    const auto end = lag.begin() + static_cast<std::ptrdiff_t>(s.degrees());
+    out.shape.insert(out.shape.end(), lag.begin(), end);
     return checked(s, std::move(out), power_near(std::abs(value)));
 }
 

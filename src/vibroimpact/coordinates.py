@@ -75,19 +75,17 @@ def blocks_of_modes(m: Mechanism, r: Reduced, vibrations: Vibrations) -> Blocks:
 def blocks_of_pairs(m: Mechanism, r: Reduced, d: Decoupled) -> Blocks:
     """Any damping: positions show q', too, and impulses change q."""
     shown, also = product(r.basis, d.positions), product(r.basis, d.velocities)
+    q_of_x, q_of_v, v_of_x, v_of_v = d.back
     by_q = [[-k * s for k, s in zip(d.k, row, strict=True)] for row in also]
     by_rate = [
         [x - c * s for x, c, s in zip(row, d.c, more, strict=True)]
         for row, more in zip(shown, also, strict=True)
     ]
     back = [
-        product(transpose(product(r.basis, a)), m.mass)
-        for a in (d.q_of_x, d.v_of_x, d.q_of_v, d.v_of_v)
+        product(transpose(product(r.basis, a)), m.mass) for a in (q_of_x, v_of_x, q_of_v, v_of_v)
     ]
     pushes = [
-        _interleaved(
-            *(transpose([apply(transpose(a), f) for f in both]) for a in (d.q_of_v, d.v_of_v))
-        )
+        _interleaved(*(transpose([apply(transpose(a), f) for f in both]) for a in (q_of_v, v_of_v)))
         for both in zip(r.sines, r.cosines, strict=True)
     ]
     offset = [x + y for x, y in zip(r.offset, apply(r.basis, d.rest), strict=True)]

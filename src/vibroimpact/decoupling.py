@@ -25,17 +25,16 @@ from vibroimpact.reduction import Reduced
 from vibroimpact.scalars import ROUNDING, greatest, least
 from vibroimpact.vibrations import NormalForm, diagonal, unit_form
 
-WIDEST = (
-    2.0**-20
-)  # (slowest / fastest)^2 of blocks in turned coordinates: six digits are lost there
+# (slowest / fastest)^2 of blocks that are found in turned coordinates: six digits are lost there.
+WIDEST = 2.0**-20
 
 
 class Decoupled(NamedTuple):
     """Blocks q'' = -k q - c q' + a.
 
-    Columns of ``positions`` and ``velocities`` are those of the blocks, and so are those of the
-    matrices of the way back: from the momenta N^T M N (xi - rest) and N^T M N xi', ``q_of_x`` and
-    ``q_of_v`` transposed give q, ``v_of_x`` and ``v_of_v`` give q'.
+    Columns of ``positions`` and ``velocities`` are those of the blocks, and so are those of
+    ``back``: transposed, its matrices give q of the momenta N^T M N (xi - rest) and N^T M N xi',
+    then q' of these. Of a group the same in its own coordinates, of unit masses.
     """
 
     k: Vector
@@ -44,25 +43,10 @@ class Decoupled(NamedTuple):
     rest: Vector
     positions: Matrix
     velocities: Matrix
-    q_of_x: Matrix
-    q_of_v: Matrix
-    v_of_x: Matrix
-    v_of_v: Matrix
+    back: tuple[Matrix, ...]
 
 
 _ONE, _NONE = [[1.0]], [[0.0]]
-
-
-class _Group(NamedTuple):
-    """Blocks of coordinates that move together; ``back`` as the last ones of Decoupled."""
-
-    k: Vector
-    c: Vector
-    a: Vector
-    rest: Vector
-    positions: Matrix
-    velocities: Matrix
-    back: tuple[Matrix, ...]
 
 
 def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
@@ -87,7 +71,7 @@ def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
     return Decoupled(
         k, c, a, apply([list(chain(*rows)) for rows in zip(*shapes, strict=True)], rest),
         joined(b.positions for b in blocks), joined(b.velocities for b in blocks),
-        *map(joined, zip(*(b.back for b in blocks), strict=True)),
+        tuple(map(joined, zip(*(b.back for b in blocks), strict=True))),
     )  # fmt: skip
 
 
@@ -95,15 +79,15 @@ def _columns(a: Matrix, which: list[int]) -> Matrix:
     return [[row[i] for i in which] for row in a]
 
 
-def _alone(r: Reduced, form: NormalForm, group: list[int]) -> _Group:
+def _alone(r: Reduced, form: NormalForm, group: list[int]) -> Decoupled:
     """One that moves alone: a block as it is."""
     shape = _columns(form.shape, group)
     k, c = (diagonal(shape, a) for a in (r.stiffness, r.damping))
     push = apply(transpose(shape), r.constant)
-    return _Group(k, c, push, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
+    return Decoupled(k, c, push, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
 
 
-def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -> _Group | None:
+def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -> Decoupled | None:
     """Several: the kernel finds their blocks; slow ones only where they keep their digits."""
     stiffness, damping = (
         [[0.5 * (a[i][j] + a[j][i]) for j in group] for i in group]
@@ -121,14 +105,14 @@ def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -
     return found._replace(rest=_rest(found, apply(down, r.constant)))
 
 
-def _forces(b: _Group, push: Vector) -> Vector:
+def _forces(b: Decoupled, push: Vector) -> Vector:
     """F + c p of every block, with p added to q and f to q'."""
     _, q_of_v, _, v_of_v = map(transpose, b.back)
     both = zip(apply(v_of_v, push), b.c, apply(q_of_v, push), strict=True)
     return [f + c * p for f, c, p in both]
 
 
-def _is_driven(b: _Group, push: Vector, terms: Vector) -> bool:
+def _is_driven(b: Decoupled, push: Vector, terms: Vector) -> bool:
     """Whether a constant force drives a block that no spring holds."""
     sizes = _forces(b._replace(back=tuple(map(linear.absolute, b.back))), terms)
     noise = [ROUNDING * len(push) * x for x in sizes]
@@ -136,7 +120,7 @@ def _is_driven(b: _Group, push: Vector, terms: Vector) -> bool:
     return any(not k > 0.0 and abs(force) > least for k, force, least in both)
 
 
-def _rest(b: _Group, push: Vector) -> Vector:
+def _rest(b: Decoupled, push: Vector) -> Vector:
     """Where a constant force holds them: k q = f + c p, and the second coordinate is -p.
 
     What stops hold pulls at no block that no spring holds, but for rounding.
@@ -147,7 +131,7 @@ def _rest(b: _Group, push: Vector) -> Vector:
     return [dot(shown, at) - dot(also, p) for shown, also in both]
 
 
-def _blocks(stiffness: Matrix, damping: Matrix) -> _Group | None:
+def _blocks(stiffness: Matrix, damping: Matrix) -> Decoupled | None:
     """Blocks of coupled systems of unit masses, in numbers of any kind."""
     numbers: list[Any] = [x for a in (stiffness, damping) for row in a for x in row]
     arrays = [x.values if isinstance(x, Column) else np.array(x) for x in numbers]
@@ -168,7 +152,7 @@ def _blocks(stiffness: Matrix, damping: Matrix) -> _Group | None:
     k, c = ([as_given(found[name][:, i]) for i in range(n)] for name in "kc")
     back = found["back"].reshape(-1, n, 2, 2, n)  # system, block, q or q', of x or v, coordinate
     ways = [back[:, :, entry, of].transpose(0, 2, 1) for entry in (0, 1) for of in (0, 1)]
-    return _Group(
+    return Decoupled(
         k, c, [0.0] * n, [0.0] * n,
         matrix(found["positions"]), matrix(found["velocities"]), tuple(map(matrix, ways)),
     )  # fmt: skip
