@@ -74,10 +74,7 @@ namespace detail {
 template <int N, class Shape>
 inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, Shape>& from,
                       int i) {
-    to.dimension_ = from.dimension_;
-    to.contacts_ = from.contacts_;
-    to.lines_ = from.lines_;
-    to.mixed_ = from.mixed_;
+    static_cast<sizes<Shape>&>(to) = from;
     set_lane(to.step, i, from.step);
     to.pushed = to.pushed | from.pushed;
     for (int g = 0; g < grids; ++g) {

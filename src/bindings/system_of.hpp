@@ -194,10 +194,7 @@ private:
 
     vi::mode<double, Flow> compile(const mode_data& data) const {
         vi::mode<double, Flow> m{};
-        m.flow.dimension_ = n_;
-        m.flow.contacts_ = hybrid_.contacts();
-        m.flow.lines_ = lines_;
-        m.flow.mixed_ = data_.mixed;
+        static_cast<vi::sizes<Shape>&>(m.flow) = hybrid_;
         vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
                               data.b.data(), data.constant.data()});
         for (int i = 0; i < hybrid_.contacts(); ++i) {

@@ -23,7 +23,7 @@ from vibroimpact.columns import Column, agreed
 from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact.reduction import Reduced
 from vibroimpact.scalars import ROUNDING, greatest, least
-from vibroimpact.vibrations import NormalForm, diagonal, unit_form
+from vibroimpact.vibrations import NormalForm, alone, unit_form
 
 # (slowest / fastest)^2 of blocks that are found in turned coordinates: six digits are lost there.
 WIDEST = 2.0**-20
@@ -54,8 +54,11 @@ def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
     groups, plain = form.groups(), unit_form(r)
     whole = plain.groups()
     forms = [plain if len(group) > 1 and group in whole else form for group in groups]
+    single = *alone(r, form), apply(transpose(form.shape), r.constant)
     found = [
-        _together(r, used, group, turned=used is form) if len(group) > 1 else _alone(r, form, group)
+        _together(r, used, group, turned=used is form)
+        if len(group) > 1
+        else _single(*([x[group[0]]] for x in single))
         for used, group in zip(forms, groups, strict=True)
     ]
     blocks = [x for x in found if x]
@@ -79,12 +82,9 @@ def _columns(a: Matrix, which: list[int]) -> Matrix:
     return [[row[i] for i in which] for row in a]
 
 
-def _alone(r: Reduced, form: NormalForm, group: list[int]) -> Decoupled:
+def _single(k: Vector, c: Vector, a: Vector) -> Decoupled:
     """One that moves alone: a block as it is."""
-    shape = _columns(form.shape, group)
-    k, c = (diagonal(shape, a) for a in (r.stiffness, r.damping))
-    push = apply(transpose(shape), r.constant)
-    return Decoupled(k, c, push, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
+    return Decoupled(k, c, a, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
 
 
 def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -> Decoupled | None:

@@ -34,8 +34,11 @@ class NormalForm(NamedTuple):
 
     def coupling(self, i: int, j: int) -> float:
         """Of two coordinates; not above zero where that is rounding."""
+        n = len(self.shape)
         both = (self.stiffness, self.lost_stiffness), (self.damping, self.lost_damping)
-        return greatest(abs(a[i][j]) - square_root(lost[i] * lost[j]) for a, lost in both)
+        return greatest(
+            abs(a[i][j]) - square_root((n * lost[i]) * (n * lost[j])) for a, lost in both
+        )
 
     def groups(self) -> list[list[int]]:
         """Coordinates that move together."""
@@ -68,8 +71,16 @@ def normal_form(r: Reduced) -> NormalForm:
 
 
 def _form(r: Reduced, shape: Matrix, stiffness: Matrix, damping: Matrix) -> NormalForm:
-    lost = ([len(shape) * x for x in _lost(shape, a)] for a in (r.stiffness, r.damping))
+    lost = (_lost(shape, a) for a in (r.stiffness, r.damping))
     return NormalForm(shape, stiffness, damping, *lost)
+
+
+def alone(r: Reduced, form: NormalForm) -> tuple[Vector, Vector]:
+    """K and c of every coordinate, where it moves alone."""
+    return (
+        _diagonal(form.shape, r.stiffness, form.lost_stiffness),
+        _diagonal(form.shape, r.damping, form.lost_damping),
+    )
 
 
 def vibration_modes(r: Reduced, form: NormalForm) -> Vibrations | None:
@@ -77,14 +88,14 @@ def vibration_modes(r: Reduced, form: NormalForm) -> Vibrations | None:
     n = len(form.shape)
     if greatest(form.coupling(i, j) for i in range(n) for j in range(i)) > 0.0:
         return None
-    return Vibrations(form.shape, *(diagonal(form.shape, a) for a in (r.stiffness, r.damping)))
+    return Vibrations(form.shape, *alone(r, form))
 
 
 def rayleigh_modes(r: Reduced, damping: Proportion) -> Vibrations:
     """The modes of a system with Rayleigh's damping."""
     low = _lower(r)
     phi = linear.solve_upper(low, linear.symmetric_eigenvectors(_normal(low, r.stiffness)))
-    k = diagonal(phi, r.stiffness)
+    k = _diagonal(phi, r.stiffness, _lost(phi, r.stiffness))
     return Vibrations(phi, k, [damping.damping_of(x) for x in k])
 
 
@@ -100,11 +111,11 @@ def _normal(low: Matrix, a: Matrix) -> Matrix:
     return transpose(linear.solve_lower(low, transpose(linear.solve_lower(low, a))))
 
 
-def diagonal(phi: Matrix, a: Matrix) -> Vector:
-    """Diagonal of Phi^T A Phi, entries that are rounding of their terms set to zero."""
+def _diagonal(phi: Matrix, a: Matrix, lost: Vector) -> Vector:
+    """Diagonal of Phi^T A Phi, entries that are lost in rounding set to zero."""
     inside = product(transpose(phi), product(a, phi))
-    values = zip((row[i] for i, row in enumerate(inside)), _lost(phi, a), strict=True)
-    return [choose(above(abs(x), lost), x, 0.0) for x, lost in values]
+    values = zip((row[i] for i, row in enumerate(inside)), lost, strict=True)
+    return [choose(above(abs(x), least), x, 0.0) for x, least in values]
 
 
 def _lost(phi: Matrix, a: Matrix) -> Vector:
