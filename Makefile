@@ -52,7 +52,8 @@ lint: $(VENV)/.package $(VENV)/.lint
 	@echo '== lint: clang-format'
 	@$(BIN)/clang-format --dry-run --Werror $(CXXCODE)
 	@echo '== lint: clang-tidy'
-	@$(BIN)/clang-tidy --quiet $(HEADERS) -- -x c++ -std=c++20 -Iinclude 2>$(VENV)/tidy.log || { \
+	@printf '%s\n' $(HEADERS) | xargs -P $(JOBS) -n 8 sh -c \
+	  '$(BIN)/clang-tidy --quiet "$$@" -- -x c++ -std=c++20 -Iinclude' tidy 2>$(VENV)/tidy.log || { \
 	  grep -v Processing $(VENV)/tidy.log; exit 1; }
 	@echo '== lint: mypy'
 	@$(BIN)/mypy --no-error-summary

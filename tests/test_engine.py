@@ -98,6 +98,7 @@ GOLDEN = {"A": "123b71eeeb17718b", "B": "4419b2808c1791b9", "C": "4216bc64b3ac9d
           "A, steady": "2bfa07cfb6d3dbcf", COUPLED: "44a686bdc73136ac"}  # fmt: skip
 # Every build for the damper; for coupled masses one of another machine: the package is native.
 RUNS = [*((build, name) for build in BUILDS for name in SETS), ("gcc, neon", COUPLED)]
+LANES = {"gcc, avx2": "4", "gcc, avx512": "8", "gcc, neon": "2"}  # the others: of this processor
 
 
 def usual(name: str) -> str:
@@ -137,10 +138,10 @@ def test_each_lane_of_a_pack_has_the_bits_of_the_scalar_engine(
 ) -> None:
     said = run(workplace, build, name, "lanes", 400)
     for what in ("lanes", "tangents"):
-        found = re.findall(rf"{what} (\d) equal, statuses (\d+)", said)
-        assert [lanes for lanes, _ in found] == ["2", "4", "8"]
+        [(lanes, statuses)] = re.findall(rf"{what} (\d) equal, statuses (\d+)", said)
+        assert lanes == LANES.get(build, lanes)
         if name == "C":  # chatter (bit 2), stick (3) and release (4) happened in the lanes too
-            assert all(int(statuses) & 0b11100 == 0b11100 for _, statuses in found)
+            assert int(statuses) & 0b11100 == 0b11100
 
 
 @pytest.mark.parametrize("name", GOLDEN)
@@ -181,12 +182,6 @@ using form = vi::mixed_jet<3>;
 CUDA = (
     KERNEL
     % """
-template <class T, class Flow>
-__global__ void one_event(const vi::hybrid<Flow>* system,
-                          vi::trajectory<T, typename Flow::shape_type>* at, double* time) {
-    const int i = blockIdx.x * blockDim.x + threadIdx.x;
-    time[i] = vi::plain(vi::step(*system, at[i], 1e6).duration);
-}
 template <class Map>
 __global__ void one_segment(const Map* map, const typename Map::stop_type* stop,
                             vi::orbit_state<form>* z, double t) {
@@ -212,7 +207,8 @@ extern "C" double one_segment(const map* m, const map::stop_type* stop,
 
 
 @pytest.mark.parametrize("arch", ["sm_75", "sm_90"])
-def test_the_engine_compiles_for_cuda_without_a_gpu(arch: str) -> None:
+def test_prescribed_impacts_compile_for_cuda_without_a_gpu(arch: str) -> None:
+    # the engine: tests/test_cuda.py
     core = pytest.importorskip("cuda.core", reason="cuda-core is not installed on this platform")
     options = core.ProgramOptions(
         std="c++20",
@@ -221,8 +217,8 @@ def test_the_engine_compiles_for_cuda_without_a_gpu(arch: str) -> None:
         include_path=[str(INCLUDE)],
         device_as_default_execution_space=True,
     )
-    names = ["one_event<double, small>", "one_segment<map>"]
-    code = core.Program(CUDA, "c++", options).compile("cubin", name_expressions=names)
+    program = core.Program(CUDA, "c++", options)
+    code = program.compile("cubin", name_expressions=["one_segment<map>"])
     assert len(code.code) > 1000
 
 

@@ -1,8 +1,8 @@
 // The engine on every scalar: bits of lanes, derivatives of jets, counts of operations, a hash.
 //
 //     engine_test FILE hash EVENTS     FNV-1a hash of every event of every start
-//     engine_test FILE lanes EVENTS    packs of 2, 4, 8, also of jets, against the scalar engine, bit
-//                                      by bit
+//     engine_test FILE lanes EVENTS    packs as wide as registers are, also of jets, against the scalar
+//                                      engine, bit by bit
 //     engine_test FILE jet EVENTS      jets against the product of saltation matrices
 //     engine_test FILE count EVENTS    operations per event
 #include <cmath>
@@ -277,9 +277,7 @@ int main(int argc, char** argv) {
     const auto starts = test::read_starts(in);
     const std::string what = argv[2];
     const int events = std::atoi(argv[3]);
-    if (what == "lanes")
-        return compare_packs<2>(system, starts, events) | compare_packs<4>(system, starts, events) |
-               compare_packs<8>(system, starts, events);
+    if (what == "lanes") return compare_packs<vi::native_lanes>(system, starts, events);
     if (what == "jet") return compare_jets(system, starts, events);
     if (what == "count") return count(system, starts, events);
     hash(system, starts, events);
