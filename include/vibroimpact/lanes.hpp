@@ -90,9 +90,10 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
         set_lane(to.growth[j], i, from.growth[j]);
     }
     to.ahead.entry[i] = from.ahead.entry;
-    for (int m = 0; m < nearby_order / 2; ++m)
-        for (int j = 0; j < 2 * from.dimension(); ++j)
-            set_lane(to.series[m][j], i, from.series[m][j]);
+    for (int j = 0; j < from.oscillators(); ++j)
+        for (int m = 0; m < nearby_order / 2; ++m)
+            for (int n = 0; n < 4; ++n)
+                set_lane(to.series[j].terms[m][n], i, from.series[j].terms[m][n]);
 }
 
 template <int N, int D>

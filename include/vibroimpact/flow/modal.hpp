@@ -7,21 +7,18 @@
 //             move q, too.
 //             Between events the flow is linear, so marching at a fixed step needs the 2x2
 //             propagators of that step only, and no elementary function.
-//             Within a step S and I of block.hpp are Taylor polynomials of stored coefficients, and
+//             Within a step, with S and I of block.hpp by series.hpp,
 //               q(s)  = q0 + S(s) q0' + I(s) (a - k q0)                                (1)
 //               q'(s) = (1 - k I(s)) q0' + S(s) (a - k q0 - c q0')                    (2)
-// Accuracy    one step adds at most 4 ulp of a block's amplitude (four products, two sums);
-//             short_flight: 18 Taylor terms, remainder (7/10)^19/19! of the amplitude, below 2^-60
+// Accuracy    one step adds at most 4 ulp of a block's amplitude (four products, two sums)
 // Reference   theory.md, "Flight"
 #pragma once
 
 #include "vibroimpact/flow/block.hpp"
-#include "vibroimpact/flow/table.hpp"
+#include "vibroimpact/flow/series.hpp"
 
 namespace vi {
 
-// Terms of Taylor expansions over one step; a step is at most 7/10 of the fastest rate.
-inline constexpr int taylor_order = 18;
 // Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
 inline constexpr int rung = 32;
 // The quick flight looks ahead along two grids of so many times: a wide one, and a narrow one to look
@@ -38,13 +35,6 @@ inline constexpr int places = wider_spacing * grid_times + 1;
 // (7/10 nearby)^9 / 9! < 2^-56.
 inline constexpr int nearby_order = 8;
 inline constexpr double nearby = 5.0 / 64;
-
-VI_HD constexpr double inverse_factorial(int n) {
-    double product = 1.0;
-    for (int i = 2; i <= n; ++i)
-        product = product * i;
-    return 1.0 / product;
-}
 
 template <class R, class Shape>
 struct modal_flow : sizes<Shape> {
@@ -63,17 +53,17 @@ struct modal_flow : sizes<Shape> {
     using stored = essence<lane_t<R>>;
 
     vec<R, max_blocks> k, c, a;
-    R step;                         // a short number, so that n * step is exact for n < 2^29
-    propagator once;                // exp(B step)
-    propagator rungs[2];            // exp(B rung step), exp(B rung^2 step)
-    table<R, stored, places> ahead; // exp(B j step / parts_of_step)
-    bool pushed = false;            // whether any a, of any lane, is or was not zero
-    bool bends[max_blocks] = {};    // whether any k, c or a of that block is or was
-    R spacing[grids];               // of the times of a grid, in parts of a step
-    R grid_error[grids];            // 5/96 h^4, h the same in units of time
-    R sight;                        // how far the wide grid goes
-    vec<R, max_blocks> growth;      // c^2 + c sqrt(k) + k, (3) of event/repetition.hpp
-    vec<R, 2 * max_dimension> series[taylor_order / 2]; // of S / s and I / s^2, see integrals
+    R step;                             // a short number, so that n * step is exact for n < 2^29
+    propagator once;                    // exp(B step)
+    propagator rungs[2];                // exp(B rung step), exp(B rung^2 step)
+    table<R, stored, places> ahead;     // exp(B j step / parts_of_step)
+    bool pushed = false;                // whether any a, of any lane, is or was not zero
+    bool bends[max_blocks] = {};        // whether any k, c or a of that block is or was
+    R spacing[grids];                   // of the times of a grid, in parts of a step
+    R grid_error[grids];                // 5/96 h^4, h the same in units of time
+    R sight;                            // how far the wide grid goes
+    vec<R, max_blocks> growth;          // c^2 + c sqrt(k) + k, (3) of event/repetition.hpp
+    block_series<R> series[max_blocks]; // of oscillators
 
     template <class T>
     VI_HOT constexpr state<T> apply(const propagator& e, const state<T>& y) const {
@@ -128,9 +118,9 @@ struct modal_flow : sizes<Shape> {
     VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
         essence<R> out;
         const R square = s * s;
-        const auto sums = integrals<Order>(s, square, [](int) VI_WITHIN { return true; });
         this->each_oscillator([&](auto j) VI_WITHIN {
-            const R velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
+            const auto sums = series[j].template sums<Order>(s, square);
+            const R velocity = s * sums.first, position = square * sums.second; // S, I
             const R full = fnma(k[j], position, R(1.0));
             const auto [c0, s0, i0] = read(e, j);
             put(out, j,
@@ -138,7 +128,7 @@ struct modal_flow : sizes<Shape> {
                  fma(full, i0, a[j] * fma(velocity, s0, position))});
         });
         this->each_line([&](auto j) VI_WITHIN {
-            const auto wave = waves<Order>(k[j] * square);
+            const auto wave = waves<Order, R>(k[j] * square);
             const R sine = s * wave.second;
             const auto [c0, s0, i0] = read(e, j);
             put(out, j,
@@ -163,8 +153,6 @@ struct modal_flow : sizes<Shape> {
     VI_HOT constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
         state<T> out;
         const Time square = s * s;
-        const auto sums =
-            integrals<Order>(s, square, [&](int j) VI_WITHIN { return !drifts<T>(j); });
         this->each_oscillator([&](auto j) VI_WITHIN {
             const T q = y[2 * j], v = y[2 * j + 1];
             if (drifts<T>(j)) {
@@ -172,13 +160,14 @@ struct modal_flow : sizes<Shape> {
                 out[2 * j + 1] = fma(T(0.0), s, v);
                 return;
             }
-            const Time velocity = s * sums[2 * j], position = square * sums[2 * j + 1]; // S, I
+            const auto sums = series[j].template sums<Order>(s, square);
+            const Time velocity = s * sums.first, position = square * sums.second; // S, I
             const T still = fnma(k[j], q, a[j]);
             out[2 * j] = fma(v, velocity, fma(still, position, q));
             out[2 * j + 1] = fma(fnma(c[j], v, still), velocity, v * fnma(k[j], position, R(1.0)));
         });
         this->each_line([&](auto j) {
-            const auto wave = waves<Order>(k[j] * square);
+            const auto wave = waves<Order, R>(k[j] * square);
             const Time sine = s * wave.second;
             out[2 * j] = fma(wave.first, y[2 * j], sine * y[2 * j + 1]);
             out[2 * j + 1] = fnma(sine, k[j] * y[2 * j], wave.first * y[2 * j + 1]);
@@ -242,7 +231,7 @@ struct modal_flow : sizes<Shape> {
             bends[j] = (bits(k[j]) | bits(c[j]) | bits(a[j])) != 0;
             growth[j] = k[j] + c[j] * (c[j] + sqrt(k[j]));
             tabulate(j);
-            expand(j);
+            if (j < this->oscillators()) series[j].expand(k[j], c[j]);
         }
     }
     VI_HD void set_spacing(int parts)
@@ -386,60 +375,6 @@ private:
                 put(ahead.entry[i + p], j, {e.qq, e.qv, e.qs});
             }
         }
-    }
-
-    // (n+1) n S_{n+1} = -c n S_n - k S_{n-1}, S = S_1 s + S_2 s^2 + ...
-    VI_HD void expand(int j) {
-        double before = 0.0, coefficient = 1.0;
-        for (int n = 1; n <= taylor_order; ++n) {
-            auto& row = series[(n - 1) / 2];
-            const int at = 2 * j + (n % 2 ? 0 : this->dimension());
-            row[at] = coefficient;
-            row[at + 1] = coefficient / (n + 1.0);
-            const double next = -(c[j] * n * coefficient + k[j] * before) / (n * (n + 1.0));
-            before = coefficient;
-            coefficient = next;
-        }
-    }
-
-    // S / s and I / s^2 of every oscillator that is wanted, in turn: the first terms of the series, an
-    // even number of them. Row m of the series holds the coefficients of s^(2 m), then those of
-    // s^(2 m + 1): even and odd powers are summed apart, which halves the time until the result is
-    // there.
-    template <int Order, class Time, class Wanted>
-    VI_HOT constexpr vec<Time, max_dimension> integrals(const Time& s, const Time& square,
-                                                        const Wanted& wanted) const {
-        constexpr int rows = (Order + 1) / 2;
-        const int odd = this->dimension();
-        vec<Time, max_dimension> out;
-        this->each_oscillator([&](auto j) VI_WITHIN {
-            if (!wanted(j)) return;
-            unrolled<0, 2>([&](auto which) VI_WITHIN {
-                const int i = 2 * j + which;
-                Time even = Time(series[rows - 1][i]), more = Time(series[rows - 1][odd + i]);
-                unrolled<0, rows - 1>([&](auto term) VI_WITHIN {
-                    constexpr int m = rows - 2 - term;
-                    even = fma(even, square, series[m][i]);
-                    more = fma(more, square, series[m][odd + i]);
-                });
-                out[i] = fma(more, s, even);
-            });
-        });
-        return out;
-    }
-
-    // cos z and sin z / z of a line, x = z^2: as many terms.
-    template <int Order, class Time>
-    VI_HOT static constexpr two<Time> waves(const Time& x) {
-        constexpr int rows = (Order + 1) / 2;
-        two<Time> sum{Time(inverse_factorial(2 * rows)), Time(inverse_factorial(2 * rows - 1))};
-        unrolled<0, rows>([&](auto m) {
-            sum.first = fnma(sum.first, x, R(inverse_factorial(2 * (rows - 1 - m))));
-        });
-        unrolled<0, rows - 1>([&](auto m) {
-            sum.second = fnma(sum.second, x, R(inverse_factorial(2 * (rows - 2 - m) + 1)));
-        });
-        return sum;
     }
 };
 
