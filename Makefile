@@ -39,7 +39,7 @@ reproduce: $(VENV)/.package
 
 test: $(VENV)/.package $(VENV)/.test
 	@echo '== test: $(JOBS) processes'
-	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
 
 bench: $(VENV)/.package $(VENV)/.bench
 	@echo '== bench'
@@ -92,7 +92,7 @@ $(VENV)/.made:
 
 $(VENV)/.package: $(SOURCES) | $(VENV)/.made
 	@.ci/check-compiler $(BIN)/python
-	@echo '== package: build and install (two minutes the first time)'
+	@echo '== package: build and install (two to three minutes the first time)'
 	@$(PIP) .
 	@touch $@
 
