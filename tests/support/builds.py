@@ -59,7 +59,8 @@ class Build:
 
 
 BUILDS = {
-    "gcc": Build(("g++", "-O1")),  # on x86-64 without fma: done in whole numbers
+    # on x86-64 without fma: done in whole numbers; of engine_test with packs of every width
+    "gcc": Build(("g++", "-O1", "-DEVERY_WIDTH")),
     "gcc, avx2": Build(("g++", "-O3", *flags_of("avx2")), "avx2", on_arm=False),
     "gcc, avx512": Build(("g++", "-O1", *flags_of("avx512")), "avx512", on_arm=False),
     "gcc, neon": Build(
