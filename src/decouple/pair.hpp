@@ -108,12 +108,15 @@ inline column sum_of(double a, const column& x, double b, const column& y) {
     return out;
 }
 
+inline column unit_of(const column& x) {
+    return sum_of(1.0 / std::sqrt(dot(x, x)), x, 0.0, x);
+}
+
 // The vector in the span of x and y with the smallest part of its size in the second half; of size 1.
 inline column least_mixed(column x, column y) {
     const std::size_t n = x.size() / 2;
-    x = sum_of(1.0 / std::sqrt(dot(x, x)), x, 0.0, y);
-    y = sum_of(1.0, y, -dot(x, y), x);
-    y = sum_of(1.0 / std::sqrt(dot(y, y)), y, 0.0, x);
+    x = unit_of(x);
+    y = unit_of(sum_of(1.0, y, -dot(x, y), x));
     double xx = 0.0, xy = 0.0, yy = 0.0; // of second halves
     for (std::size_t i = n; i < 2 * n; ++i) {
         xx += x[i] * x[i];

@@ -85,7 +85,7 @@ inline std::vector<column> loose_shapes(const damped_system& s) {
         for (int twice = 0; twice < 2; ++twice)
             for (const auto& other : out)
                 v = sum_of(1.0, v, -dot(v, other), other);
-        out.push_back(sum_of(1.0 / std::sqrt(dot(v, v)), v, 0.0, v));
+        out.push_back(unit_of(v));
     }
     return out;
 }
