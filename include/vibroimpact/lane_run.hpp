@@ -5,7 +5,8 @@
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
 //             Packs of lanes take turns at the stages of a round. T is a pack, or a jet of packs: then
 //             every run carries a tangent along, whose growth (observe/growth.hpp) is followed in all
-//             lanes at once.
+//             lanes at once. A lane whose run has ended takes the next one, unless it would hold up
+//             lanes that repeat their flights (event/repetition.hpp).
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none. Flights are
 //                                       limited by slot.limit.t_max alone.
@@ -49,10 +50,9 @@ public:
     void board(Host& host, int first) {
         host_ = &host;
         first_ = first;
-        for (int i = 0; i < N; ++i) {
+        for (int i = 0; i < N; ++i)
             flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
-            load(i);
-        }
+        fill();
     }
     bool busy() const { return runs_ > 0; }
 
@@ -74,11 +74,12 @@ public:
                           flow.contacts());
         }
         const auto attention = busy_ & (flight_.stuck | (end.landed & watched(end)));
-        if (!any(attention)) return;
-        end_ = end;
-        before_ = before;
-        for (int i = 0; i < N; ++i)
-            if (lane(attention, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
+        if (any(attention)) {
+            end_ = end;
+            before_ = before;
+            attend(attention);
+        }
+        if (runs_ < N && more_ && !waits()) fill();
     }
 
     void interrupt() {
@@ -106,16 +107,25 @@ private:
         events_ = plus_where(landed, events_, real(1.0));
     }
 
+    // While all that are busy repeat what they know, a run from its start, which has to look, would make
+    // them wait: idle lanes wait for them instead. So runs of a pack begin, and come to repeat, together.
+    bool waits() const { return busy() && !flight_.round.looked(); }
+
+    void fill() {
+        for (int i = 0; i < N && more_; ++i)
+            if (!lane(busy_, i)) load(i);
+    }
+
     void load(int i) {
         auto& slot = slots_[i];
-        bool another = host_->next(first_ + i, slot);
-        while (another && slot.run->so_far.events >= slot.limit.events) {
+        more_ = host_->next(first_ + i, slot);
+        while (more_ && slot.run->so_far.events >= slot.limit.events) {
             host_->end(first_ + i, slot, run_end::events);
-            another = host_->next(first_ + i, slot);
+            more_ = host_->next(first_ + i, slot);
         }
-        runs_ += another - lane(busy_, i);
-        set_lane(busy_, i, another);
-        if (!another) return;
+        if (!more_) return;
+        ++runs_;
+        set_lane(busy_, i, true);
         put_system(i, *slot.system, slot.version);
         if constexpr (has_tangent) {
             resume(i, with_tangents<1>(*slot.system, slot.run->at, 1));
@@ -210,8 +220,13 @@ private:
         }
     }
 
+    [[gnu::noinline]] void attend(const pack_mask<N>& lanes) {
+        for (int i = 0; i < N; ++i)
+            if (lane(lanes, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
+    }
+
     // The event of one lane, as in run().
-    [[gnu::noinline]] void attend(int i, double left) {
+    void attend(int i, double left) {
         const auto& slot = slots_[i];
         const auto& [at, so_far] = *slot.run;
         suspend(i, lane(end_.landed, i));
@@ -234,7 +249,8 @@ private:
 
     void finish(int i, run_end why) {
         end(i, why);
-        load(i);
+        set_lane(busy_, i, false);
+        --runs_;
     }
 
     void end(int i, run_end why) {
@@ -256,7 +272,8 @@ private:
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};
     growth<1, real> tangents_{};
-    int runs_ = 0; // lanes that are busy
+    int runs_ = 0;     // lanes that are busy
+    bool more_ = true; // whether the host may have another run
 };
 
 // Several packs keep the units of a core busy where one waits; more leave no room in its nearest cache.

@@ -227,6 +227,7 @@ public:
         }
     }
     VI_HOT bool repeats() const { return repeats_; }
+    VI_HOT bool looked() const { return looks_; }
     // Lanes that did not fly as recalled: in the next round they look.
     VI_HOT mask_t<T> misled(const quick_landing<T>& end) const { return recalled_ & !end.landed; }
 
