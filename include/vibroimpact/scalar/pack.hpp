@@ -217,9 +217,12 @@ pack<N> value(const pack<N>& x) {
     return x;
 }
 
+// From where x stands: GCC would read all of x.v first, and write it elsewhere, to find lane i.
 template <int N>
 double lane(const pack<N>& x, int i) {
-    return x.v[i];
+    double out;
+    __builtin_memcpy(&out, reinterpret_cast<const char*>(&x) + i * sizeof out, sizeof out);
+    return out;
 }
 
 template <int N>
