@@ -95,6 +95,32 @@ def test_lanes_repeat_the_flights_that_the_scalar_engine_repeats(name: str) -> N
         assert alone.velocity_after[-1].tobytes() == found["final_velocity"][i].tobytes()
 
 
+def test_runs_of_any_length_end_as_alone_though_lanes_wait_for_those_that_repeat() -> None:
+    """Some start on the orbit, some between stops that they never reach."""
+    run = vi.simulate(DAMPER, STEADY["damper"][1], impacts=700)
+    lively, idle = state_after(run, -1), vi.State((0.0, 0.0), (0.0, 0.0))
+    count = 150
+    lengths = np.where(np.arange(count) % 7 == 0, 2000.0, np.geomspace(20.0, 600.0, count))
+    system = (np.arange(count) % 5 == 0).astype(np.int32)  # of another clearance
+    batch = batch_of(DAMPER, {"half_clearance": np.array([DAMPER.half_clearance, 5000.0])})
+    starts = [idle if far else lively for far in system]
+    members = Members(
+        system=system,
+        position=np.array([state.position for state in starts]),
+        velocity=np.array([state.velocity for state in starts]),
+        phase=np.array([state.phase for state in starts]),
+        settle=np.zeros(count),
+        observe=lengths,
+        most_impacts=10_000,
+    )
+    found = run_batch(batch, members, resolve([Final()]))
+    for i, state in enumerate(starts):
+        damper = replace(DAMPER, half_clearance=5000.0) if system[i] else DAMPER
+        alone = vi.simulate(damper, state, impacts=10_000, t_max=lengths[i])
+        assert alone.position[-1].tobytes() == found["final_position"][i].tobytes(), i
+        assert alone.time[-1] == found["time"][i]
+
+
 def loaded(brake: float, pull: float, row: float) -> vi.Mechanism:
     """The impact damper; its free mass braked or pulled, and seen by its contact or not."""
     free = DAMPER.mechanism

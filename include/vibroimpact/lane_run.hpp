@@ -5,11 +5,11 @@
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
 //             Packs of lanes take turns at the stages of a round. T is a pack, or a jet of packs: then
 //             every run carries a tangent along, whose growth (observe/growth.hpp) is followed in all
-//             lanes at once. A lane whose run has ended takes the next one, unless it would hold up
-//             lanes that repeat their flights (event/repetition.hpp).
+//             lanes at once. A lane whose run has ended takes the next one, or waits a while for lanes
+//             that repeat their flights (event/repetition.hpp).
 //             The host lends runs to all lanes and takes them back:
-//               bool next(i, slot)      another run for lane i; false if there is none. Flights are
-//                                       limited by slot.limit.t_max alone.
+//               bool next(i, slot)      another run for lane i; false if there is none, for good and for
+//                                       all lanes. Flights are limited by slot.limit.t_max alone.
 //               bool see(i, e, at, now) an event at or after slot.watch; false leaves the run
 //               bool build(i, code)     the mode of a closed set that is missing; false if it cannot
 //               void end(i, slot, why)  the run of lane i has ended, or had no event left to begin with
@@ -35,6 +35,9 @@ struct lane_slot {
     growth<1> tangent{}; // in lanes of jets
     long version = 0;    // of what `system` points to: another number, another system
 };
+
+// For every round that a busy lane flies, as much of one may pass an idle one that waits.
+inline constexpr double waiting_share = 1.0 / 16;
 
 template <class T, class Flow, class Host>
 class lane_pack {
@@ -79,6 +82,7 @@ public:
             before_ = before;
             attend(attention);
         }
+        patience_ += waiting_share * runs_;
         if (runs_ < N && more_ && !waits()) fill();
     }
 
@@ -107,9 +111,13 @@ private:
         events_ = plus_where(landed, events_, real(1.0));
     }
 
-    // While all that are busy repeat what they know, a run from its start, which has to look, would make
-    // them wait: idle lanes wait for them instead. So runs of a pack begin, and come to repeat, together.
-    bool waits() const { return busy() && !flight_.round.looked(); }
+    // While nobody looks ahead, a run from its start would make all others wait. Idle lanes wait for these
+    // instead, up to a part of the work that is done: so runs of a pack begin, and come to repeat, together.
+    bool waits() {
+        if (!busy() || flight_.round.looked()) return false;
+        patience_ -= N - runs_;
+        return patience_ > 0.0;
+    }
 
     void fill() {
         for (int i = 0; i < N && more_; ++i)
@@ -272,8 +280,9 @@ private:
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};
     growth<1, real> tangents_{};
-    int runs_ = 0;     // lanes that are busy
-    bool more_ = true; // whether the host may have another run
+    int runs_ = 0;          // lanes that are busy
+    bool more_ = true;      // whether the host may have another run
+    double patience_ = 0.0; // so many rounds idle lanes may wait, all together
 };
 
 // Several packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
