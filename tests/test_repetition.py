@@ -12,9 +12,8 @@ from support.members import run as run_members
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.batch import Members, batch_of
-from vibroimpact.ensembles.batch import run_members as run_batch
-from vibroimpact.ensembles.observers import Final, resolve
+from vibroimpact.ensembles.batch import batch_of
+from vibroimpact.ensembles.observers import Final
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -104,19 +103,10 @@ def test_runs_of_any_length_end_as_alone_though_lanes_wait_for_those_that_repeat
     system = (np.arange(count) % 5 == 0).astype(np.int32)  # of another clearance
     batch = batch_of(DAMPER, {"half_clearance": np.array([DAMPER.half_clearance, 5000.0])})
     starts = [idle if far else lively for far in system]
-    members = Members(
-        system=system,
-        position=np.array([state.position for state in starts]),
-        velocity=np.array([state.velocity for state in starts]),
-        phase=np.array([state.phase for state in starts]),
-        settle=np.zeros(count),
-        observe=lengths,
-        most_impacts=10_000,
-    )
-    found = run_batch(batch, members, resolve([Final()]))
+    found = run_members(batch, starts, 0.0, lengths, [Final()], system=system)
     for i, state in enumerate(starts):
         damper = replace(DAMPER, half_clearance=5000.0) if system[i] else DAMPER
-        alone = vi.simulate(damper, state, impacts=10_000, t_max=lengths[i])
+        alone = vi.simulate(damper, state, impacts=100_000, t_max=lengths[i])
         assert alone.position[-1].tobytes() == found["final_position"][i].tobytes(), i
         assert alone.time[-1] == found["time"][i]
 
@@ -142,19 +132,10 @@ def test_a_free_mass_repeats_its_flights_beside_masses_that_are_loaded_later(row
     values = {"brake": np.array([0.0, 0.01, 0.0]), "pull": np.array([0.0, 0.0, 0.02])}
     system = np.array([0] * 48 + [1, 2] * 24, dtype=np.int32)
     length = np.where(np.arange(96) % 3 == 0, 1500.0, np.linspace(1000.0, 1200.0, 96))
-    members = Members(
-        system=system,
-        position=np.tile([0.3, 0.1], (96, 1)),
-        velocity=np.tile([0.2, -1.5], (96, 1)),
-        phase=np.linspace(0.0, 6.0, 96),
-        settle=np.zeros(96),
-        observe=length,
-        most_impacts=10_000,
-    )
-    family = vi.Family(loaded, brake=0.0, pull=0.0, row=row)
-    found = run_batch(batch_of(family, values), members, resolve([Final()]))
-    for i, k in enumerate(system):
-        state = vi.State((0.3, 0.1), (0.2, -1.5), float(members.phase[i]))
+    starts = [vi.State((0.3, 0.1), (0.2, -1.5), phase) for phase in np.linspace(0.0, 6.0, 96)]
+    batch = batch_of(vi.Family(loaded, brake=0.0, pull=0.0, row=row), values)
+    found = run_members(batch, starts, 0.0, length, [Final()], system=system)
+    for i, (k, state) in enumerate(zip(system, starts, strict=True)):
         mechanism = loaded(values["brake"][k], values["pull"][k], row)
-        alone = vi.simulate(mechanism, state, impacts=10_000, t_max=length[i])
+        alone = vi.simulate(mechanism, state, impacts=100_000, t_max=length[i])
         assert alone.position[-1].tobytes() == found["final_position"][i].tobytes(), i

@@ -45,10 +45,10 @@ class Case:
 
 
 def run(
-    batch: Batch, states: list[vi.State], settle: float, observe: float, observers: Any,
+    batch: Batch, states: list[vi.State], settle: float, observe: Any, observers: Any,
     *, system: Any = 0, most_impacts: int = 100_000,
 ) -> Arrays:  # fmt: skip
-    """Members with these starts."""
+    """Members with these starts; each may have a system and a length of its own."""
     count = len(states)
     members = Members(
         system=np.broadcast_to(system, count).astype(np.int32),
@@ -56,7 +56,7 @@ def run(
         velocity=np.array([s.velocity for s in states]),
         phase=np.array([s.phase for s in states]),
         settle=np.full(count, settle),
-        observe=np.full(count, observe),
+        observe=np.broadcast_to(observe, count).astype(float),
         most_impacts=most_impacts,
     )
     return run_members(batch, members, resolve(list(observers)))
