@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
+import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
@@ -222,9 +224,77 @@ def test_a_family_must_build_a_mechanism() -> None:
         _ = vi.Family(lambda k: k, k=1.0).mechanism  # type: ignore[arg-type, return-value]
 
 
-def test_a_system_without_parameters_by_name_is_refused() -> None:
-    class Bare:
-        mechanism = PLAIN
+class Bare:
+    """A system that is no dataclass."""
 
-    with pytest.raises(vi.InvalidParameterError, match="dataclass"):
+    mechanism = PLAIN
+
+
+STILL = vi.State((0.0, 0.0), (0.0, 0.0))
+GRID = vi.GridStarts({"x1": [-0.2, 0.0, 0.2]}, STILL)
+SHORT: dict[str, Any] = {"settle": 5, "periods": 5, "progress": False}
+
+
+def test_a_system_without_parameters_by_name_is_refused_where_one_is_varied() -> None:
+    with pytest.raises(vi.InvalidParameterError, match=r"a dataclass, or a vi\.Family"):
         parameter_value(Bare(), "omega")
+    with pytest.raises(vi.InvalidParameterError, match=r"a dataclass, or a vi\.Family"):
+        with_parameter(Bare(), "omega", 1.0)
+    with pytest.raises(vi.InvalidParameterError, match=r"a dataclass, or a vi\.Family"):
+        vi.sweep(Bare(), over={"omega": [1.7, 1.8]}, start=GRID, **SHORT)
+
+
+@pytest.mark.parametrize("start", [GRID, vi.RandomStarts(3, 7, {"v2": (-1.0, 1.0)}, STILL)])
+def test_a_system_without_parameters_by_name_is_swept_over_its_starts(
+    start: vi.GridStarts | vi.RandomStarts,
+) -> None:
+    asked: dict[str, Any] = {"over": {}, "start": start, "observe": "final", **SHORT}
+    xr.testing.assert_equal(vi.sweep(Bare(), **asked), vi.sweep(PLAIN, **asked))
+
+
+def test_basins_of_a_system_without_parameters_by_name_are_those_of_its_mechanism() -> None:
+    over = {"x1": [-0.2, 0.0, 0.2], "v1": [0.0, 0.5]}
+    asked: dict[str, Any] = {"over": over, "start": STILL, **SHORT}
+    xr.testing.assert_equal(vi.basins(Bare(), **asked), vi.basins(PLAIN, **asked))
+
+
+def chain(n: int, k: float) -> vi.Mechanism:
+    """As many equal oscillators as ``n`` says; the first meets a stop."""
+    unit, none = np.eye(n), (0.0,) * (n - 1)
+    return vi.Mechanism(
+        mass=unit, damping=0.1 * unit, stiffness=k * unit,
+        forces=(vi.Harmonic(1.0, (1.0, *none)),),
+        contacts=(vi.Contact((1.0, *none), upper=0.5, restitution=0.8),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("over", [{"n": [2, 3]}, {"n": [2, 3], "k": [1.0, 2.0]}])
+def test_a_parameter_that_counts_is_refused_by_name_and_value(over: dict[str, Any]) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=r"n=2\.0.*must be an integer") as caught:
+        vi.sweep(vi.Family(chain, n=2, k=1), over=over, start=STILL, **SHORT)
+    assert isinstance(caught.value.__cause__, TypeError)
+
+
+def test_other_errors_of_the_code_that_builds_are_its_own() -> None:
+    with pytest.raises(TypeError, match="unsupported operand") as caught:
+        _ = vi.Family(lambda k: k + None, k=1.0).mechanism
+    assert not isinstance(caught.value, vi.InvalidParameterError)
+
+
+def test_a_whole_number_that_does_not_count_is_swept() -> None:
+    over = {"k": [1, 2]}
+    found = vi.sweep(vi.Family(chain, n=2, k=1), over=over, start=STILL, observe="final", **SHORT)
+    for k in over["k"]:
+        alone = vi.sweep(chain(2, k), over={}, start=GRID, observe="final", **SHORT)
+        there = found.final_position.sel(k=k).values
+        np.testing.assert_array_equal(there, alone.final_position.sel(x1=0.0).values)
+
+
+@pytest.mark.parametrize("name", ["start", "x1"])
+def test_a_parameter_with_the_name_of_a_start_is_refused(name: str) -> None:
+    def named(**values: float) -> vi.Mechanism:
+        return chain(2, *values.values())
+
+    starts = vi.RandomStarts(3, 7, {"x1": (-0.2, 0.2)}, STILL)
+    with pytest.raises(vi.InvalidParameterError, match=f"'{name}'.*Rename the parameter"):
+        vi.sweep(vi.Family(named, **{name: 1.0}), over={name: [1.0, 2.0]}, start=starts, **SHORT)

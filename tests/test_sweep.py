@@ -351,6 +351,16 @@ def test_starts_that_are_none_are_refused_by_name(make, said):
         make()
 
 
+def test_results_that_no_memory_holds_are_refused_before_anything_runs(monkeypatch):
+    axis = np.linspace(0.9, 1.1, 1_000_000)
+    over = {"omega": axis, "half_clearance": 5.0 * axis}
+    with pytest.raises(vi.InvalidParameterError, match=r"results of 1\.5e\+04 GB.* Give store="):
+        vi.sweep(DAMPER, over=over, start=PLAIN, progress=False)
+    monkeypatch.setattr("vibroimpact.ensembles.sweep.memory_of_machine", lambda: 29)  # 2 x 15
+    with pytest.raises(vi.InvalidParameterError, match="more than this machine's memory"):
+        vi.sweep(DAMPER, over={"omega": axis[:2]}, start=PLAIN, progress=False)
+
+
 def test_following_without_a_parameter_is_refused():
     starts = vi.GridStarts({"x1": [0.0, 0.5]}, PLAIN)
     with pytest.raises(vi.InvalidParameterError, match="must be None: over has no parameter"):

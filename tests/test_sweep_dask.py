@@ -1,11 +1,18 @@
-"""Sweeps on Dask clusters: the bits of threads, whatever happens to the workers."""
+"""Sweeps on Dask clusters: the bits of threads, whatever happens to the cluster."""
 
 from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
+import threading
+import time
+import traceback
+import warnings
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +20,9 @@ import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.backends.dask import result_of
+from vibroimpact.ensembles.backends import dask as backend
 
+dask = pytest.importorskip("dask", reason="the extra `cluster` is not installed")
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
@@ -34,7 +42,7 @@ def cluster():
     """Two workers, each a process."""
     with (
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
@@ -43,6 +51,13 @@ def cluster():
 
 def test_a_cluster_of_this_process_gives_the_bits_of_threads():
     xr.testing.assert_identical(swept(backend="dask", workers=2, tile=5), swept())
+
+
+def test_a_cluster_of_this_process_stands_beside_another_without_a_warning():
+    with socket.socket() as taken, suppress(OSError):
+        taken.bind(("", 8787))  # where Dask's schedulers show themselves, unless told otherwise
+        taken.listen()
+        swept(backend="dask", workers=1)
 
 
 def test_workers_give_the_bits_of_threads(cluster):
@@ -91,16 +106,194 @@ def test_an_error_on_a_worker_is_that_of_the_sweep(cluster):
             vi.sweep(vi.Family(build, gap=4.0), **asked, **options)
 
 
-def test_a_tile_that_takes_workers_down_again_and_again_is_an_error():
-    class Task:
-        def result(self):
-            raise distributed.KilledWorker("tile", None, 3)
-
-    with pytest.raises(vi.VibroImpactError, match="workers died under the same tile"):
-        result_of(distributed, Task())
+def test_a_tile_that_takes_workers_down_again_and_again_is_an_error(cluster):
+    with (
+        pytest.raises(vi.VibroImpactError, match="4 workers died under the same tile"),
+        backend.explained(distributed, cluster),
+    ):
+        raise distributed.KilledWorker("tile", None, 3)
 
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(vi.BackendUnavailableError, match=r"vibroimpact\[cluster\]"):
         swept(backend="dask")
+
+
+# ---- a cluster that is lost ----------------------------------------------------------------------
+
+
+@pytest.fixture
+def lone():
+    """One worker, all in this process; the test may lose any part of it."""
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),  # to what is lost, at the end
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+    client._loop_runner.stop()  # a client that its cluster closed leaves its thread running
+
+
+def after(members, act):
+    """Act once, when so many members are done."""
+    return lambda done, _: act() if done == members else None
+
+
+def without_workers(client):
+    """Take the worker away."""
+    client.cluster.scale(0)
+    while client.nthreads():
+        time.sleep(0.01)
+
+
+def assert_resumes(store: Path, done: int):
+    """The same call computes what is missing, and only that; with the store the bits are equal."""
+    totals: list[int] = []
+    found = swept(store=store, progress=lambda _, total: totals.append(total))
+    assert totals[0] == 48 - done
+    xr.testing.assert_identical(found.load(), swept())
+
+
+LOST = "the connection to the cluster was lost"
+LOSSES = {
+    "the cluster closes": (lambda client: client.cluster.close(), LOST),
+    "the scheduler closes": (lambda client: client.sync(client.cluster.scheduler.close), LOST),
+    "the client closes": (lambda client: client.close(), LOST),
+    "the cluster restarts": (
+        lambda client: client.restart(wait_for_workers=False),
+        "the cluster has cancelled the tasks",
+    ),
+}
+
+
+@pytest.mark.parametrize(("lose", "message"), LOSSES.values(), ids=LOSSES)
+def test_a_cluster_that_is_lost_ends_the_sweep_and_the_store_resumes(
+    lone, lose, message, tmp_path: Path
+):
+    store = tmp_path / "sweep.zarr"
+    kept = f"{message}; 4 of 24 tiles are in .*: the same call goes on there"
+    with pytest.raises(vi.VibroImpactError, match=kept) as caught:
+        swept(
+            backend="dask", client=lone, tile=2, store=store, progress=after(8, lambda: lose(lone))
+        )
+    assert "cancel-keys" not in "".join(traceback.format_exception(caught.value))
+    assert_resumes(store, 8)
+
+
+def test_a_client_that_is_closed_is_refused(lone):
+    lone.close()
+    with pytest.raises(vi.InvalidParameterError, match=r"client = .*: must be .* connected"):
+        swept(backend="dask", client=lone)
+
+
+def test_an_address_stands_for_the_client_of_its_scheduler(cluster):
+    address = cluster.scheduler_info()["address"]
+    xr.testing.assert_identical(swept(backend="dask", client=address, tile=9), swept())
+    assert cluster.status == "running"
+
+
+def test_an_address_at_which_no_scheduler_answers_is_refused():
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
+        pytest.raises(vi.InvalidParameterError, match="no scheduler answers there"),
+    ):
+        swept(backend="dask", client="tcp://127.0.0.1:1")
+
+
+def test_what_a_lost_cluster_raises_is_said_in_a_sentence_and_other_errors_stay(lone):
+    with pytest.raises(ZeroDivisionError), backend.explained(distributed, lone):
+        _ = 1 / 0
+    with pytest.raises(vi.VibroImpactError, match=LOST), backend.explained(distributed, lone):
+        raise distributed.comm.CommClosedError  # before the client itself notices
+    lone.close()
+    with pytest.raises(vi.VibroImpactError, match=LOST), backend.explained(distributed, lone):
+        lone.nthreads()
+
+
+def test_a_client_that_looks_for_its_scheduler_is_not_waited_for():
+    searching = SimpleNamespace(status="connecting", nthreads=lambda: pytest.fail("was asked"))
+    with pytest.raises(vi.VibroImpactError, match=LOST):
+        backend.Watch(searching).threads()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(backend, "LOOK", 0.01)
+    monkeypatch.setattr(backend, "PATIENCE", 0.1)
+
+
+@pytest.fixture
+def when_told(impatient, monkeypatch: pytest.MonkeyPatch):  # noqa: ARG001
+    """Give what to do when the user is told something; what was told comes back."""
+
+    def listen(act):
+        told: list[str] = []
+        monkeypatch.setattr(
+            warnings, "showwarning", lambda text, *_: (told.append(str(text)), act())
+        )
+        return told
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        yield listen
+
+
+def swept_until_no_worker(client, **options):
+    """A sweep whose worker is taken away when 8 members, 4 tiles, are done."""
+    take = after(8, lambda: without_workers(client))
+    return swept(backend="dask", client=client, tile=2, progress=take, **options)
+
+
+def test_without_workers_the_user_is_told_once_and_the_sweep_goes_on_with_the_next(
+    lone, when_told, tmp_path: Path
+):
+    told = when_told(threading.Timer(0.3, lone.cluster.scale, (1,)).start)
+    found = swept_until_no_worker(lone, store=tmp_path / "sweep.zarr")
+    assert len(told) == 1
+    assert "no worker for 0.1 s. The sweep waits, and goes on by itself" in told[0]
+    xr.testing.assert_identical(found.load(), swept())
+
+
+def test_patience_begins_anew_after_every_look_that_finds_a_worker(monkeypatch: pytest.MonkeyPatch):
+    clock, workers = SimpleNamespace(strftime=time.strftime), {}
+    monkeypatch.setattr(backend, "time", clock)
+
+    def look(now, **crew):
+        clock.monotonic, workers["now"] = lambda: now, crew
+        return watch.threads()
+
+    clock.monotonic = lambda: 0.0
+    watch = backend.Watch(SimpleNamespace(status="running", nthreads=lambda: workers["now"]))
+    assert [look(50.0, one=1, two=4), look(100.0)] == [5, 0]  # a warning would be an error here
+    with pytest.warns(UserWarning, match="no worker for 60 s"):
+        look(111.0)
+
+
+def test_a_cluster_that_is_lost_while_the_sweep_waits_ends_it(lone, when_told):
+    when_told(lone.close)
+    with pytest.raises(vi.VibroImpactError, match=f"{LOST}; nothing is kept. With store="):
+        swept_until_no_worker(lone)
+
+
+@pytest.fixture
+def heard():
+    """Listen to Ctrl-C, which a process that was started in the background does not."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard")
+def test_ctrl_c_ends_a_sweep_that_waits_for_workers_and_the_store_resumes(
+    lone, when_told, tmp_path: Path
+):
+    store = tmp_path / "sweep.zarr"
+    later = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    told = when_told(later.start)
+    with pytest.raises(KeyboardInterrupt, match="interrupted; 4 of 24 tiles are in"):
+        swept_until_no_worker(lone, store=store)
+    assert "Ctrl-C ends it" in told[0]
+    assert_resumes(store, 8)

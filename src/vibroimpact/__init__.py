@@ -21,6 +21,7 @@ from vibroimpact.ensembles.starts import GridStarts, RandomStarts
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import (
     BackendUnavailableError,
+    ClusterLostError,
     InvalidParameterError,
     StoreError,
     VibroImpactError,
@@ -49,6 +50,7 @@ __all__ = [
     "Bifurcation",
     "BifurcationPoint",
     "Branch",
+    "ClusterLostError",
     "Contact",
     "Diagram",
     "ExplicitMap",

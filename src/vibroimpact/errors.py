@@ -28,5 +28,12 @@ class BackendUnavailableError(VibroImpactError, ImportError):
     """
 
 
+class ClusterLostError(VibroImpactError):
+    """The scheduler of a cluster or its client is gone, or they gave the tasks up.
+
+    What was done is kept in the store, if there is one.
+    """
+
+
 class StoreError(VibroImpactError, OSError):
     """A store of results cannot be written; what it holds already is kept."""

@@ -76,7 +76,16 @@ class Family:
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism for the present values."""
-        built = self.build(**dict(self.parameters))
+        try:
+            built = self.build(**dict(self.parameters))
+        except TypeError as error:
+            jets = any(isinstance(value, Jet) for _, value in self.parameters)
+            if jets or not re.search("integer|non-int", str(error)):
+                raise  # of jets :func:`expanded` says which parameter it is
+            raise InvalidParameterError(
+                f"system = {self!r}: cannot be built ({error}). A parameter that counts something "
+                "must be an integer, and cannot be varied."
+            ) from error
         if not isinstance(built, Mechanism):
             raise InvalidParameterError(f"build = {self.build!r}: must return a Mechanism.")
         return built
@@ -109,6 +118,8 @@ def with_parameter(system: System, name: str, value: Any) -> System:
 
 def with_parameters(system: System, values: Mapping[str, Any]) -> System:
     """The system with other values of some parameters; of a mechanism, one after the other."""
+    if not values:
+        return system  # which may be of any class then
     for name in values:
         parameter_value(system, name)
     if isinstance(system, Family):

@@ -35,6 +35,7 @@ class Question:
         """What is different in another question, one phrase each: ``name: this, not that``."""
         mine, yours = self._flat(), other._flat()
         names = [*mine, *(name for name in yours if name not in mine)]
+        names.sort(key=lambda name: name.startswith("mechanism."))  # last: what axes change, too
         return [
             f"{name} = {_shown(mine, name)}, not {_shown(yours, name)}"
             for name in names

@@ -85,6 +85,8 @@ def schema_of(plan: Plan, question: Question) -> Schema:
     coords: dict[str, Coordinate] = {
         name: ((name,), axis, _attrs(name)) for name, axis in plan.axes.items()
     }
+    for name in plan.starts.dims:
+        _refuse_known(name, plan.axes)
     for name, (dim, values) in plan.starts.coords.items():
         _refuse_known(name, coords)
         coords[name] = ((dim,), values, _attrs(name))

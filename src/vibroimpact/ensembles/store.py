@@ -53,6 +53,9 @@ class Store:
     def __init__(self, path: Path, schema: Schema) -> None:
         self.path, self.schema = path, schema
         self.group = _zarr().open_group(path, mode="r+")
+        for name in schema.variables:
+            if name not in self.group:
+                raise StoreError(f"store = {str(path)!r}: {name} is gone from it. Name another.")
         self.arrays = {name: self.group[name] for name in schema.variables}
 
     @property

@@ -29,7 +29,7 @@ from vibroimpact.ensembles.tiles import (
     tile_shape,
     tiles_of,
 )
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact.errors import ClusterLostError, InvalidParameterError
 from vibroimpact.mechanism import check_count, nonnegative, positive
 from vibroimpact.parameters import with_parameters
 from vibroimpact.progress import Progress
@@ -96,8 +96,8 @@ def sweep(
     workers
         Threads; of a cluster that is there already, no matter. By default one per core.
     client
-        A ``distributed.Client``, for "dask". By default the one in use, otherwise a cluster of
-        this process alone.
+        A ``distributed.Client``, or the address of a scheduler, for "dask". By default the client
+        in use, otherwise a cluster of this process alone.
     tile
         Members computed, and stored, together. By default about a second's work. The results do
         not depend on it.
@@ -115,9 +115,11 @@ def sweep(
     ------
     InvalidParameterError
         An unknown name, no values, values that the system refuses, a start of the wrong size, a
-        store of another question.
+        store of another question; without a store, more results than memory.
     StoreError
         A store that cannot be written; what was done is kept.
+    ClusterLostError
+        The cluster is gone; what was done is kept in the store.
     BackendUnavailableError
         Zarr, Dask or cuda-core is not installed; no GPU.
     KeyboardInterrupt
@@ -143,6 +145,8 @@ def sweep(
     plan = plan_of(system, over, start, observe, follow, settle, periods, most_impacts)
     path = None if store is None else store_path(store)
     compute_tiles = backend_of(backend)
+    if client is not None and backend != "dask":
+        raise InvalidParameterError(f"client = {client!r}: is for backend = 'dask'.")
     for name, value in (("workers", workers), ("tile", tile)):
         if value is not None:
             check_count(name, value, 1)
@@ -160,6 +164,8 @@ def sweep(
                     sink.write(done, arrays)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"interrupted; {sink.kept}") from None
+        except ClusterLostError as error:
+            raise ClusterLostError(f"{error}; {sink.kept}") from error.__cause__
     return sink.dataset()
 
 
@@ -234,6 +240,12 @@ class Memory:
     kept = "nothing is kept. With store=... the same call would go on where it was."
 
     def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
+        size = math.prod(schema.grid.values()) * schema.member_bytes
+        if size > memory_of_machine():
+            raise InvalidParameterError(
+                f"over, start, observe: results of {size / 1e9:.3g} GB, more than this machine's "
+                "memory. Give store=..., a folder to keep them in, or fewer values."
+            )
         self.schema, self.arrays = schema, schema.empty()
         self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))
 
@@ -245,6 +257,11 @@ class Memory:
     def dataset(self) -> xr.Dataset:
         """All results."""
         return self.schema.dataset(self.arrays)
+
+
+def memory_of_machine() -> int:
+    """Bytes of memory, used or not."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 def _shown(
