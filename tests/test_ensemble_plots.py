@@ -127,6 +127,33 @@ def legend(ax: Axes) -> dict[str, tuple[float, float, float]]:
     return {t: to_rgb(h.get_facecolor()) for t, h in zip(texts, handles, strict=True)}
 
 
+def test_values_in_any_order_give_the_picture_of_those_in_order() -> None:
+    ordered = some_plane()
+    shuffled = ordered.isel(omega=[3, 0, 5, 1, 4, 2], half_clearance=[2, 3, 1, 0])
+    for variable in ("motion", "lyapunov"):
+        (mesh, values), (other, others) = (
+            cells(plotting.plot_plane(data, variable=variable)) for data in (ordered, shuffled)
+        )
+        np.testing.assert_array_equal(other.get_coordinates(), mesh.get_coordinates())
+        np.testing.assert_array_equal(others, values)
+
+
+def test_a_sweep_is_drawn_as_the_plane_that_it_becomes() -> None:
+    plane = some_plane().drop_vars("lyapunov")
+    for variable in ("motion", "period"):
+        pictures = (plane, plane.drop_vars(["motion", "period"]))
+        one, other = (cells(plotting.plot_plane(p, variable=variable))[1] for p in pictures)
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_count_is_labelled_with_what_it_is_counted_per() -> None:
+    counted = some_plane().drop_vars("lyapunov")
+    for units in ("per forcing period", "per unit of time"):
+        counted.impacts_a.attrs["units"] = units
+        figure = plotting.plot_plane(counted, variable="impacts").get_figure(root=True)
+        assert f"impacts {units}" in [ax.get_ylabel() for ax in figure.axes]
+
+
 @pytest.mark.parametrize("name", PLOTS)
 def test_a_plot_draws_where_asked_and_leaves_the_users_settings_alone(name: str) -> None:
     before = dict(mpl.rcParams)

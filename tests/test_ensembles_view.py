@@ -13,7 +13,7 @@ import vibroimpact as vi
 from vibroimpact.ensembles.attractors import labelled
 from vibroimpact.ensembles.motions import flags
 from vibroimpact.ensembles.outcome import Outcome
-from vibroimpact.plotting import plot_basins
+from vibroimpact.plotting import plot_basins, plot_plane
 
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
@@ -67,6 +67,57 @@ def test_a_plane_takes_other_options_of_the_symbol() -> None:
     strict = Symbol(tolerance=1e-15)
     plane = vi.plane(SET_A, over=over, start=START, settle=5, observe=strict, progress=False)
     assert [word(cell) for cell in plane.motion.squeeze()] == ["not periodic"] * 2
+
+
+def bouncing() -> vi.Mechanism:
+    """Two masses that strike each other for ever, without forcing."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0, 0.0], [0.0, 0.0]],
+        stiffness=[[2.0, -1.0], [-1.0, 2.5]],
+        contacts=(vi.Contact((1.0, -1.0), -0.3, 0.3, 1.0),),
+    )  # fmt: skip
+
+
+def test_what_impacts_without_forcing_is_not_without_impacts() -> None:
+    start, options = vi.State((0.0, 0.1), (1.0, 0.3)), {"settle": 100, "periods": 300}
+    over = {"stiffness[0][0]": [2.0, 3.0], "contacts[0].upper": [0.3, 0.35]}
+    plane = vi.plane(bouncing(), over=over, start=start, progress=False, **options)
+    assert "no_impacts" not in plane.motion.attrs["flag_meanings"]
+    record = vi.simulate(bouncing(), start, impacts=10_000, t_max=400.0)
+    seen = (record.time >= 100.0) & (record.status == vi.Status.IMPACT)
+    assert float(plane.impacts[0, 0]) * 300 == pytest.approx(seen.sum())
+    grid = {"v1": [1.0, 2.0], "x1": [0.0, 0.1]}
+    basins = vi.basins(bouncing(), over=grid, start=start, progress=False, **options)
+    assert "no impacts" not in basins.name.values
+    starts = vi.GridStarts({"v1": [0.0, 1.0]}, vi.State((0.0, 0.0), (0.0, 0.0)))
+    counted = vi.multistability(
+        bouncing(), over={"stiffness[0][0]": [2.0]}, start=starts, progress=False, **options
+    )
+    assert counted.attractors.item() == 2  # at rest between the stops, and in motion
+
+
+def test_a_stored_plane_is_drawn_when_it_is_opened_again(tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    over = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
+    options = {"over": over, "start": START, "settle": 50, "progress": False}
+    plane = vi.plane(SET_A, store=tmp_path / "plane.zarr", **options)
+    again = xr.open_zarr(tmp_path / "plane.zarr", consolidated=False)
+    pictures = [plot_plane(one, variable="impacts") for one in (plane, again)]
+    one, other = (ax.collections[0].get_array() for ax in pictures)
+    np.testing.assert_array_equal(one, other)
+
+
+def test_the_attributes_say_how_attractors_and_ways_were_asked_for() -> None:
+    options = {"settle": 20, "periods": 10, "progress": False}
+    over = {"omega": [1.1, 1.2]}
+    both = vi.bifurcation_sweep(SET_A, over=over, start=START, points=3, **options)
+    assert (both.attrs["way"], both.attrs["follow"]) == ("both", "omega, -omega")
+    starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, START)
+    counted = vi.multistability(SET_A, over=over, start=starts, tolerance=0.01, **options)
+    assert counted.attrs["tolerance"] == 0.01
+    grid = {"x1": [0.0], "v1": [0.0]}
+    found = vi.basins(SET_A, over=grid, start=START, tolerance=0.02, most=3, **options)
+    assert (found.attrs["tolerance"], found.attrs["most"]) == (0.02, 3)
 
 
 def test_a_plane_of_other_than_two_parameters_is_refused() -> None:
@@ -321,6 +372,14 @@ def test_the_count_is_that_of_the_basins(basins_b: xr.Dataset) -> None:
     )  # fmt: skip
     assert int(met.attractors[0]) == len(basins_b.name)
     assert met.attractors.dims == ("omega",)
+
+
+def test_a_torus_near_locking_is_counted_once() -> None:
+    """Next to 2/5 sixteen points of a member come in five heaps."""
+    near = replace(SET_B, omega=0.99, half_clearance=9.5)
+    starts = vi.RandomStarts(16, 1, {"x1": (-6.0, 6.0), "v1": (-6.0, 6.0)}, START)
+    met = vi.multistability(near, over={"omega": [0.99]}, start=starts, settle=1000, progress=False)
+    assert met.attractors.item() == 1
 
 
 def test_where_one_orbit_attracts_every_start_one_is_counted() -> None:

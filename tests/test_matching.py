@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.spatial.distance import pdist, squareform
 
-from vibroimpact.ensembles.matching import TOLERANCE, distinct, known, scale_of
+from vibroimpact.ensembles.matching import TOLERANCE, distinct, known, longest_gaps, scale_of
 from vibroimpact.ensembles.motions import categories, flags, motions
 
 Floats = NDArray[np.float64]
@@ -92,11 +94,17 @@ def test_a_single_point_is_known_by_the_tolerance() -> None:
 
 
 def counted(members: list[tuple[Floats, tuple[int, int, int]]], k: int = 16) -> int:
-    """Each member by its last k points; of shorter records the rest is missing."""
+    """Each member by its last k points; of shorter records the rest is missing. In any order."""
     points = np.full((len(members), k, members[0][0].shape[1]), np.nan)
     for row, (record, _) in zip(points, members, strict=True):
         row[: len(record)] = record[-k:]
-    return distinct(points, np.array([symbol for _, symbol in members]))
+    symbols = np.array([symbol for _, symbol in members])
+    orders = [
+        np.arange(len(members)),
+        *np.random.default_rng(2).permuted([range(len(members))] * 3, axis=1),
+    ]
+    (count,) = {distinct(points[order], symbols[order], "A") for order in orders}
+    return count
 
 
 def repeated(period: int, phase: int = 0, at: float = 0.0) -> Floats:
@@ -129,6 +137,52 @@ def test_an_orbit_beside_chaos_and_a_curve_are_three() -> None:
     chaos = [(henon(16, x), NO_SYMBOL) for x in (0.1, 0.3)]
     curve = (circle(16, radius=0.1)[:, :2] + 5.0, NO_SYMBOL)
     assert counted([*chaos, curve, (repeated(3, at=-7.0), (3, 3, 3))]) == 3
+
+
+def test_a_torus_that_turns_in_heaps_is_one_wherever_its_members_are() -> None:
+    """Rotation 2/5 + 10^-3: sixteen points come in five heaps, a hundredth of the curve each."""
+    turns = 2.0 * np.pi * (0.4 + 1e-3) * np.arange(16)
+    members = [
+        (np.column_stack([np.cos(turns + first), np.sin(turns + first)]), NO_SYMBOL)
+        for first in np.linspace(0.0, 2.0, 12)
+    ]
+    assert counted(members) == 1
+    apart = [(record + np.array([2.6, 0.0]), word) for record, word in members]
+    assert counted([*members, *apart]) == 2
+
+
+def test_orbits_with_more_impacts_than_points_are_matched_by_their_gaps() -> None:
+    locked = orbit(40)[17 * np.arange(120) % 40]  # a torus that rests at 17/40
+    members = [(locked[:-shift], (40, 40, 40)) for shift in (1, 7, 19)]
+    assert counted(members) == 1
+    assert counted([*members, (locked, (40, 40, 80))]) == 2  # other impacts per period
+    assert counted([*members, (locked + 2.5, (40, 40, 40))]) == 2
+
+
+def test_orbits_with_as_many_impacts_at_the_stop_as_points_are_told_apart() -> None:
+    pair = [(repeated(12, at=at), (12, 12, 12)) for at in (0.0, 0.01)]
+    assert counted(pair) == 2
+    assert counted([*pair, (repeated(12, 5), (12, 12, 12))]) == 2
+
+
+def test_a_torus_within_chaos_is_taken_for_it_in_any_order() -> None:
+    """Sixteen points in chaos leave wide gaps: two that are near count as one."""
+    torus = circle(16, radius=0.02)[:, :2] + [0.6, 0.2]
+    assert counted([(torus, NO_SYMBOL), (henon(16, 0.1), NO_SYMBOL)]) == 1
+
+
+def test_the_longest_gap_is_that_of_the_minimum_spanning_tree() -> None:
+    points = np.random.default_rng(5).normal(size=(9, 16, 4))
+    points[3, 7:] = np.nan
+    for one, gap in zip(points, longest_gaps(points), strict=True):
+        known_ones = one[np.isfinite(one[:, 0])]
+        tree = minimum_spanning_tree(squareform(pdist(known_ones)))
+        assert gap == pytest.approx(tree.max(), rel=1e-14)
+
+
+def test_single_points_are_matched_by_the_tolerance() -> None:
+    near = [(np.full((1, 2), at), NO_SYMBOL) for at in (0.0, TOLERANCE / 2, 1.0)]
+    assert counted(near) == 2
 
 
 def test_members_without_points_count_nothing() -> None:

@@ -207,6 +207,7 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: resolve([]), "at least one"),
         (lambda: resolve([3]), "observe = 3"),  # type: ignore[list-item]
         (lambda: resolve([Symbol(), Symbol(returns=3)]), "same names"),
+        (lambda: resolve([Section(), Section(stop="B")]), "take two sweeps"),
         (lambda: resolve(["rms", Rms(row=(1.0,))]), "different labels"),
         (lambda: Section(points=0), "points = 0"),
         (lambda: Section(points=10**13), "points = 10000000000000: must be at most 1000000"),
@@ -226,6 +227,10 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: outputs([Extremes(row=(1.0,), label="u")], chain()), "expected (3,)"),
         (lambda: outputs([Section(contact=2)], chain()), "contact = 2"),
         (lambda: outputs([Section(stop="A")], ball(0.5)), "stop"),
+        (
+            lambda: outputs([*resolve("speeds"), Extremes(row=(1.0,), label="speed")], ball(0.5)),
+            "speed_largest is the result of another observer",
+        ),
         (lambda: outputs([Rms(row=(1.0,), label=f"u{i}") for i in range(17)], ball(0.5)), "16"),
     ],
 )

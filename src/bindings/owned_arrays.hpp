@@ -153,7 +153,7 @@ public:
         want(sees(vi::sees_section), "section_time", &fields::section_time, points);
         want(sees(vi::sees_symbol), "symbol", &fields::symbol, 3); // n, p, q
         want(sees(vi::sees_impacts), "impacts", &fields::impacts,
-             2);                                                   // at A, at B, per forcing period
+             2);                                                   // at A, at B, per period
         want(sees(vi::sees_speeds), "speeds", &fields::speeds, 4); // mean, rms, smallest, largest
         want(sees(vi::sees_power), "power", &fields::power, 1);
         want(sees(vi::sees_settling), "settling", &fields::settling, 1);

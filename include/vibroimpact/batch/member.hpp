@@ -119,7 +119,7 @@ VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& 
     const double time = from.now.so_far.now.time(), omega = detail::forcing_of(b, b.system[i]);
     const member_rows<Flow> rows(b, i);
     b.time[i] = time;
-    rows.write(all, omega > 0.0 ? 2.0 * pi / omega : not_a_number(), time - from.window.settle);
+    rows.write(all, omega > 0.0 ? 2.0 * pi / omega : 1.0, time - from.window.settle);
     rows.write(tangents);
     rows.write_final(from.now.at);
     if constexpr ((observers_compiled & sees_settling) != 0)

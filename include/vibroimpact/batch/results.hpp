@@ -40,7 +40,7 @@ public:
         fill(b_.final_phase, 1, not_a_number());
     }
 
-    // `period` of the forcing, NaN without; `observed`: how long.
+    // `period` of the forcing, a unit of time without; `observed`: how long.
     VI_CALL void write(const observers<Flow>& all, double period, double observed) const {
         const double duration = observed > 0.0 ? observed : not_a_number();
         if (all.wants(sees_section)) write(all.section);

@@ -100,7 +100,8 @@ def basins(
     labels, found = labelled(
         system, members, contact=contact, stop=stop, tolerance=tolerance, most=most
     )
-    return members.assign(attractor=labels, **_table(labels, found, members.sizes["coordinate"]))
+    table = _table(labels, found, members.sizes["coordinate"])
+    return members.assign(attractor=labels, **table).assign_attrs(tolerance=tolerance, most=most)
 
 
 def attractor_state(basins: xr.Dataset, name: str) -> State:

@@ -116,7 +116,8 @@ def _followed(
         begin = _top(parts[-1], name, start) if parts else start
         parts.append(sweep(system, start=begin, follow=sign + name, **asked))
     joined = xr.concat(parts, "direction", combine_attrs="override")
-    return joined.assign_coords(direction=list(directions))
+    follow = ", ".join(part.attrs["follow"] for part in parts)
+    return joined.assign_coords(direction=list(directions)).assign_attrs(way=way, follow=follow)
 
 
 def _top(part: xr.Dataset, name: str, start: State) -> State:

@@ -127,14 +127,15 @@ class Symbol:
 
 @dataclass(frozen=True)
 class Impacts:
-    """Impacts per forcing period at stops A and B, all contacts; NaN without forcing."""
+    """Impacts at stops A and B of all contacts per forcing period, without forcing per time."""
 
     name: ClassVar[str] = "impacts"
 
-    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
+    def outputs(self, mechanism: Mechanism) -> Table:
         """``impacts_a``, ``impacts_b``."""
         texts = {f"impacts_{stop.lower()}": f"impacts at stops {stop}" for stop in "AB"}
-        return reals("impacts", texts, "per forcing period")
+        per = "forcing period" if mechanism.forces else "unit of time"
+        return reals("impacts", texts, f"per {per}")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,11 @@ Method      A member is known by its last points on a section, z = (x, v, cos th
             On one attractor d(z) and e_j are drawn from the same distribution, so that the rule
             needs no length: with k independent points (2) fails with a probability below
             binomial(k, k/2) 0.01^(k/2), 7e-7 for k = 8.
+            Where attractors are counted, the few points of a member are all that is known of one.
+            On a torus near p/q they come in q heaps and say nothing of the curve between these.
+              periodic with no more impacts at the stop than points: (1), (3)
+              else: what lies in the gaps of a member is on its attractor, median of d <= the
+                longest edge of the minimum spanning tree of the z_j; widest gaps first     (4)
 Assumes     members that have settled; points of an attractor that visit all of it
 Accuracy    (1) joins a member that still settles, by less than ``tolerance``. (1) separates orbits
             farther apart than that, (2) attractors farther apart than their points are from each
@@ -30,6 +35,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vibroimpact.motion import Stop
 from vibroimpact.sections import coordinates
 
 Floats = NDArray[np.float64]
@@ -99,6 +105,27 @@ def known(points: Floats, periodic: bool, tolerance: float = TOLERANCE) -> Known
     return Known(tree, False, float(np.quantile(own, QUANTILE)))
 
 
+def longest_gaps(points: Floats) -> Floats:
+    """Longest edge of the minimum spanning tree of the points of each member, (4): shape (m,).
+
+    By Prim's algorithm, for all members at once; points as in :func:`distinct`.
+    """
+    apart = np.linalg.norm(points[:, :, None] - points[:, None], axis=-1)
+    apart = np.where(np.isfinite(apart), apart, np.inf)
+    rows = np.arange(len(points))
+    away, inside = apart[:, 0].copy(), np.zeros(points.shape[:2], dtype=bool)
+    inside[:, 0] = True
+    longest = np.zeros(len(points))
+    for _ in range(points.shape[1] - 1):
+        away[inside] = np.inf
+        nearest = away.argmin(axis=1)
+        step = away[rows, nearest]
+        longest = np.where(np.isfinite(step), np.maximum(longest, step), longest)
+        inside[rows, nearest] = True
+        away = np.minimum(away, apart[rows, nearest])
+    return longest
+
+
 def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags:
     """Which symbols (m, 3) have the impacts per forcing period of one of them (3); zeros have."""
     n, p, q = symbol
@@ -106,8 +133,10 @@ def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags
     return np.asarray(same & (symbols[:, 2] * n == symbols[:, 0] * q))
 
 
-def distinct(points: Floats, symbols: NDArray[np.int64], tolerance: float = TOLERANCE) -> int:
-    """How many attractors some members meet, by (1) and (2) with their own points.
+def distinct(
+    points: Floats, symbols: NDArray[np.int64], stop: Stop, tolerance: float = TOLERANCE
+) -> int:
+    """How many attractors some members meet, by (1) and (4); in any order of the members.
 
     Parameters
     ----------
@@ -115,19 +144,24 @@ def distinct(points: Floats, symbols: NDArray[np.int64], tolerance: float = TOLE
         Shape (member, k, dimension), missing points NaN, at the end.
     symbols
         n, p, q of each, shape (member, 3), zeros where not periodic.
+    stop
+        Of the section.
     tolerance
         Of (1).
     """
-    left = np.isfinite(points[:, 0]).all(axis=-1)
-    impacts = symbols[:, 1:].sum(axis=1)
-    order = np.where(impacts > 0, impacts, np.iinfo(impacts.dtype).max)  # short orbits first
+    there = np.asarray(np.isfinite(points).all(axis=-1))
+    left, impacts = there[:, 0].copy(), symbols[:, 1:].sum(axis=1)
+    short = (impacts > 0) & (symbols[:, 1 if stop == "A" else 2] <= there.sum(axis=1))
+    gaps = longest_gaps(points)
     count = 0
-    while left.any():
-        remaining = np.flatnonzero(left)
-        first = int(remaining[np.argmin(order[remaining])])
-        own = points[first][np.isfinite(points[first]).all(axis=-1)]
-        whole = 0 < impacts[first] <= len(own)
-        alike = proportional(symbols, symbols[first]) if whole else impacts == impacts[first]
-        left &= ~(alike & known(own, whole, tolerance).holds(points))
+    for first in np.lexsort((np.where(short, impacts, -gaps), ~short)):  # short orbits, wide gaps
+        if not left[first]:
+            continue
+        own = points[first][there[first]]
+        reach = tolerance if short[first] else max(tolerance, float(gaps[first]))
+        shape = Known(cKDTree(own), bool(short[first]), reach)
+        same = (short[first] | ~short) & proportional(symbols, symbols[first])
+        left &= ~(same & shape.holds(points))
+        left[first] = False
         count += 1
     return count

@@ -115,6 +115,5 @@ def _grows(members: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def _silent(members: xr.Dataset) -> NDArray[np.bool_]:
-    """Where no impact was observed; without forcing impacts have no rate, and only rest is left."""
-    impacts = members["impacts_a"].values + members["impacts_b"].values
-    return np.asarray(~(impacts > 0.0))
+    """Where no impact was observed."""
+    return np.asarray(members["impacts_a"].values + members["impacts_b"].values == 0.0)

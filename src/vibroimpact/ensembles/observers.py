@@ -90,7 +90,7 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
         if found.setdefault(key, observer) != observer:
             raise InvalidParameterError(
                 f"observe = {found[key]!r}, {observer!r}: their results have the same names. "
-                "Keep one, or give rows different labels."
+                f"{'Give them different labels' if key[1] else 'Keep one; take two sweeps'}."
             )
     if not found:
         raise InvalidParameterError("observe = []: needs at least one observer.")
@@ -128,7 +128,8 @@ def outputs(observers: Sequence[Observer], mechanism: Mechanism) -> Table:
     Raises
     ------
     InvalidParameterError
-        A contact, stop or row that the mechanism does not have; more than 16 rows.
+        A contact, stop or row that the mechanism does not have; more than 16 rows; a label that
+        makes the name of another result.
     """
     table = {"end": _end(), "time": _time()}
     used = dict.fromkeys(WATCHES.values(), 0)  # columns of each table
@@ -138,6 +139,10 @@ def outputs(observers: Sequence[Observer], mechanism: Mechanism) -> Table:
             at = WATCHES[one.name]
             found = {name: _moved(output, used[at]) for name, output in found.items()}
             used[at] += 2 * max(1, *(sum(output.shape) for output in found.values()))
+        for name in sorted(found.keys() & table.keys()):
+            raise InvalidParameterError(
+                f"observe = {one!r}: {name} is the result of another observer. Take another label."
+            )
         table |= found
     if max(used.values()) > 2 * MOST_ROWS:
         raise InvalidParameterError(f"observe: at most {MOST_ROWS} rows of Extremes, and of Rms.")

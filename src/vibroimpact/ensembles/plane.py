@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -51,8 +51,8 @@ def plane(
     Dataset
         The sweep, with ``motion`` (code of the symbol n-p-q, or of what else happens: see its
         ``flag_meanings``; chaos is one of them if "lyapunov" is observed), ``period`` (n, 0 where
-        not periodic) and ``impacts`` per forcing period at both stops. Draw it by
-        :func:`vibroimpact.plotting.plot_plane`.
+        not periodic) and ``impacts`` at all stops, per forcing period or, without forcing, unit of
+        time. Draw it by :func:`vibroimpact.plotting.plot_plane`.
 
     Raises
     ------
@@ -63,6 +63,10 @@ def plane(
     -----
     Coexisting attractors: one start sees one of them at each point. Compare ``follow``, other
     starts, or :func:`~vibroimpact.multistability`.
+
+    What is added to the sweep is made in memory, some 100 bytes a member, and is not in ``store``.
+    Of more members than that: :func:`~vibroimpact.sweep` with a store, and ``plot_plane`` of a
+    part, such as ``members.isel(omega=slice(None, None, 30))``.
 
     Examples
     --------
@@ -81,10 +85,21 @@ def plane(
     return with_motions(sweep(system, over=over, observe=observers, start=start, **options))
 
 
-def with_motions(members: xr.Dataset) -> xr.Dataset:
+def _impacts(members: xr.Dataset) -> xr.Variable:
+    a, b = (members[f"impacts_{stop}"].variable for stop in "ab")
+    both = a + b
+    units = {name: a.attrs[name] for name in ("units",) if name in a.attrs}
+    both.attrs = {"long_name": "impacts at all stops"} | units
+    return both
+
+
+ADDED = {"motion": motions, "period": lambda members: members["n"].variable, "impacts": _impacts}
+MADE_OF = ("end", "n", "p", "q", "impacts_a", "impacts_b")
+
+
+def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr.Dataset:
     """A sweep with ``motion``, ``period`` and ``impacts``, made of the symbol and the impacts."""
-    n, a, b = (members[name].variable for name in ("n", "impacts_a", "impacts_b"))
-    return members.assign(motion=motions(members), period=n, impacts=a + b)
+    return members.assign({name: ADDED[name](members) for name in names})
 
 
 def multistability(
@@ -121,10 +136,10 @@ def multistability(
 
     Notes
     -----
-    A lower bound on the number of attractors: small basins are missed. Compared are the last 16
-    points of each member, by the rule of :func:`~vibroimpact.basins`, without classification:
-    motions that are not periodic and nearer to each other than these points are spaced count as
-    one, and transients longer than ``settle`` as attractors.
+    Small basins are missed. Compared are the last 16 points of each member, without classification:
+    motions that are not periodic, or have more impacts at the stop than that, count as one where
+    one lies in the gaps between the points of the other: near attractors are joined rather than
+    one counted twice. Transients longer than ``settle`` count as attractors.
     """
     if isinstance(start, State) or not over:
         raise InvalidParameterError(
@@ -137,10 +152,11 @@ def multistability(
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts"], start=start, **options
     )
-    return members.assign(attractors=_counted(members, list(over), tolerance))
+    counted = _counted(members, list(over), stop, tolerance)
+    return members.assign(attractors=counted).assign_attrs(tolerance=tolerance)
 
 
-def _counted(members: xr.Dataset, over: list[str], tolerance: float) -> xr.DataArray:
+def _counted(members: xr.Dataset, over: list[str], stop: Stop, tolerance: float) -> xr.DataArray:
     """Attractors met at every point of the parameters."""
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
@@ -157,5 +173,5 @@ def _counted(members: xr.Dataset, over: list[str], tolerance: float) -> xr.DataA
     counts = np.zeros(shape, dtype=np.int16)
     for at in np.ndindex(*shape):
         silent = bool((kinds[at] == NO_IMPACTS).any())
-        counts[at] = distinct(points[at], symbols[at], tolerance) + silent
+        counts[at] = distinct(points[at], symbols[at], stop, tolerance) + silent
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})

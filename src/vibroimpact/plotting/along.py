@@ -41,7 +41,7 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
         if variable == "lyapunov":
             ax.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
         _lines(ax, array, parameter)
-        ax.set(xlabel=parameter_label(parameter), ylabel=label_of(variable))
+        ax.set(xlabel=parameter_label(parameter), ylabel=label_of(array))
     return ax
 
 

@@ -85,6 +85,7 @@ def ends(values: NDArray[np.float64]) -> tuple[float, float]:
 def mesh(ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize) -> None:
     """One cell around each point of the grid, stored as pixels."""
     across, up = over_two(field)
+    field = field.sortby([across, up])  # edges() wants points in order
     x, y = (np.asarray(field[name].values, dtype=float) for name in (across, up))
     ax.set_facecolor(style.NOTHING)
     for points, set_scale in ((x, ax.set_xscale), (y, ax.set_yscale)):

@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from vibroimpact.ensembles.motions import Category
 from vibroimpact.ensembles.motions import categories as occurring
+from vibroimpact.ensembles.plane import ADDED, MADE_OF, with_motions
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
@@ -33,10 +34,10 @@ def plot_plane(
     Parameters
     ----------
     plane
-        What :func:`vibroimpact.plane` or :func:`vibroimpact.multistability` returned, or any
-        dataset whose ``variable`` has two dims.
+        What :func:`vibroimpact.plane` or :func:`vibroimpact.multistability` returned, a sweep or
+        its store opened again, or any dataset whose ``variable`` has two dims.
     variable
-        "motion" (a colour per symbol n-p-q), "period", "impacts" (per forcing period), "lyapunov"
+        "motion" (a colour per symbol n-p-q), "period", "impacts" (at all stops), "lyapunov"
         (blue below zero, white at zero, red above), "rotation" (grey also where the error is above
         0.01), "attractors" (how many were met), or another number in the dataset.
     ax
@@ -51,6 +52,7 @@ def plot_plane(
         What was drawn on. The first dim is drawn across, an axis of equal ratios (``np.geomspace``)
         on a logarithmic scale. Cells without a number are grey.
     """
+    plane = _completed(plane, variable)
     field = variable_of(plane, variable)
     if most not in range(1, len(COLOURS) + 1):
         raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
@@ -61,8 +63,15 @@ def plot_plane(
     return ax
 
 
+def _completed(plane: xr.Dataset, variable: str) -> xr.Dataset:
+    """With what :func:`vibroimpact.plane` adds to a sweep: a store holds the sweep alone."""
+    made = variable not in plane and variable in ADDED and {*MADE_OF} <= set(plane.data_vars)
+    return with_motions(plane, [variable]) if made else plane
+
+
 def _draw(ax: Axes, plane: xr.Dataset, variable: str, most: int) -> None:
-    field, label = plane[variable], label_of(variable)
+    field = plane[variable]
+    label = label_of(field)
     if "flag_meanings" in field.attrs:
         maps.categories(ax, field, shades(occurring(field), most))
     elif field.dtype.kind in "iu":

@@ -9,7 +9,6 @@ from vibroimpact.errors import InvalidParameterError
 LABELS = {
     "rotation": r"rotation number $\rho$",
     "lyapunov": r"largest Lyapunov exponent $\Lambda$",
-    "impacts": "impacts per forcing period",
     "period": "period in forcing periods",
     "attractors": "attractors met",
 }
@@ -25,6 +24,8 @@ def variable_of(dataset: xr.Dataset, variable: str, otherwise: str = "") -> xr.D
     return dataset[variable]
 
 
-def label_of(variable: str) -> str:
-    """A variable in words."""
-    return LABELS.get(variable, variable.replace("_", " "))
+def label_of(field: xr.DataArray) -> str:
+    """A variable in words, with what it is counted per."""
+    name, units = str(field.name), str(field.attrs.get("units", ""))
+    words = LABELS.get(name, name.replace("_", " "))
+    return f"{words} {units}" if units.startswith("per ") else words
