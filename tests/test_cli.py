@@ -124,6 +124,15 @@ def test_help_shows_an_example_that_is_understood(
     cli.parser().parse_args(shlex.split(command.EXAMPLE)[1:])
 
 
+@pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda command: command.NAME)
+def test_help_has_no_markup_of_docstrings(
+    command: types.ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cli.main([command.NAME, "--help"])
+    shown = capsys.readouterr().out
+    assert not re.search(r":\w+:`|``|default: None", shown)
+
+
 def test_help_shows_the_defaults_of_the_functions(capsys: pytest.CaptureFixture[str]) -> None:
     cli.main(["section", "--help"])
     shown = " ".join(capsys.readouterr().out.split())
@@ -337,9 +346,9 @@ def test_ctrl_c_while_writing_leaves_nothing_behind() -> None:
     assert not list(Path().iterdir())
 
 
-def test_the_module_runs_as_a_program() -> None:
+def test_the_package_runs_as_a_program() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "vibroimpact.cli", "orbit", "impact-damper/A", "--omega", "-1"],
+        [sys.executable, "-m", "vibroimpact", "orbit", "impact-damper/A", "--omega", "-1"],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == cli.MISUSE

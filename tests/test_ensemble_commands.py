@@ -22,6 +22,8 @@ SET_A = vi.ImpactDamper(
 MIDDLE = vi.State((0.0, 0.0), (0.0, 1.0))
 OMEGA, CLEARANCE = "omega=1.1:1.2:3", "half_clearance=4,5"
 OVER = {"omega": np.linspace(1.1, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
+PLANE = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE]
+RANDOM = ["sweep", CASE, "--over", OMEGA, "--starts"]
 SHORT = ["--settle", "60", "--periods", "20"]
 WINDOW = {"settle": 60.0, "periods": 20.0, "progress": False}
 
@@ -97,6 +99,62 @@ def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixtur
     assert "attractors met: 1 at 6 points" in out
 
 
+def test_a_grid_of_starts_is_that_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["sweep", CASE, "--over", "omega=1.1", "--grid", "x1=-1:2:3", "--grid", "v2=0,3"]
+    out = said([*argv, *SHORT, "--out", "s.nc"], capsys)
+    assert "omega 1.1 to 1.1 (1), x1 -1 to 2 (3), v2 0 to 3 (2)\n6 members: 6 ok" in out
+    starts = vi.GridStarts({"x1": [-1.0, 0.5, 2.0], "v2": [0.0, 3.0]}, MIDDLE)
+    expected = vi.sweep(SET_A, over={"omega": [1.1]}, start=starts, **WINDOW)
+    xr.testing.assert_equal(opened("s.nc"), expected)
+
+
+def test_observers_take_the_options_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    observe = "section:points=4:stop=B, rms:row=-1/1:label=gap, symbol:tolerance=1e-4"
+    argv = ["sweep", CASE, "--over", OMEGA, "--observe", observe, *SHORT]
+    said([*argv, "--out", "s.nc"], capsys)
+    expected = vi.sweep(
+        SET_A, over={"omega": OVER["omega"]}, start=MIDDLE, **WINDOW,
+        observe=[
+            vi.observe.Section(points=4, stop="B"), vi.observe.Rms(row=(-1.0, 1.0), label="gap"),
+            vi.observe.Symbol(tolerance=1e-4),
+        ],
+    )  # fmt: skip
+    xr.testing.assert_equal(opened("s.nc"), expected)
+    assert opened("s.nc").attrs["observe"] == expected.attrs["observe"]
+
+
+def test_the_section_of_a_count_and_of_a_rotation_is_that_of_the_library(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    many = [*PLANE, *SHORT, "--starts", "2", "--vary", "x1=-1:1", "--stop", "B"]
+    said([*many, "--out", "c.nc"], capsys)
+    starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, MIDDLE)
+    counted = vi.multistability(SET_A, over=OVER, start=starts, stop="B", **WINDOW)
+    xr.testing.assert_equal(opened("c.nc"), counted)
+    turning = [*PLANE, *SHORT, "--observe", "rotation:stop=B", "--variable", "rotation"]
+    said([*turning, "--out", "r.nc", "--out", "r.png"], capsys)
+    observe = vi.observe.Rotation(stop="B")
+    expected = vi.plane(SET_A, over=OVER, start=MIDDLE, observe=observe, **WINDOW)
+    xr.testing.assert_equal(opened("r.nc"), expected)
+
+
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["basins", CASE, "--omega", "1.2", "--over", "x1=-2:2:2", "--over", "v1=0,1"],
+        ["diagram", CASE, "--over", OMEGA, "--way", "up", "--points", "4"],
+    ],
+)
+def test_basins_and_diagrams_are_kept_in_a_store(
+    argv: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("zarr")
+    kept = [*argv, *SHORT, "--store", "s.zarr"]
+    said([*kept, "--out", "one.nc"], capsys)
+    assert "kept in s.zarr" in said([*kept, "--out", "two.nc"], capsys)
+    xr.testing.assert_identical(opened("one.nc"), opened("two.nc"))
+
+
 def test_basins_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["basins", CASE, "--omega", "1.2", "--over", "x1=-2:2:4", "--over", "v1=-1:1:3"]
     out = said([*argv, "--out", "b.nc", "--out", "b.png"], capsys)
@@ -157,23 +215,60 @@ def test_an_interrupted_sweep_says_how_to_go_on(
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
+        (["sweep", CASE, "--over", OMEGA], "variable: missing. Take one of end"),
+        (["sweep", CASE, "--over", OMEGA, "--variable", "power"], "'power': must be one of end"),
+        (["sweep", *PLANE[1:], "--over", "zeta=0,0.1", "--variable", "n"], "one parameter"),
+        (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
+        ([*PLANE, "--most", "9"], "most = 9: must be 1 to 7"),
+        ([*PLANE, "--variable", "attractors"], "'attractors': must be one of"),
+        ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--variable", "n"], "must have two"),
+        (["diagram", CASE, "--over", OMEGA, "--variable", "x9"], "'x9': must be one of"),
+    ],
+)  # fmt: skip
+def test_a_mistake_about_the_picture_is_found_before_the_work(
+    argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    endless = ["--settle", "1e9", "--most-impacts", "1000000000"]
+    assert cli.main([*argv, *endless, "--out", "p.png", "--out", "p.nc"]) == cli.MISUSE
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
         (["sweep", CASE, "--over", "omega=1:2"], "omega=1:2: must be NAME=LOW:HIGH:COUNT"),
         (["sweep", CASE, "--over", "omega=a:2:3"], "must be NAME=LOW:HIGH:COUNT"),
-        (["sweep", CASE, "--over", "omega=1:2:0"], "COUNT must be a whole number >= 1"),
+        (["sweep", CASE, "--over", "omega=1:2:0"], "COUNT must be a whole number from 1"),
         (["sweep", CASE, "--over", OMEGA, "--over", OMEGA], "over = omega: is there twice"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "sound"], "'sound': must be one of section"),
-        (["sweep", CASE, "--over", OMEGA, "--vary", "x1=0:1"], "vary = x1=0:1: needs --starts"),
-        (["sweep", CASE, "--over", OMEGA, "--out", "s.png"], "variable: missing. Take one of end"),
+        (["sweep", CASE, "--over", OMEGA, "--vary", "x1=0:1"], "Give --starts COUNT"),
         (["sweep", CASE, "--over", OMEGA, "--backend", "fpga"], "backend = 'fpga'"),
+        (["sweep", CASE, "--over", "omega=1:2:inf"], "finite numbers"),
+        (["sweep", CASE, "--over", "omega=1:2:1e18"], "from 1 to 10000000"),
+        (["sweep", CASE, "--over", "omega=a"], "must be NAME=LOW:HIGH:COUNT or NAME=A,B"),
+        (["sweep", CASE, "--over", OMEGA, "--seed", "3"], "Give --starts COUNT"),
+        ([*RANDOM, "0", "--vary", "x1=0:1"], "starts = 0: must be >= 1"),
+        ([*RANDOM, "2"], "with --vary NAME=LOW:HIGH"),
+        ([*RANDOM, "2", "--vary", "y=0:1"], "vary = y: must be one of x1, x2, v1, v2, phase"),
+        ([*RANDOM, "2", "--vary", "x1=0:1:2"], "vary = x1=0:1:2: must be NAME=LOW:HIGH"),
+        ([*RANDOM, "2", "--vary", "x1=0:1", "--vary", "x1=0:2"], "vary = x1: is there twice"),
+        ([*RANDOM, "2", "--grid", "x1=0:1:2"], "grid: is without --starts"),
+        ([*RANDOM, "2", "--vary", "x1=1:0"], "x1=1:0: must be NAME=LOW:HIGH with LOW < HIGH"),
+        (["sweep", CASE, "--over", OMEGA, "--grid", "x1=0,0"], "grid = x1=0,0: must have each val"),
+        (["sweep", CASE, "--over", OMEGA, "--observe", "section:stop=A:stop=B"], "stop is there"),
+        (["sweep", CASE, "--over", OMEGA, "--client", "tcp://node:1"], "is for backend = 'dask'"),
+        (["diagram", CASE, "--over", OMEGA, "--grid", "x1=0,1"], "unrecognized arguments: --grid"),
+        (["sweep", CASE, "--over", OMEGA, "--observe", "section:end=B"], "'end' must be one of p"),
+        (["sweep", CASE, "--over", OMEGA, "--observe", "impacts:a=1"], "'a' must be left out"),
+        (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),
+        ([*PLANE, "--stop", "B"], "stop: is for counting attractors"),
+        ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--observe", "power"], "must be left out"),
         (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "'nothing': must be one of"),
         (["plane", CASE, "--over", OMEGA], "must be two parameters"),
         (["plane", CASE, "--over", OMEGA, "--over", "force=1:2:3", "--out", "p.txt"], "must end"),
         (["basins", CASE, "--omega", "1", "--over", "x1=0:1:3"], "must be two coordinates"),
         (["diagram", CASE, "--over", OMEGA, "--way", "left"], "way = 'left'"),
-        (
-            ["diagram", CASE, "--over", OMEGA, *SHORT, "--variable", "x9", "--out", "d.png"],
-            "'x9': must be one of",
-        ),
     ],
 )  # fmt: skip
 def test_misuse_is_refused_with_what_is_allowed(

@@ -180,7 +180,7 @@ def test_interruption_leaves_nothing(
 
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_interrupt_of_the_command_leaves_nothing(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "vibroimpact.cli", "reproduce", "impact-damper"]
+    command = [sys.executable, "-m", "vibroimpact", "reproduce", "impact-damper"]
     with subprocess.Popen(
         [*command, "--out", str(tmp_path / "out")],
         stderr=subprocess.PIPE,

@@ -162,14 +162,23 @@ def write(
             if path.suffix.lower() in DATA:
                 data().to_netcdf(temporary, engine="h5netcdf")
             else:
-                _draw(picture, temporary)
+                with _drawn(picture) as ax:
+                    save(ax, temporary)
 
 
-def _draw(picture: Callable[[], Axes], path: Path) -> None:
+def rehearse_picture(paths: list[Path], picture: Callable[[], Axes]) -> None:
+    """Make a picture if a file wants one, and drop it: an error comes before the long work."""
+    if any(path.suffix.lower() in PICTURES for path in paths):
+        with _drawn(picture):
+            pass
+
+
+@contextmanager
+def _drawn(picture: Callable[[], Axes]) -> Iterator[Axes]:
     plt.switch_backend("agg")  # a file needs no window and no display
     ax = picture()
     try:
-        save(ax, path)
+        yield ax
     finally:
         plt.close(ax.get_figure(root=True))
 

@@ -6,7 +6,7 @@ import argparse
 
 import xarray as xr
 
-from vibroimpact.commands import common, ensemble
+from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.basins import attractor_state, basins
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_basins
@@ -26,22 +26,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_start(parser)
     ensemble.add_over(parser, "a coordinate of the start, x1, x2, ..., v1, v2, ..., phase, and "
                       "its values; two of them, the first across")  # fmt: skip
-    common.add_arguments_of(parser, basins, MATCHING)
-    ensemble.add_window(parser, store=False)
+    common.add_arguments_of(parser, basins, MATCHING, **ensemble.TEXTS)
+    ensemble.add_window(parser)
 
 
 def run(arguments: argparse.Namespace) -> str:
     """Compute, write, and list the attractors."""
     targets = common.targets_of(arguments)
     case = common.case_of(arguments)
-    over = ensemble.over_of(arguments)
+    over = members.over_of(arguments)
     found = basins(
-        case.system, over=over, start=ensemble.base_of(arguments, case),
+        case.system, over=over, start=members.base_of(arguments, case),
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: plot_basins(found))
     lines = [*ensemble.summary(case, over, found), *_listed(found)]
-    return "\n".join(lines) + common.listed(targets)
+    return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 
 def _listed(found: xr.Dataset) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from vibroimpact.state import STATE, State
 System = ImpactDamper | Mechanism
 PARAMETERS = tuple(f for f in inspect.signature(ImpactDamper).parameters if f != "scales")
 ORBIT = "the stable orbit, or else the first"
+ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
 SIGNS = {"plus": 1, "minus": -1}
 TYPES: dict[str, Callable[[str], Any]] = {
     "int": int, "float": float, "int | None": int, "float | None": float,
@@ -34,14 +36,18 @@ class Failure(Exception):  # noqa: N818 - an outcome, told to the caller by the 
 
 
 def add_arguments_of(
-    parser: argparse._ActionsContainer, function: Callable[..., Any], names: Iterable[str]
-) -> None:
-    """Add an option per parameter of a function, with its default and its description."""
-    signature, texts = inspect.signature(function), descriptions(function)
+    parser: argparse._ActionsContainer, function: Callable[..., Any], names: Iterable[str],
+    **own: str,
+) -> None:  # fmt: skip
+    """Add an option per parameter of a function, with its default and its description.
+
+    A text of its ``own`` stands for the description, where that is written for Python alone.
+    """
+    signature, texts = inspect.signature(function), descriptions(function) | own
     for name in names:
         parameter = signature.parameters[name]
-        text = texts.get(name, "").replace("%", "%%").replace("``", "")
-        if parameter.default is not parameter.empty:
+        text = ROLE.sub(r"\1", texts.get(name, "")).replace("%", "%%").replace("``", "")
+        if parameter.default not in (parameter.empty, None):
             text += f" (default: {parameter.default})"
         parser.add_argument(
             option(name),

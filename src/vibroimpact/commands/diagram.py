@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
 
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common, ensemble
+from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.diagram import bifurcation_sweep
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
@@ -26,31 +28,35 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_members(
         parser,
         over="the parameter and its values",
-        observe="more than the section: lyapunov, speeds, ...",
+        observe="more than the section",
+        grid=False,
     )
-    common.add_arguments_of(parser, bifurcation_sweep, SECTION)
+    common.add_arguments_of(parser, bifurcation_sweep, SECTION, **ensemble.TEXTS)
     parser.add_argument(
         "--variable", metavar="NAME",
         help=f"what is drawn: x1, ..., v1, ..., phase, or what was observed (default: {FIRST})",
     )  # fmt: skip
-    ensemble.add_window(parser, store=False)
+    ensemble.add_window(parser)
 
 
 def run(arguments: argparse.Namespace) -> str:
     """Compute, write, and say how the members ended."""
     targets = common.targets_of(arguments)
-    over = ensemble.over_of(arguments)
-    case = ensemble.case_of(arguments, over)
-    found = bifurcation_sweep(
-        case.system, over=over, start=ensemble.start_of(arguments, case),
-        observe=ensemble.observed(arguments),
-        **common.given(arguments, SECTION), **ensemble.options_of(arguments),
+    over = members.over_of(arguments)
+    case = members.case_of(arguments, over)
+    start = members.start_of(arguments, case)
+    compute: Callable[..., xr.Dataset] = partial(
+        bifurcation_sweep, case.system, observe=members.observed(arguments),
+        **common.given(arguments, SECTION),
     )  # fmt: skip
-    write(targets, data=lambda: found, picture=lambda: _picture(found, arguments.variable or FIRST))
+    draw = partial(_picture, arguments.variable or FIRST)
+    ensemble.rehearse(targets, over, start, compute, draw)
+    found = compute(over=over, start=start, **ensemble.options_of(arguments))
+    write(targets, data=lambda: found, picture=lambda: draw(found))
     lines = ensemble.summary(case, over, found)
-    return "\n".join(lines) + common.listed(targets)
+    return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 
-def _picture(found: xr.Dataset, variable: str) -> Axes:
+def _picture(variable: str, found: xr.Dataset) -> Axes:
     points = variable not in found or "point" in found[variable].dims
     return (plot_bifurcation_diagram if points else plot_along)(found, variable=variable)

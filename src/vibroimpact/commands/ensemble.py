@@ -1,45 +1,64 @@
-"""What the commands on ensembles share: axes, starts, the options of a sweep."""
+"""What the commands on ensembles share: options, a rehearsal of their pictures, a summary."""
 
 from __future__ import annotations
 
 import argparse
 import re
-from dataclasses import fields
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from matplotlib.axes import Axes
 
 from vibroimpact.commands import common
+from vibroimpact.commands.members import DAMPER, GRID, RANGE, Floats, Start
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.ensembles.motions import flags
-from vibroimpact.ensembles.starts import RandomStarts
+from vibroimpact.ensembles.observers import OBSERVERS
 from vibroimpact.ensembles.store import store_path
 from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import Case
-from vibroimpact.state import STATE, State
+from vibroimpact.files import Case, rehearse_picture
+from vibroimpact.state import State
 
 WINDOW = ("settle", "periods", "most_impacts")
-HOW = ("backend", "workers", "tile")
-GRID = "NAME=LOW:HIGH:COUNT"
-RANGE = "NAME=LOW:HIGH"
-MIDDLE = State((0.0, 0.0), (0.0, 1.0))  # of a damper: free of its stops at any clearance
-STATED = (*STATE, "on_stop", "orbit")
-DAMPER = tuple(f.name for f in fields(ImpactDamper))
+HOW = ("store", "backend", "workers", "client", "tile")
+TEXTS = {
+    "settle": "How long a run goes on before it is observed, in forcing periods; in units of time "
+    "for a system without forcing.",
+    "periods": "How long it is observed then, in the same units.",
+    "follow": "NAME of one parameter: members start where they ended at the value before, upwards; "
+    "downwards with --follow=-NAME.",
+    "store": "A folder to keep results in, in Zarr's format (needs the extra store). If it is "
+    "there, the command goes on where it ended.",
+    "client": "For --backend dask: the address of a scheduler, such as tcp://node:8786. By default "
+    "a cluster of this process alone.",
+    "stop": "Stop of the section on which points are taken, A (upper) or B (lower).",
+    "contact": "Contact of that stop, from 0.",
+    "tolerance": "Periodic orbits nearer than this, in units of the largest position and velocity, "
+    "are one; in (0, 1).",
+}
 
 
 # ---- options -------------------------------------------------------------------------------------
 
 
-def add_members(parser: argparse.ArgumentParser, over: str, observe: str) -> None:
+def add_members(
+    parser: argparse.ArgumentParser, over: str, observe: str, *, grid: bool = True
+) -> None:
     """Add the options that say which members: the system, one start or many, grid, observers."""
     common.add_system(parser)
     add_start(parser)
     _add_random(parser)
+    if grid:
+        _add_grid(parser)
     add_over(parser, over)
-    parser.add_argument("--observe", default="", metavar="A,B,...", help=observe)
+    parser.add_argument(
+        "--observe", default="", metavar="A,B,...",
+        help=f"{observe}: {', '.join(OBSERVERS)}; options as in section:points=50:stop=B or "
+        "rms:row=1/-1:label=gap",
+    )  # fmt: skip
 
 
 def add_over(parser: argparse.ArgumentParser, text: str) -> None:
@@ -58,20 +77,30 @@ def add_start(parser: argparse.ArgumentParser) -> None:
 def _add_random(parser: argparse.ArgumentParser) -> None:
     """Add the options for random starts."""
     group = parser.add_argument_group(
-        "random starts", "Many starts instead of one; the state above gives what does not vary."
+        "random starts",
+        "Many starts instead of one; the state above gives what does not vary. Coordinates are x1, "
+        "x2, ..., v1, v2, ..., phase.",
     )
     group.add_argument("--starts", type=int, metavar="COUNT", help="how many")
-    group.add_argument("--seed", type=int, default=0, help="of the random numbers (default: 0)")
+    group.add_argument("--seed", type=int, help="of the random numbers (default: 0)")
     group.add_argument(
         "--vary", action="append", default=[], metavar=RANGE,
-        help="a coordinate, x1, x2, ..., v1, v2, ..., phase, and its range; may be repeated",
+        help="a coordinate and its range; may be repeated",
+    )  # fmt: skip
+    parser.set_defaults(grid=[])
+
+
+def _add_grid(parser: argparse.ArgumentParser) -> None:
+    """Add the option for a grid of starts."""
+    parser.add_argument(
+        "--grid", action="append", metavar=GRID,
+        help="a grid of starts instead: a coordinate and its values; may be repeated",
     )  # fmt: skip
 
 
-def add_window(parser: argparse.ArgumentParser, *, store: bool = True) -> None:
+def add_window(parser: argparse.ArgumentParser) -> None:
     """Add the options of a sweep: how long, where to, by whom."""
-    common.add_arguments_of(parser, sweep, WINDOW)
-    common.add_arguments_of(parser, sweep, (*HOW, "store") if store else HOW)
+    common.add_arguments_of(parser, sweep, (*WINDOW, *HOW), **TEXTS)
     common.add_out(parser)
 
 
@@ -80,84 +109,33 @@ def add_window(parser: argparse.ArgumentParser, *, store: bool = True) -> None:
 
 def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     """The options of a sweep that were given."""
-    names = [name for name in (*WINDOW, *HOW, "store", "follow") if hasattr(arguments, name)]
+    names = [name for name in (*WINDOW, *HOW, "follow") if hasattr(arguments, name)]
     return common.given(arguments, names)
 
 
-def observed(arguments: argparse.Namespace) -> list[str]:
-    """The names of observers."""
-    return [name for name in arguments.observe.split(",") if name]
+# ---- before it takes long ------------------------------------------------------------------------
 
 
-def over_of(arguments: argparse.Namespace) -> dict[str, NDArray[np.float64]]:
-    """The axes of the grid."""
-    axes = [_axis(text) for text in arguments.over]
-    twice = {name for name, _ in axes if [other for other, _ in axes].count(name) > 1}
-    if twice:
-        raise InvalidParameterError(f"over = {min(twice)}: is there twice. Give each name once.")
-    return dict(axes)
+def rehearse(
+    targets: list[Path], over: dict[str, Floats], start: Start,
+    compute: Callable[..., xr.Dataset], draw: Callable[[xr.Dataset], Axes],
+) -> None:  # fmt: skip
+    """Draw a few short members: what is wrong with a picture is said before hours are spent."""
+    few = {name: axis[:2] for name, axis in over.items()}
+    rehearse_picture(
+        targets,
+        lambda: draw(compute(over=few, start=_few(start), settle=0, periods=1, progress=False)),
+    )
 
 
-def case_of(arguments: argparse.Namespace, over: dict[str, NDArray[np.float64]]) -> Case:
-    """The system; a parameter of a damper that only the grid fixes is in the middle of its axis."""
-    if not arguments.config:
-        for name in set(over) & set(DAMPER):
-            if getattr(arguments, name) is None:
-                setattr(arguments, name, float((over[name].min() + over[name].max()) / 2.0))
-    return common.case_of(arguments)
-
-
-def base_of(arguments: argparse.Namespace, case: Case) -> State:
-    """The state that was asked for."""
-    if common.given(arguments, STATED) or case.start or not isinstance(case.system, ImpactDamper):
-        return common.start_of(arguments, case)
-    return MIDDLE if arguments.perturb is None else MIDDLE.perturbed(arguments.perturb)
-
-
-def start_of(arguments: argparse.Namespace, case: Case) -> State | RandomStarts:
-    """One start or many."""
-    base = base_of(arguments, case)
-    if arguments.starts is None:
-        if arguments.vary:
-            raise InvalidParameterError(f"vary = {arguments.vary[0]}: needs --starts COUNT.")
-        return base
-    ranges = {}
-    for text in arguments.vary:
-        name, low, high = _parts(text, "vary", RANGE, 2)
-        ranges[name] = low, high
-    return RandomStarts(arguments.starts, arguments.seed, ranges, base)
-
-
-def _axis(text: str) -> tuple[str, NDArray[np.float64]]:
-    name, _, values = text.partition("=")
-    if "," in values:
-        return name, np.array(_numbers(values.split(","), text, "over", GRID))
-    name, low, high, count = _parts(text, "over", GRID, 3)
-    if count != int(count) or count < 1:
-        raise InvalidParameterError(f"over = {text}: COUNT must be a whole number >= 1.")
-    return name, np.linspace(low, high, int(count))
-
-
-def _parts(text: str, option: str, form: str, count: int) -> Any:
-    """A name and so many numbers."""
-    name, _, values = text.partition("=")
-    parts = values.split(":")
-    if not name or len(parts) != count:
-        raise InvalidParameterError(f"{option} = {text}: must be {form}.")
-    return name, *_numbers(parts, text, option, form)
-
-
-def _numbers(parts: list[str], text: str, option: str, form: str) -> list[float]:
-    try:
-        return [float(part) for part in parts]
-    except ValueError:
-        raise InvalidParameterError(f"{option} = {text}: must be {form}.") from None
+def _few(start: Start) -> Start:
+    return start if isinstance(start, State) else start.block((slice(2),) * len(start.dims))
 
 
 # ---- what was found ------------------------------------------------------------------------------
 
 
-def summary(case: Case, over: dict[str, NDArray[np.float64]], members: xr.Dataset) -> list[str]:
+def summary(case: Case, over: dict[str, Floats], members: xr.Dataset) -> list[str]:
     """Lines that say what moves, what was varied, and how the members ended."""
     return [_system(case, over), _shape(members, over), _ends(members)]
 
@@ -179,7 +157,7 @@ def _ends(members: xr.Dataset) -> str:
     return f"{total} members: {listed}"
 
 
-def _system(case: Case, over: dict[str, NDArray[np.float64]]) -> str:
+def _system(case: Case, over: dict[str, Floats]) -> str:
     """A line that says what moves; of a damper with the range of each parameter in the grid."""
     text = str(case.system)
     for name in set(over) & set(DAMPER) if isinstance(case.system, ImpactDamper) else ():
@@ -188,8 +166,10 @@ def _system(case: Case, over: dict[str, NDArray[np.float64]]) -> str:
     return text
 
 
-def _shape(members: xr.Dataset, over: dict[str, NDArray[np.float64]]) -> str:
+def _shape(members: xr.Dataset, over: dict[str, Floats]) -> str:
     """A line that says what was varied."""
-    parts = [f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})" for name, axis in over.items()]
+    grid = [name for name in members["end"].dims if name not in (*over, "start", "direction")]
+    axes = over | {str(name): members[name].values for name in grid}
+    parts = [f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})" for name, axis in axes.items()]
     starts = members.sizes.get("start")
     return ", ".join(parts + ([f"{starts} starts"] if starts else []))

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import xarray as xr
+from matplotlib.axes import Axes
 
-from vibroimpact.commands import common, ensemble
+from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.motions import categories
-from vibroimpact.ensembles.observers import OBSERVERS
+from vibroimpact.ensembles.observers import OBSERVERS, Observer, observer_of
 from vibroimpact.ensembles.plane import multistability, plane
-from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_plane
+from vibroimpact.state import State
 
 NAME = "plane"
 HELP = "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met"
@@ -22,6 +27,7 @@ EXAMPLE = (
     "--variable lyapunov --out plane.png --out plane.nc"
 )
 LISTED = 8  # motions that are printed
+COUNTING = ("stop", "contact", "tolerance")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -29,34 +35,55 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_members(
         parser,
         over="a parameter and its values; two of them, the first across",
-        observe="more than symbol and impacts: lyapunov, speeds, ...",
+        observe="more than symbol and impacts",
     )
-    common.add_arguments_of(parser, sweep, ["follow"])
+    common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
     common.add_arguments_of(parser, plot_plane, ["variable", "most"])
+    common.add_arguments_of(
+        parser.add_argument_group("counting attractors", "With many starts, at every point."),
+        multistability, COUNTING, **ensemble.TEXTS,
+    )  # fmt: skip
     ensemble.add_window(parser)
 
 
 def run(arguments: argparse.Namespace) -> str:
     """Compute, write, and say what occurs."""
     targets = common.targets_of(arguments)
-    over = ensemble.over_of(arguments)
-    case = ensemble.case_of(arguments, over)
-    start, options = ensemble.start_of(arguments, case), ensemble.options_of(arguments)
+    over = members.over_of(arguments)
+    case = members.case_of(arguments, over)
+    start = members.start_of(arguments, case)
     looks = common.given(arguments, ["variable", "most"])
-    if isinstance(start, RandomStarts):
-        found = multistability(case.system, over=over, start=start, **options)
-        looks = {"variable": "attractors"} | looks
+    compute: Callable[..., xr.Dataset]
+    if isinstance(start, State):
+        compute = partial(plane, case.system, observe=_observed(arguments))
     else:
-        observe = [*ensemble.observed(arguments), *_drawn(arguments)]
-        found = plane(case.system, over=over, start=start, observe=observe, **options)
-    write(targets, data=lambda: found, picture=lambda: plot_plane(found, **looks))
+        compute = partial(multistability, case.system, **_counting(arguments))
+        looks = {"variable": "attractors"} | looks
+
+    def draw(of: xr.Dataset) -> Axes:
+        return plot_plane(of, **looks)
+
+    ensemble.rehearse(targets, over, start, compute, draw)
+    found = compute(over=over, start=start, **ensemble.options_of(arguments))
+    write(targets, data=lambda: found, picture=lambda: draw(found))
     lines = [*ensemble.summary(case, over, found), _said(found)]
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 
-def _drawn(arguments: argparse.Namespace) -> list[str]:
-    """The observer whose number is drawn, so that it need not be named twice."""
-    return [arguments.variable] if arguments.variable in OBSERVERS else []
+def _observed(arguments: argparse.Namespace) -> list[Observer]:
+    """The observers, with the one whose number is drawn: it need not be named twice."""
+    if counting := common.given(arguments, COUNTING):
+        raise InvalidParameterError(f"{min(counting)}: is for counting attractors. Give --starts.")
+    named = members.observed(arguments)
+    drawn = arguments.variable
+    missing = drawn in OBSERVERS and drawn not in [one.name for one in named]
+    return [*named, observer_of(drawn)] if missing else named
+
+
+def _counting(arguments: argparse.Namespace) -> dict[str, Any]:
+    """How attractors are counted; what is observed for it is fixed."""
+    observe = {"observe": arguments.observe} if arguments.observe else {}
+    return observe | common.given(arguments, COUNTING)
 
 
 def _said(found: xr.Dataset) -> str:

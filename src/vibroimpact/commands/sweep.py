@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
 
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common, ensemble
+from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import write
@@ -26,9 +28,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_members(
         parser,
         over="a parameter and its values",
-        observe="what is computed: symbol, lyapunov, ... (default: symbol)",
+        observe="what is computed, by default symbol",
     )
-    common.add_arguments_of(parser, sweep, ["follow"])
+    common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
     parser.add_argument(
         "--variable", metavar="NAME",
         help="what is drawn: over one parameter as points, over two as a plane",
@@ -39,21 +41,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Sweep, write, and say how the members ended."""
     targets = common.targets_of(arguments)
-    over = ensemble.over_of(arguments)
-    case = ensemble.case_of(arguments, over)
-    members = sweep(
-        case.system, over=over, start=ensemble.start_of(arguments, case),
-        observe=ensemble.observed(arguments) or "symbol", **ensemble.options_of(arguments),
-    )  # fmt: skip
-    write(targets, data=lambda: members, picture=lambda: _picture(arguments, members))
-    lines = ensemble.summary(case, over, members)
+    over = members.over_of(arguments)
+    case = members.case_of(arguments, over)
+    start = members.start_of(arguments, case)
+    compute: Callable[..., xr.Dataset] = partial(
+        sweep, case.system, observe=members.observed(arguments) or "symbol"
+    )
+    draw = partial(_picture, arguments)
+    ensemble.rehearse(targets, over, start, compute, draw)
+    found = compute(over=over, start=start, **ensemble.options_of(arguments))
+    write(targets, data=lambda: found, picture=lambda: draw(found))
+    lines = ensemble.summary(case, over, found)
     return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
 
 
-def _picture(arguments: argparse.Namespace, members: xr.Dataset) -> Axes:
+def _picture(arguments: argparse.Namespace, found: xr.Dataset) -> Axes:
     if arguments.variable is None:
         raise InvalidParameterError(
-            f"variable: missing. Take one of {', '.join(map(str, members.data_vars))}."
+            f"variable: missing. Take one of {', '.join(map(str, found.data_vars))}."
         )
     draw = plot_plane if len(arguments.over) == 2 else plot_along
-    return draw(members, variable=arguments.variable)
+    return draw(found, variable=arguments.variable)

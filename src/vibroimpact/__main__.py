@@ -1,0 +1,10 @@
+"""``python -m vibroimpact``: the command line where no script is on the path."""
+
+from __future__ import annotations
+
+import sys
+
+from vibroimpact.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,192 @@
+"""The members that a command asks for: axes of the grid, the system, starts, observers."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.commands import common
+from vibroimpact.damper import ImpactDamper
+from vibroimpact.ensembles.observers import Observer, observer_of
+from vibroimpact.ensembles.starts import GridStarts, RandomStarts, names_of_state
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.files import Case
+from vibroimpact.state import STATE, State
+
+Floats = NDArray[np.float64]
+Start = State | RandomStarts | GridStarts
+T = TypeVar("T")
+Parse = Callable[[str, str], T]  # of NAME=..., and the option that it was given to
+
+GRID = "NAME=LOW:HIGH:COUNT"
+RANGE = "NAME=LOW:HIGH"
+MOST = 10**7  # values of an axis
+MIDDLE = State((0.0, 0.0), (0.0, 1.0))  # of a damper: free of its stops at any clearance
+STATED = (*STATE, "on_stop", "orbit")
+DAMPER = tuple(f.name for f in fields(ImpactDamper))
+
+
+# ---- axes, system, starts ------------------------------------------------------------------------
+
+
+def over_of(arguments: argparse.Namespace) -> dict[str, Floats]:
+    """The axes of the grid."""
+    return _by_name(arguments.over, "over", _values)
+
+
+def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
+    """The system; a parameter of a damper that only the grid fixes is in the middle of its axis."""
+    if not arguments.config:
+        for name in set(over) & set(DAMPER):
+            if getattr(arguments, name) is None:
+                setattr(arguments, name, float((over[name].min() + over[name].max()) / 2.0))
+    return common.case_of(arguments)
+
+
+def base_of(arguments: argparse.Namespace, case: Case) -> State:
+    """The state that was asked for."""
+    if common.given(arguments, STATED) or case.start or not isinstance(case.system, ImpactDamper):
+        return common.start_of(arguments, case)
+    return MIDDLE if arguments.perturb is None else MIDDLE.perturbed(arguments.perturb)
+
+
+def start_of(arguments: argparse.Namespace, case: Case) -> State | RandomStarts | GridStarts:
+    """One start or many."""
+    base = base_of(arguments, case)
+    random = common.given(arguments, ["starts", "seed"])
+    if arguments.grid:
+        if random or arguments.vary:
+            raise InvalidParameterError("grid: is without --starts, --seed and --vary.")
+        return GridStarts(_coordinates(arguments.grid, "grid", base, _values), base)
+    if "starts" not in random:
+        if random or arguments.vary:
+            raise InvalidParameterError("seed, vary: are of random starts. Give --starts COUNT.")
+        return base
+    return _random(arguments, base)
+
+
+def _random(arguments: argparse.Namespace, base: State) -> RandomStarts:
+    if arguments.starts < 1 or not arguments.vary:
+        raise InvalidParameterError(
+            f"starts = {arguments.starts}: must be >= 1, with --vary {RANGE}, a coordinate and "
+            "its range."
+        )
+    ranges = _coordinates(arguments.vary, "vary", base, _range)
+    return RandomStarts(arguments.starts, arguments.seed or 0, ranges, base)
+
+
+# ---- NAME=... ------------------------------------------------------------------------------------
+
+
+def _coordinates(texts: list[str], option: str, base: State, parse: Parse[T]) -> dict[str, T]:
+    """What is said of coordinates of the start."""
+    found = _by_name(texts, option, parse)
+    known = names_of_state(len(base.position))
+    for name in found:
+        if name not in known:
+            raise InvalidParameterError(f"{option} = {name}: must be one of {', '.join(known)}.")
+    return found
+
+
+def _by_name(texts: list[str], option: str, parse: Parse[T]) -> dict[str, T]:
+    """NAME=... of every text, each name once."""
+    found: dict[str, T] = {}
+    for text in texts:
+        name = text.partition("=")[0]
+        if name in found:
+            raise InvalidParameterError(f"{option} = {name}: is there twice. Give each name once.")
+        found[name] = parse(text, option)
+    return found
+
+
+def _values(text: str, option: str) -> Floats:
+    """LOW:HIGH:COUNT, or the values."""
+    form = f"{GRID} or NAME=A,B,..."
+    parts = _parts(text, option, form)
+    if len(parts) == 1:
+        values = _numbers(parts[0].split(","), text, option, form)
+        if len(set(values)) < len(values):
+            raise InvalidParameterError(f"{option} = {text}: must have each value once.")
+        return np.array(values)
+    if len(parts) != 3:
+        raise InvalidParameterError(f"{option} = {text}: must be {form}.")
+    low, high, count = _numbers(parts, text, option, form)
+    if count not in range(1, MOST + 1):
+        raise InvalidParameterError(
+            f"{option} = {text}: COUNT must be a whole number from 1 to {MOST}."
+        )
+    return np.linspace(low, high, int(count))
+
+
+def _range(text: str, option: str) -> tuple[float, float]:
+    """LOW:HIGH."""
+    parts = _parts(text, option, RANGE)
+    if len(parts) != 2:
+        raise InvalidParameterError(f"{option} = {text}: must be {RANGE}.")
+    low, high = _numbers(parts, text, option, RANGE)
+    if not low < high:
+        raise InvalidParameterError(f"{option} = {text}: must be {RANGE} with LOW < HIGH.")
+    return low, high
+
+
+def _parts(text: str, option: str, form: str) -> list[str]:
+    """What stands behind the name."""
+    name, _, values = text.partition("=")
+    if not name:
+        raise InvalidParameterError(f"{option} = {text}: must be {form}.")
+    return values.split(":")
+
+
+def _numbers(parts: list[str], text: str, option: str, form: str) -> list[float]:
+    """Finite numbers."""
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        numbers = [np.nan]
+    if not np.isfinite(numbers).all():
+        raise InvalidParameterError(f"{option} = {text}: must be {form}, finite numbers.")
+    return numbers
+
+
+# ---- observers -----------------------------------------------------------------------------------
+
+
+OPTIONS: dict[str, tuple[Callable[[str], Any], str]] = {  # by type: how it is read, what it is
+    "int": (int, "a whole number"),
+    "float": (float, "a number"),
+    "Stop": (str, "A or B"),
+    "str": (str, "a name"),
+    "tuple[float, ...]": (lambda text: [float(x) for x in text.split("/")], "numbers, as 1/-1"),
+}
+
+
+def observed(arguments: argparse.Namespace) -> list[Observer]:
+    """The observers, with their options."""
+    texts = [text.strip() for text in arguments.observe.split(",")]
+    return [_observer(text) for text in texts if text]
+
+
+def _observer(text: str) -> Observer:
+    """NAME, or NAME:OPTION=VALUE:..."""
+    name, *options = text.split(":")
+    plain = cast(Any, observer_of(name))
+    types = {f.name: str(f.type) for f in fields(plain)}
+    given = {}
+    for option in options:
+        key, _, value = option.partition("=")
+        if key not in types:
+            allowed = f"one of {', '.join(types)}" if types else "left out"
+            raise InvalidParameterError(f"observe = {text}: {key!r} must be {allowed}.")
+        if key in given:
+            raise InvalidParameterError(f"observe = {text}: {key} is there twice.")
+        parse, words = OPTIONS[types[key]]
+        try:
+            given[key] = parse(value)
+        except ValueError:
+            raise InvalidParameterError(f"observe = {text}: {key} must be {words}.") from None
+    return cast(Observer, replace(plain, **given))
