@@ -24,9 +24,9 @@ from vibroimpact.ensembles.backends import cuda as backend
 from vibroimpact.ensembles.backends.cuda import runs_on
 from vibroimpact.ensembles.batch import Members, batch_of, run_members
 from vibroimpact.ensembles.cuda import card, program
-from vibroimpact.ensembles.cuda.layout import batch_arrays
+from vibroimpact.ensembles.cuda.layout import SEEN, Sizes, asked_of, batch_arrays
 from vibroimpact.ensembles.cuda.program import Kernels, compile_kernels
-from vibroimpact.ensembles.observers import Outcome, resolve
+from vibroimpact.ensembles.observers import OBSERVERS, Outcome, kernel_observers, resolve
 from vibroimpact.hybrid import Hybrid
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # benchmarks are not installed
@@ -199,21 +199,39 @@ def test_a_sweep_on_a_device_is_that_on_threads(
 # --- machine code ---------------------------------------------------------------------------------
 
 GATE = Kernels(dimension=6, lines=1, contacts=1, mixed=0, tangents=0, observers=1 << 1)  # symbol
-MOST_SPILLED = 2048  # bytes of one function: the certified flight, called for few events, has 700
+COUPLED = GATE._replace(mixed=1, contacts=2)
+LARGEST = asked_of(kernel_observers(resolve(list(OBSERVERS))), Sizes(2, 1, 1, 0)).kernels
+OLD_AND_NEW = ("sm_75", "sm_90")
 
 
-@pytest.mark.parametrize("mixed", [0, 1])
-def test_kernels_compile_for_old_and_new_devices_without_many_spills(mixed: int) -> None:
+# Bytes of one function at most: the certified step, called for few events, has 1552, 1204 and 7160.
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kernels", "archs", "most"),
+    [
+        (GATE, OLD_AND_NEW, 2048),
+        (COUPLED, OLD_AND_NEW, 2048),
+        (LARGEST, ("sm_90",), 9000),
+    ],
+    ids=["symbol", "coupled damping, two contacts", "all observers, the spectrum"],
+)
+def test_kernels_compile_without_many_spills(
+    kernels: Kernels, archs: tuple[str, ...], most: int
+) -> None:
     pytest.importorskip("cuda.core", reason="cuda-core is not installed")
-    kernels = GATE._replace(mixed=mixed)
     with ThreadPoolExecutor() as pool:
-        built = list(pool.map(partial(compile_kernels, kernels), ("sm_75", "sm_90")))
+        built = list(pool.map(partial(compile_kernels, kernels), archs))
     for code, log in built:
         assert code[:4] == b"\x7fELF"
         assert all(name.encode() in code for name in program.KERNELS)
         spilled = [int(x) for x in re.findall(r"(\d+) bytes spill stores", log)]
         assert len(spilled) >= len(program.KERNELS), log
-        assert max(spilled) <= MOST_SPILLED, log
+        assert max(spilled) <= most, log
+
+
+def test_the_largest_kernels_have_every_observer_and_the_tangents_of_the_damper() -> None:
+    assert GATE._replace(observers=(1 << len(SEEN)) - 1, tangents=5) == LARGEST
+    assert asked_of(kernel_observers(resolve("symbol")), Sizes(2, 1, 1, 0)).kernels == GATE
 
 
 def test_kernels_are_compiled_once_and_again_after_a_change(

@@ -1,21 +1,29 @@
-"""Instruction sets: one exact fma for all of them, and the best module that the processor runs."""
+"""Instruction sets: one exact fma, the best module that the processor runs, the same sweeps."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 import os
 import random
 import struct
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from support.builds import BUILDS, output
+from support.members import cases, chain
 
-import vibroimpact
+import vibroimpact as vi
 from vibroimpact import _cpu, _kernel
+from vibroimpact.ensembles.observers import OBSERVERS, Outcome
+from vibroimpact.hybrid import Hybrid
 
 SEED = 20211121
 INF, NAN = math.inf, math.nan
@@ -167,7 +175,7 @@ def test_a_module_that_the_processor_does_not_run_is_never_loaded(three_modules:
 
 
 def test_the_installed_package_obeys_the_environment_variable() -> None:
-    path = str(Path(vibroimpact.__file__).parents[1])
+    path = str(Path(vi.__file__).parents[1])
     code = "from vibroimpact import _kernel; print(_kernel.target, _kernel._module.__name__)"
     for target in _kernel.installed(_cpu.supported()):
         assert in_a_child(code, target, path).stdout.split() == [
@@ -175,3 +183,76 @@ def test_the_installed_package_obeys_the_environment_variable() -> None:
             f"vibroimpact._kernel_{target}",
         ]
     assert "ImportError: VIBROIMPACT_TARGET = 'mmx'" in in_a_child(code, "mmx", path).stderr
+
+
+# Sweeps -------------------------------------------------------------------------------------------
+
+
+def swept() -> dict[str, vi.Mechanism]:
+    """Systems of every flow, of written numbers: a BLAS differs from machine to machine."""
+    dashpots = [[0.05, 0.0, 0.0], [0.0, 0.04, -0.04], [0.0, -0.04, 0.04]]
+    coupled = replace(chain(), damping=dashpots)
+    return {
+        "chaotic": cases()["chaotic"].mechanism,
+        "chatter": cases()["chatter"].mechanism,
+        "two contacts": chain(),
+        "coupled": coupled,
+        "dense": replace(coupled, constant_force=(0.0, 0.0, 0.1)),  # which no spring holds
+    }
+
+
+def everything_of(mechanism: vi.Mechanism) -> xr.Dataset:
+    """Two systems from six random starts each, seen by every observer."""
+    n = mechanism.degrees
+    over = {f"v{i + 1}": (-1.0, 1.0) for i in range(n)} | {"phase": (0.0, 6.28)}
+    start = vi.RandomStarts(6, SEED, over, vi.State((0.0,) * n, (0.0,) * n))
+    return vi.sweep(
+        mechanism, over={"mass[0][0]": [1.0, 1.1]}, start=start, observe=tuple(OBSERVERS),
+        settle=50, periods=100, progress=False,
+    )  # fmt: skip
+
+
+def hash_of(found: xr.Dataset) -> str:
+    """Of the bits of every result; any NaN is any other."""
+    digest = hashlib.sha256()
+    for result in found.data_vars.values():
+        values = np.array(result, dtype=float)
+        values[np.isnan(values)] = NAN
+        digest.update(values.tobytes())
+    return digest.hexdigest()[:16]
+
+
+def hashes() -> dict[str, str]:
+    """Of every sweep, by the kernel of this process."""
+    return {name: hash_of(everything_of(mechanism)) for name, mechanism in swept().items()}
+
+
+# A change means other bits, to be announced as breaking; or another observer.
+GOLDEN = {
+    "chaotic": "7d9e8800eb557779",
+    "chatter": "45b16c331b04aac7",
+    "two contacts": "ad2c51265f852626",
+    "coupled": "e0bd607406e87d81",
+    "dense": "fc5f48c08d3736a4",
+}
+
+
+@pytest.mark.parametrize("target", _kernel.installed(_cpu.supported()))
+def test_sweeps_have_the_golden_hashes_on_every_installed_target(target: str) -> None:
+    paths = Path(vi.__file__).parents[1], Path(__file__).parent
+    code = "import json, test_targets; print(json.dumps(test_targets.hashes()))"
+    said = in_a_child(code, target, os.pathsep.join(map(str, paths)))
+    assert said.returncode == 0, said.stderr
+    assert json.loads(said.stdout) == GOLDEN
+
+
+def test_these_sweeps_have_every_flow_and_a_number_of_every_result() -> None:
+    flows = {(h.dense, h.mixed) for h in map(Hybrid, swept().values())}
+    assert flows == {(False, False), (False, True), (True, False)}
+    found = [everything_of(mechanism) for mechanism in swept().values()]
+    assert all(np.all(one.end == Outcome.OK) for one in found)
+    for name in found[0].data_vars:
+        assert any(np.isfinite(one[name]).any() for one in found), name
+    assert any(one.chatters.any() for one in found)
+    assert any(one.share_at_rest.any() for one in found)
+    assert any((one.lyapunov > 0.1).any() for one in found)
