@@ -56,7 +56,7 @@ class Point:
 
 
 CHAIN_OF_CONTACTS = 8  # degrees of freedom of the chain whose contacts are counted
-LONGER = 5  # times as many members, and impacts of each, on threads: starting work is not the cost
+LONGER = 10  # times as many members, and impacts of each, on threads: starting work is not the cost
 
 
 def degrees(sizes: Sizes, rng: np.random.Generator) -> Iterator[Point]:
