@@ -1,7 +1,8 @@
 """Basins of attraction: three attractors of one machine, set B of the paper at omega = 0.945.
 
 A symmetric orbit, and two orbits of period eight that are mirror images of each other. The state
-that stands for an attractor is handed on: here to find_orbit, which gives its multipliers.
+that stands for an attractor is handed on: here to find_orbit, which gives its multipliers. One
+start of 14400 has "no impacts": its free mass crosses the clearance for longer than is watched.
 """
 
 from __future__ import annotations

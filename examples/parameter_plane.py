@@ -10,7 +10,6 @@ import argparse
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.ensembles.motions import categories
 from vibroimpact.plotting import plot_plane, save
 
 DAMPER = vi.ImpactDamper(
@@ -27,8 +26,11 @@ def main(out: str | None = None) -> None:
         "half_clearance": np.linspace(1.0, 10.0, UP),
     }
     plane = vi.plane(DAMPER, over=over, start=START, observe="lyapunov")
-    for motion in sorted(categories(plane["motion"]), key=lambda one: -one.members)[:6]:
-        print(f"{motion.words}: {motion.members} of {ACROSS * UP} machines")
+    motion = plane["motion"]
+    words = dict(zip(motion.flag_values, motion.flag_meanings.split(), strict=True))
+    codes, machines = np.unique(motion, return_counts=True)
+    for i in np.argsort(-machines)[:6]:
+        print(f"{words[codes[i]]}: {machines[i]} of {ACROSS * UP} machines")
     ax = plot_plane(plane)
     if out:
         save(ax, out)

@@ -46,7 +46,8 @@ GROUPS = {
     ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
     "Errors": [
-        *("VibroImpactError", "InvalidParameterError", "StoreError", "BackendUnavailableError"),
+        *("VibroImpactError", "InvalidParameterError", "StoreError", "ClusterLostError"),
+        "BackendUnavailableError",
     ],
 }
 HEAD = """# Reference
@@ -63,7 +64,7 @@ Phase is the phase theta of the force sin(theta), in [0, 2 pi). Arrays of result
 n is the number of coordinates."""
 PICTURES = """## Pictures
 
-Every function takes a result, computes nothing, draws on `ax` or on a new figure, and returns the
+Every function takes a result, runs nothing, draws on `ax` or on a new figure, and returns the
 matplotlib `Axes`. Nothing is shown and no setting of matplotlib is changed."""
 
 Sections = dict[str, str]
