@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from benchmarks.scaling import Point
 from vibroimpact.plotting import style
@@ -48,6 +48,8 @@ def panel(ax: Axes, against: str, points: Sequence[Point]) -> None:
     else:
         ax.set_ylabel("ns per impact")
         ax.set_yscale("log")
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter(NullFormatter())
         decades = [math.floor(math.log10(p.nanoseconds)) for p in points]
         ax.set_ylim(10.0 ** min(decades), 10.0 ** (max(decades) + 1))
     if against == "members":
