@@ -109,14 +109,15 @@ def test_a_grid_of_starts_is_that_of_the_library(capsys: pytest.CaptureFixture[s
 
 
 def test_observers_take_the_options_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
-    observe = "section:points=4:stop=B, rms:row=-1/1:label=gap, symbol:tolerance=1e-4"
+    observe = "section:points=4:stop=B, section:label=upper, rms:row=-1/1:label=gap"
+    observe += ", symbol:tolerance=1e-4"
     argv = ["sweep", CASE, "--over", OMEGA, "--observe", observe, *SHORT]
     said([*argv, "--out", "s.nc"], capsys)
     expected = vi.sweep(
         SET_A, over={"omega": OVER["omega"]}, start=MIDDLE, **WINDOW,
         observe=[
-            vi.observe.Section(points=4, stop="B"), vi.observe.Rms(row=(-1.0, 1.0), label="gap"),
-            vi.observe.Symbol(tolerance=1e-4),
+            vi.observe.Section(points=4, stop="B"), vi.observe.Section(label="upper"),
+            vi.observe.Rms(row=(-1.0, 1.0), label="gap"), vi.observe.Symbol(tolerance=1e-4),
         ],
     )  # fmt: skip
     xr.testing.assert_equal(opened("s.nc"), expected)

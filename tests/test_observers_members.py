@@ -207,7 +207,14 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: resolve([]), "at least one"),
         (lambda: resolve([3]), "observe = 3"),  # type: ignore[list-item]
         (lambda: resolve([Symbol(), Symbol(returns=3)]), "same names"),
-        (lambda: resolve([Section(), Section(stop="B")]), "take two sweeps"),
+        (lambda: resolve([Section(), Section(stop="B")]), "Give them different labels"),
+        (lambda: resolve([Symbol(), Symbol(tolerance=1e-3)]), "take two sweeps"),
+        (lambda: Section(label="at B"), "label = 'at B'"),
+        (lambda: Rotation(label=3), "label = 3"),  # type: ignore[arg-type]
+        (
+            lambda: outputs([Section(label="final", stop="B"), *resolve("final")], ball(0.5)),
+            "final_phase is the result of another observer",
+        ),
         (lambda: resolve(["rms", Rms(row=(1.0,))]), "different labels"),
         (lambda: Section(points=0), "points = 0"),
         (lambda: Section(points=10**13), "points = 10000000000000: must be at most 1000000"),
@@ -238,6 +245,31 @@ def test_bad_options_are_refused_by_name(make: Any, says: str) -> None:
     with pytest.raises(vi.InvalidParameterError) as refused:
         make()
     assert says in str(refused.value)
+
+
+def test_sections_at_several_stops_are_those_of_several_sweeps() -> None:
+    case = CASES["chaotic"]
+    upper, lower = Section(points=7), Section(points=5, stop="B", label="lower")
+    turns = [Rotation(label="rotation_a"), Rotation(stop="B", label="rotation_b")]
+    more = ["lyapunov", "symbol", Rms(row=(-1.0, 1.0), label="gap")]
+    found = case.member(*more[:1], upper, *turns, lower, *more[1:])
+    apart = [case.member(one) for one in (upper, lower, *turns)]
+    for alone in (*apart, case.member(*more)):
+        for name, values in alone.items():
+            np.testing.assert_array_equal(found[name], values, strict=True)
+    assert found.keys() == set().union(*apart, case.member(*more))
+    assert not np.array_equal(found["lower_phase"], found["section_phase"][-5:])
+
+
+def test_sections_of_several_lengths_have_dimensions_of_their_own() -> None:
+    sections = [Section(points=3), Section(points=2, stop="B", label="lower")]
+    start = vi.State((0.0, 0.0), (0.0, 1.0))
+    over = {"omega": [1.2, 1.21]}
+    damper = paper_damper("A", 1.2)
+    found = vi.sweep(damper, over=over, start=start, observe=sections, settle=50, progress=False)
+    assert found["section_position"].dims == ("omega", "point", "coordinate")
+    assert found["lower_position"].dims == ("omega", "lower_point", "coordinate")
+    assert dict(found.sizes) == {"omega": 2, "point": 3, "coordinate": 2, "lower_point": 2}
 
 
 def test_equal_observers_are_computed_once() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vibroimpact.ensembles.observers import Observer, resolve
+from vibroimpact.ensembles.observers import Observer, key_of, resolve
 from vibroimpact.errors import InvalidParameterError
 
 Observe = str | Observer | Sequence[str | Observer]
@@ -14,10 +14,10 @@ MATCHED = "the matching of attractors fixes what is observed. For other observer
 
 
 def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
-    """Observers that are needed, and those that the user adds; of one kind the user's."""
+    """Observers that are needed, and those that the user adds; of one kind and label the user's."""
     given = resolve(more) if more else ()
-    names = {observer.name for observer in given}
-    return *(one for one in resolve(own) if one.name not in names), *given
+    keys = {key_of(observer) for observer in given}
+    return *(one for one in resolve(own) if key_of(one) not in keys), *given
 
 
 def check_axes(over: Any, count: int, what: str, example: str) -> None:

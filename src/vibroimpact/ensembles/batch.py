@@ -18,7 +18,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.ensembles.compiling import Compilation, RunsOf, Values, compile_together
-from vibroimpact.ensembles.observers import Observer, Outcome, kernel_observers, outputs, results
+from vibroimpact.ensembles.observers import (
+    Observer,
+    Outcome,
+    kernel_observers,
+    outputs,
+    results,
+    rounds,
+)
 from vibroimpact.ensembles.tables import Runs, Stacks
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import Compiled
@@ -182,7 +189,8 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
     batch, members
         Systems and trajectories.
     observers
-        What to compute on the way (observers.py).
+        What to compute on the way (observers.py). For two sections, or two rotation numbers, the
+        members are run twice.
 
     Returns
     -------
@@ -190,6 +198,13 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
         By name: ``end`` (:class:`Outcome`), ``time`` reached, and the outputs of the observers,
         leading axis the members.
     """
+    out: Arrays = {}
+    for some in rounds(observers):
+        out |= _run_once(batch, members, some)
+    return out
+
+
+def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
     out = _run(batch, members, observers)
     _finish(batch, members, observers, np.flatnonzero(out["end"] == Outcome.MISSING), out)
     return out

@@ -60,6 +60,9 @@ class Section:
         Every stride-th impact is a point, 1 to 10^6, from the first in the window on.
     contact, stop
         As in :func:`~vibroimpact.impact_section`.
+    label
+        Names the variables: ``<label>_position`` and so on. Sections at several stops need
+        different ones; the members are run once for each.
     """
 
     name: ClassVar[str] = "section"
@@ -67,6 +70,7 @@ class Section:
     stride: int = 1
     contact: int = 0
     stop: Stop = "A"
+    label: str = "section"
 
     def __post_init__(self) -> None:
         check_count("points", self.points, 1, MOST)
@@ -75,7 +79,8 @@ class Section:
     def outputs(self, mechanism: Mechanism) -> Table:
         """States (..., point, coordinate), phases and times (..., point)."""
         check_stop(mechanism, self.contact, self.stop)
-        point, both = ((POINT,), (self.points,)), (POINT, COORDINATE)
+        along = POINT if self.label == self.name else f"{self.label}_{POINT}"
+        point, both = ((along,), (self.points,)), (along, COORDINATE)
         sizes = (self.points, mechanism.degrees)
         where = f"after impact at stop {self.stop} of contact {self.contact}"
 
@@ -84,7 +89,7 @@ class Section:
             return real(f"section_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
 
         units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
-        return {f"section_{kind}": of(kind, unit) for kind, unit in units.items()}
+        return {f"{self.label}_{kind}": of(kind, unit) for kind, unit in units.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,9 +213,13 @@ class Rms:
         return _watched(self, {"mean": "mean", "rms": "root mean square"}, mechanism)
 
 
-def _row(row: Sequence[float], label: Any) -> tuple[float, ...]:
+def _check_label(label: Any) -> None:
     if not isinstance(label, str) or not label.isidentifier():
         raise InvalidParameterError(f"label = {label!r}: must be a name, such as 'relative'.")
+
+
+def _row(row: Sequence[float], label: Any) -> tuple[float, ...]:
+    _check_label(label)
     numbers = vector("row", row)
     if numbers and not any(numbers):
         raise InvalidParameterError("row = 0: must involve a coordinate.")
@@ -293,6 +302,8 @@ class Rotation:
     tolerance
         Where the impact speeds of three points in a row differ by at most this share of the largest
         of them, the motion is at a fixed point, which does not turn; in (0, 1).
+    label
+        Names the variables: ``<label>`` and ``<label>_error``, as in :class:`Section`.
 
     Notes
     -----
@@ -319,6 +330,7 @@ class Rotation:
     contact: int = 0
     stop: Stop = "A"
     tolerance: float = 1e-6
+    label: str = "rotation"
 
     def __post_init__(self) -> None:
         _check_section(self)
@@ -329,13 +341,14 @@ class Rotation:
         check_stop(mechanism, self.contact, self.stop)
         where = f"stop {self.stop} of contact {self.contact}"
         texts = {
-            "rotation": f"rotation number per section point at {where}",
-            "rotation_error": "change of the rotation number between parts of the window",
+            self.label: f"rotation number per section point at {where}",
+            f"{self.label}_error": "change of the rotation number between parts of the window",
         }
         return reals("rotation", texts)
 
 
 def _check_section(observer: Section | Rotation) -> None:
+    _check_label(observer.label)
     check_count("stride", observer.stride, 1, MOST)
     check_count("contact", observer.contact, 0)
     if observer.stop not in ("A", "B"):

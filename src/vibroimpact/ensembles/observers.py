@@ -5,6 +5,7 @@ Each is asked for by its name, or as an object with options (kinds.py); several 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, cast
@@ -36,7 +37,7 @@ from vibroimpact.mechanism import Mechanism
 __all__ = [
     "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
     "Rotation", "Section", "Settling", "Shares", "Spectrum", "Speeds", "Symbol", "describe",
-    "kernel_observers", "observer_of", "outputs", "resolve", "results",
+    "kernel_observers", "key_of", "observer_of", "outputs", "resolve", "results", "rounds",
 ]  # fmt: skip
 
 Arrays = dict[str, NDArray[Any]]
@@ -75,8 +76,8 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
     Raises
     ------
     InvalidParameterError
-        No such observer; two of one kind with different options (:class:`Extremes` and
-        :class:`Rms`: with the same label); nothing.
+        No such observer; two of one kind with different options and the same label, if it has one;
+        nothing.
     """
     listed = [observe] if isinstance(observe, str) or not isinstance(observe, Sequence) else observe
     found: dict[tuple[str, str], Observer] = {}
@@ -86,7 +87,7 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
             raise InvalidParameterError(
                 f"observe = {one!r}: must be a name or an observer, such as Symbol()."
             )
-        key = (observer.name, getattr(observer, "label", ""))
+        key = key_of(observer)
         if found.setdefault(key, observer) != observer:
             raise InvalidParameterError(
                 f"observe = {found[key]!r}, {observer!r}: their results have the same names. "
@@ -95,6 +96,11 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
     if not found:
         raise InvalidParameterError("observe = []: needs at least one observer.")
     return tuple(found.values())
+
+
+def key_of(observer: Observer) -> tuple[str, str]:
+    """Name and label: no two observers of a sweep have the same."""
+    return observer.name, getattr(observer, "label", "")
 
 
 def describe(observers: Sequence[Observer]) -> list[dict[str, Any]]:
@@ -106,6 +112,19 @@ def _options(observer: Observer) -> dict[str, Any]:
     return asdict(cast(Any, observer))
 
 
+def rounds(observers: Sequence[Observer]) -> list[tuple[Observer, ...]]:
+    """The runs that observers need: the kernel has one of a kind, but many rows to watch."""
+    found: list[list[Observer]] = [[]]
+    before = Counter[str]()
+    for one in observers:
+        at = 0 if one.name in WATCHES else before[one.name]
+        before[one.name] += 1
+        if at == len(found):
+            found.append([])
+        found[at].append(one)
+    return [tuple(some) for some in found]
+
+
 def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
     """What ``_kernel.Batch.run`` is told: options by name of the observer."""
     spec: dict[str, Any] = {}
@@ -114,6 +133,7 @@ def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
         if one.name in WATCHES:
             spec.setdefault(WATCHES[one.name], []).append(list(options["row"]))
             continue
+        options.pop("label", None)
         if "stop" in options:
             options["side"] = 1 if options.pop("stop") == "A" else -1
         if "points" in options:

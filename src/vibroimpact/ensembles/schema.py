@@ -99,7 +99,8 @@ def schema_of(plan: Plan, question: Question) -> Schema:
 def _refuse_known(name: str, known: Any) -> None:
     if name in known:
         raise InvalidParameterError(
-            f"over = {name!r}: is also the name of a start or of a result. Rename the parameter."
+            f"over = {name!r}: is also the name of a start or of a result. Rename the parameter, "
+            "or take another label."
         )
 
 
