@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import pdist, squareform
 
+import vibroimpact as vi
 from vibroimpact.ensembles.matching import TOLERANCE, distinct, known, longest_gaps, scale_of
 from vibroimpact.ensembles.motions import categories, flags, motions
 
@@ -244,13 +247,39 @@ def test_an_ensemble_in_which_nothing_is_periodic_has_codes_too() -> None:
     assert [one.words for one in categories(codes)] == ["not periodic", "no impacts"]
 
 
+def against(wall: float) -> vi.Mechanism:
+    """An oscillator that meets a wall."""
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(2.082, (1.0,)),),
+        contacts=(vi.Contact((1.0,), upper=wall, restitution=0.7),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("wall", [0.0, 1e-12, -1e-9])
+def test_positions_on_a_wall_at_zero_are_rounding_and_tell_nothing_apart(wall: float) -> None:
+    start = vi.State((-0.5,), (0.0,))
+    assert str(vi.classify(against(wall), start).type) == "1-1-0"
+    asked: dict[str, Any] = {"settle": 400, "progress": False}
+    many = vi.RandomStarts(10, 0, {"x1": (-2.0, -0.1)}, start)
+    walls = vi.Family(against, wall=wall)
+    found = vi.multistability(walls, over={"wall": [wall]}, start=many, **asked)
+    assert found["attractors"].values.tolist() == [1]
+    assert set(found["n"].values.ravel().tolist()) == {1}
+    axes = {"x1": [-2.0, -1.0, -0.1], "v1": [-1.0, 1.0]}
+    basins = vi.basins(against(wall), over=axes, start=start, **asked)
+    assert basins["name"].values.tolist() == ["1-1-0 a"]
+    assert (basins["attractor"] == 0).all()
+
+
 def test_a_turn_of_the_phase_is_no_distance() -> None:
     position = np.array([[[2.0]], [[2.0]]])
     given = xr.Dataset(
         {
             "section_position": (("start", "point", "coordinate"), position),
             "section_velocity": (("start", "point", "coordinate"), -2.0 * position),
-        }
+            "time": ("start", [3.0, 4.0]),
+        },
+        attrs={"settle": 1.0, "periods": 1.0},
     )
     scale = scale_of(given)
     assert (scale.position, scale.velocity) == (2.0, 4.0)

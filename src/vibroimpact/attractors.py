@@ -28,6 +28,7 @@ from vibroimpact.sections import (
     check_stop,
     coordinates,
     section_of,
+    units,
 )
 from vibroimpact.simulate import RunEnd, Status, System, mechanism_of
 from vibroimpact.state import State
@@ -279,6 +280,6 @@ def _impacts_for(motion: Motion, points: int, contact: int, stop: Stop) -> int:
 
 def scaled(section: Section) -> Floats:
     """Section points with positions and velocities divided by their largest values."""
-    x = section.position / (np.abs(section.position).max(initial=0.0) or 1.0)
-    v = section.velocity / (np.abs(section.velocity).max(initial=0.0) or 1.0)
-    return coordinates(x, v, section.phase)
+    time = float(np.diff(section.time).mean()) if len(section) > 1 else 0.0
+    x, v = units(section.position, section.velocity, time)
+    return coordinates(section.position / x, section.velocity / v, section.phase)

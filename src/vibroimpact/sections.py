@@ -30,6 +30,7 @@ Integers = NDArray[np.int32]
 # Without this many impacts per section point wanted, on average, the stop counts as left alone:
 # chatter on one stop gives some 50 impacts per visit before it is summed.
 IMPACTS_PER_POINT = 64
+LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,16 @@ class Section:
 
         axes: Axes = plot_section(self, ax=ax)
         return axes
+
+
+def units(position: Floats, velocity: Floats, time: float) -> tuple[float, float]:
+    """Largest |x| and |v| of states, in units of which they are compared.
+
+    Where the wall is at zero, positions on it are rounding errors: those far smaller than what a
+    velocity makes in a typical ``time`` do not count.
+    """
+    x, v = (float(np.nanmax(np.abs(part), initial=0.0)) for part in (position, velocity))
+    return max(x, LEAST_POSITION * v * time) or 1.0, v or 1.0
 
 
 def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:

@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vibroimpact.motion import Stop
-from vibroimpact.sections import coordinates
+from vibroimpact.sections import coordinates, units
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -65,9 +65,10 @@ class Scale:
 
 def scale_of(members: xr.Dataset) -> Scale:
     """The units of an ensemble with sections."""
-    sizes = (np.abs(members[f"section_{kind}"].values) for kind in ("position", "velocity"))
-    position, velocity = (float(np.nanmax(s, initial=0.0)) or 1.0 for s in sizes)
-    return Scale(position, velocity)
+    position, velocity = (members[f"section_{kind}"].values for kind in ("position", "velocity"))
+    longest = float(np.nanmax(members["time"].values, initial=0.0))
+    period = longest / (members.attrs["settle"] + members.attrs["periods"])
+    return Scale(*units(position, velocity, period))
 
 
 @dataclass(frozen=True)
