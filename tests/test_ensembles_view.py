@@ -302,19 +302,37 @@ def test_members_that_settle_slowly_make_no_attractor_of_their_own() -> None:
     assert sorted(found.name.values) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]
 
 
-def test_motions_that_never_meet_the_section_are_told_apart_by_their_symbol() -> None:
-    wall = vi.Mechanism(
-        mass=[[1.0]], damping=[[0.2]], stiffness=[[1.0]], forces=(vi.Harmonic(0.8, (1.0,)),),
+def one_sided(omega: float) -> vi.Mechanism:
+    """An oscillator that strikes its stop A; B is far away."""
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.2]], stiffness=[[1.0]], forces=(vi.Harmonic(omega, (1.0,)),),
         contacts=(vi.Contact((1.0,), lower=-50.0, upper=0.5, restitution=0.7),),
     )  # fmt: skip
+
+
+def test_motions_that_never_meet_the_section_are_told_apart_by_their_symbol() -> None:
     over = {"x1": [-1.0, 0.0, 0.3], "v1": [-0.5, 0.5]}
     start = vi.State((0.0,), (0.0,))
+    wall = one_sided(0.8)
     names = [
         vi.basins(wall, over=over, start=start, stop=stop, progress=False).name.values.tolist()
         for stop in ("A", "B")
     ]
     assert names[0] == names[1]
     assert names[0][0].endswith("-0 a")  # impacts at A alone
+    short = vi.basins(wall, over=over, start=start, stop="B", settle=0, periods=2, progress=False)
+    assert short.name.values.tolist() == ["not periodic a"]
+    assert short.kind.values.tolist() == ["undecided"]
+
+
+def test_motions_that_never_meet_the_section_are_counted_by_their_symbol() -> None:
+    starts = vi.GridStarts({"x1": [-1.0, 0.0, 0.3]}, vi.State((0.0,), (0.0,)))
+    walls = vi.Family(one_sided, omega=0.8)
+    for stop in ("A", "B"):
+        met = vi.multistability(
+            walls, over={"omega": [0.8, 1.5]}, start=starts, settle=300, stop=stop, progress=False
+        )
+        assert met.attractors.values.tolist() == [1, 1]
 
 
 def test_attractors_beyond_the_limit_are_not_matched() -> None:

@@ -113,7 +113,9 @@ def labelled(
     silent = np.flatnonzero(flat == NO_IMPACTS)
     _by_key(labels, silent, table.resting(silent), table, Kind.SILENT)
     elsewhere = labels.left[~table.seen[labels.left]]
-    _by_key(labels, elsewhere, table.symbol_words(elsewhere), table, Kind.PERIODIC)
+    returns = table.symbols[elsewhere, 1:].any(axis=1)
+    for some, kind in ((elsewhere[returns], Kind.PERIODIC), (elsewhere[~returns], Kind.UNDECIDED)):
+        _by_key(labels, some, table.symbol_words(some), table, kind)
     _by_classes(labels, table, contact, stop, tolerance, most)
     return _coded(labels, codes)
 

@@ -127,7 +127,8 @@ def multistability(
     -------
     Dataset
         The sweep with ``attractors``: how many different ones were met. Motions without impacts
-        count as one; starts behind a stop and members that did not reach their end count nothing.
+        count as one, those that impact but never at this stop as one for each symbol; starts behind
+        a stop and members that did not reach their end count nothing.
 
     Raises
     ------
@@ -170,8 +171,10 @@ def _counted(members: xr.Dataset, over: list[str], stop: Stop, tolerance: float)
     symbols = np.stack([column(members[k]) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
     kinds = column(codes)
     points[kinds <= NO_IMPACTS] = np.nan
+    elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
     counts = np.zeros(shape, dtype=np.int16)
     for at in np.ndindex(*shape):
+        others = len(np.unique(symbols[at][elsewhere[at]], axis=0))
         silent = bool((kinds[at] == NO_IMPACTS).any())
-        counts[at] = distinct(points[at], symbols[at], stop, tolerance) + silent
+        counts[at] = distinct(points[at], symbols[at], stop, tolerance) + others + silent
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})
