@@ -191,6 +191,41 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_does(tmp_path: Path):
     assert_resumes(store)
 
 
+# A followed motion of a minute, or tiles of a second, and Ctrl-C twice.
+IMPATIENT = """
+import os, signal, sys, threading, time
+import numpy as np
+import vibroimpact as vi
+
+def interrupt():
+    for pause in (0.5, 0.1):
+        time.sleep(pause)
+        os.kill(os.getpid(), signal.SIGINT)
+
+threading.Thread(target=interrupt, daemon=True).start()
+vi.sweep(
+    vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                    half_clearance=5.0, omega=1.2),
+    over={"omega": np.linspace(1.0, 1.2, %d)}, start=vi.State((0.0, 0.0), (0.0, 1.0)),
+    settle=2000, periods=10, tile=50_000, follow=%r, progress=False,
+)
+"""
+
+
+@pytest.mark.parametrize(("values", "follow"), [(100_000, "omega"), (1_000_000, None)])
+def test_a_second_interruption_is_no_worse_than_the_first(values: int, follow: str | None):
+    stopped = subprocess.run(
+        [sys.executable, "-c", IMPATIENT % (values, follow)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert stopped.returncode == -signal.SIGINT, stopped.stderr
+    assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
+
+
 def test_an_interruption_without_a_store_says_that_nothing_is_kept():
     def interrupt(*_: int) -> None:
         raise KeyboardInterrupt

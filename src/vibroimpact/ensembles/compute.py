@@ -7,13 +7,15 @@ Method      systems of the tile x starts are the members; along a followed axis 
 Assumes     the window is settle + observe times 2 pi / omega, omega of the first forcing line;
             without forcing it is in units of time
 Accuracy    that of the kernel; the same bits in any tile
-Fails       what ends a member before its window is over is in ``end``
+Fails       what ends a member before its window is over is in ``end``; a followed motion that is
+            told to stop does so after a value, with CancelledError
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from typing import NamedTuple
 
 import numpy as np
@@ -33,11 +35,16 @@ Done = tuple[Tile, Arrays]
 Integers = NDArray[np.intp]
 
 
+def _never() -> bool:
+    return False
+
+
 class _Work(NamedTuple):
-    """A plan with its systems compiled."""
+    """A plan with its systems compiled, and whether it is to stop."""
 
     plan: Plan
     batch: Batch
+    stopped: Callable[[], bool] = _never
 
 
 def compute(plan: Plan) -> Arrays:
@@ -62,9 +69,9 @@ def columns_of(plan: Plan) -> dict[str, NDArray[np.float64]]:
     return {name: part.ravel() for name, part in zip(plan.axes, mesh, strict=True)}
 
 
-def compute_with(plan: Plan, batch: Batch) -> Arrays:
+def compute_with(plan: Plan, batch: Batch, stopped: Callable[[], bool] = _never) -> Arrays:
     """Run every member of a plan whose systems are compiled already."""
-    work = _Work(plan, batch)
+    work = _Work(plan, batch, stopped)
     if plan.followed is None:
         return _in_grid(_run(work, *_members(work, _systems(plan).ravel())), plan.shape)
     axis = plan.followed
@@ -122,6 +129,8 @@ def _follow(work: _Work, axis: int) -> Iterator[Arrays]:
     count = len(states.phase) // along.shape[1]
     begun = np.zeros(len(states.phase), dtype=bool)
     for i in work.plan.order:
+        if work.stopped():
+            raise CancelledError
         systems = np.repeat(along[i], count)
         out = _run(work, systems, states)
         behind = np.flatnonzero(begun & (out["end"] == Outcome.BEHIND_STOP))

@@ -11,7 +11,7 @@ Accuracy    Results do not depend on groups: a system has the same bits in any.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise, starmap
 from threading import Lock
 
@@ -37,11 +37,11 @@ class Group:
         ends = np.cumsum([0, *(_count(plan, tile) for tile in self._tiles.values())]).tolist()
         self._places = dict(zip(self._tiles, starmap(slice, pairwise(ends)), strict=True))
 
-    def compute(self, tile: Tile) -> Arrays:
-        """Run every member of a tile."""
+    def compute(self, tile: Tile, stopped: Callable[[], bool]) -> Arrays:
+        """Run every member of a tile, or as many as there is time for (compute.py)."""
         place = self._places[_systems_of(self._plan, tile)]
         batch = batch_from(self._compilation(), place)
-        return compute_with(self._plan.block(tile.place), batch)
+        return compute_with(self._plan.block(tile.place), batch, stopped)
 
     def _compilation(self) -> Compilation:
         """The systems of all tiles, compiled by the thread that comes first."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
+from threading import Event
 
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.compiling import RunsOf
@@ -24,7 +25,10 @@ def compute_tiles(
     workers: int | None,
     client: object = None,  # noqa: ARG001 - for clusters
 ) -> Generator[Done, None, None]:
-    """Compute tiles; closing the generator waits for those that have begun."""
+    """Compute tiles; closing the generator waits for those that have begun.
+
+    A motion that is followed stops at once.
+    """
     yield from compute_in_threads(plan, tiles, workers)
 
 
@@ -32,20 +36,32 @@ def compute_in_threads(
     plan: Plan, tiles: Sequence[Tile], workers: int | None, runs: RunsOf = Stacks.kernel
 ) -> Generator[Done, None, None]:
     """Compute tiles whose members something runs, the kernel or another machine."""
-    threads = workers or cores()
+    threads, stop = workers or cores(), Event()
     pool = ThreadPoolExecutor(threads, thread_name_prefix="vibroimpact")
     todo = grouped(plan, tiles, runs)
     running: dict[Future[Arrays], Tile] = {}
     try:
         while True:
             for tile, group in islice(todo, AHEAD * threads - len(running)):
-                running[pool.submit(group.compute, tile)] = tile
+                running[pool.submit(group.compute, tile, stop.is_set)] = tile
             if not running:
                 return
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 yield running.pop(future), future.result()
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        stop.set()
+        _end(pool, running)
+
+
+def _end(pool: ThreadPoolExecutor, running: Iterable[Future[Arrays]]) -> None:
+    """Wait for what has begun, deaf to Ctrl-C: a join that is interrupted forgets its thread."""
+    pool.shutdown(wait=False, cancel_futures=True)
+    while True:
+        try:
+            wait([future for future in running if not future.cancelled()])
+            return pool.shutdown()
+        except KeyboardInterrupt:
+            continue
 
 
 def cores() -> int:
