@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact.ensembles.motions import motions
-from vibroimpact.plotting import basins as basin_look
+from vibroimpact.plotting import maps, style
 from vibroimpact.plotting import plane as plane_look
-from vibroimpact.plotting import style
 from vibroimpact.plotting.maps import edges, geometric
 from vibroimpact.plotting.rotation_look import fractions
 
@@ -245,11 +244,46 @@ def test_colours_of_symbols_are_told_apart_by_readers_without_red_or_green() -> 
             [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]]
         ),
     }
-    shown = [*plane_look.COLOURS, style.SILVER, *plane_look.PLAIN.values(), plane_look.FAILED]
+    shown = [*plane_look.COLOURS, style.SILVER, *plane_look.PLAIN.values(), *maps.FAILED]
     for matrix in reduced.values():
         seen = [matrix @ (np.array(to_rgb(c)) ** 2.2) for c in shown]
         for one, other in combinations(seen, 2):
             assert np.linalg.norm(one - other) > 0.02
+
+
+def test_outcomes_have_colours_of_their_own() -> None:
+    basins = some_basins()
+    basins["attractor"][0, 0] = -6
+    basins["attractor"].attrs = {
+        "flag_values": [0, 1, 2, -5, -6],
+        "flag_meanings": "1-1-1_a 1-1-1_b chaotic_a undecided behind_stop",
+    }
+    shown = legend(plotting.plot_basins(basins))
+    assert len(set(shown.values())) == len(shown) == 5
+
+
+def test_attractors_beyond_the_colours_are_one_entry_of_the_legend() -> None:
+    words = " ".join(f"{k}-1-0_a" for k in range(12))
+    meanings = {"flag_values": np.arange(12), "flag_meanings": words}
+    labels = (("x1", "v2"), np.arange(12, dtype=np.int32).reshape(3, 4), meanings)
+    coords = {"x1": [0.0, 1.0, 2.0], "v2": [0.0, 1.0, 2.0, 3.0]}
+    found = xr.Dataset({"attractor": labels}, coords=coords)
+    shown = legend(plotting.plot_basins(found, marks=False))
+    assert len(shown) == len(set(shown.values())) == 8
+    assert list(shown)[-1] == "other attractors, 41.7%"
+
+
+def test_an_exponent_of_minus_infinity_is_no_missing_number() -> None:
+    plane = some_plane()
+    plane["lyapunov"][2, 1], plane["lyapunov"][3, 1] = -np.inf, np.nan
+    mesh, values = cells(plotting.plot_plane(plane, variable="lyapunov"))
+    seen = values.reshape(4, 6).T
+    assert seen[2, 1] == mesh.norm.vmin
+    assert np.argwhere(np.isnan(seen)).tolist() == [[3, 1]]
+    ways = some_ways()
+    ways["lyapunov"][0, 0] = -np.inf
+    marks = [line for line in plotting.plot_along(ways).get_lines() if line.get_marker() == "v"]
+    assert [list(line.get_xdata()) for line in marks] == [[1.0]]
 
 
 def test_rotation_numbers_that_have_not_converged_have_no_colour() -> None:
@@ -307,7 +341,7 @@ def test_basins_have_the_names_and_shares_of_their_attractors() -> None:
     assert list(known) == ["1-1-1 a, 50%", "1-1-1 b, 16.7%", "chaotic a, 16.7%", "undecided, 16.7%"]
     drawn = colours(plotting.plot_basins(some_basins()))
     assert tuple(drawn[2, 0]) == pytest.approx(known["1-1-1 b, 16.7%"], abs=1e-6)
-    assert tuple(drawn[2, 1]) == pytest.approx(to_rgb(basin_look.FAILED), abs=1e-6)
+    assert tuple(drawn[2, 1]) == pytest.approx(to_rgb(maps.FAILED[0]), abs=1e-6)
 
 
 def test_attractors_are_marked_where_their_members_end() -> None:

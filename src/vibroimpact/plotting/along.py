@@ -26,7 +26,8 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
         what :func:`vibroimpact.bifurcation_sweep` returned.
     variable
         Name of the data variable. Of "lyapunov" the line of zero is drawn: above it the motion is
-        chaotic, and where it does not impact there is no point.
+        chaotic, and where it does not impact there is no point. Minus infinity, as of motions that
+        stick, is a triangle at the lower edge.
     ax
         Where to draw; a new figure if not given.
 
@@ -57,4 +58,9 @@ def _lines(ax: Axes, array: xr.DataArray, parameter: str) -> None:
 
 
 def _points(ax: Axes, value: Any, numbers: Any, **looks: Any) -> None:
-    style.points(ax, value, np.asarray(numbers), **(looks | {"markersize": SIZE}))
+    numbers = np.asarray(numbers)
+    style.points(ax, value, numbers, **(looks | {"markersize": SIZE}))
+    below = np.asarray(value)[np.isneginf(numbers)]
+    if below.size:
+        looks |= {"label": "_", "marker": "v", "markersize": 2.0 * SIZE, "clip_on": False}
+        style.points(ax, below, np.zeros(below.size), transform=ax.get_xaxis_transform(), **looks)

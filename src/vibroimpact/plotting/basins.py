@@ -16,7 +16,7 @@ from vibroimpact.plotting import maps, style
 COLOURS = (
     style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
 )  # fmt: skip
-FAILED = "#A08060"
+OTHER = "other attractors"
 MARKERS = "oDs^vPX"
 MARKED = 400  # points of an attractor that are marked
 PLACES = 24  # fewer different places, told apart at RESOLUTION of the axes: large marks
@@ -65,17 +65,24 @@ def coordinate_label(name: str) -> str:
 
 def _shades(labels: xr.DataArray) -> list[maps.Shade]:
     words = flags(labels)
-    found = []
-    for code in sorted(words, key=lambda code: (code < 0, abs(code))):
-        share = 100.0 * float((labels.values == code).mean())
-        text = f"{words[code].replace('_', ' ')}, {share:.3g}%"
-        found.append(maps.Shade((code,), text, _colour(code)))
-    return found
+    codes = sorted(words, key=lambda code: (code < 0, abs(code)))
+    own = [code for code in codes if 0 <= code < len(COLOURS)]
+    found = [_shade(labels, (code,), words[code], COLOURS[code]) for code in own]
+    others = tuple(code for code in codes if code >= len(COLOURS))
+    if others:
+        found.append(_shade(labels, others, OTHER, style.SILVER))
+    outcomes = {code: words[code] for code in codes if code < 0}
+    colours = maps.failures(list(outcomes.values()))
+    return found + [_shade(labels, (c,), word, colours[word]) for c, word in outcomes.items()]
+
+
+def _shade(labels: xr.DataArray, codes: tuple[int, ...], words: str, colour: str) -> maps.Shade:
+    share = 100.0 * float(np.isin(labels.values, codes).mean())
+    return maps.Shade(codes, f"{words.replace('_', ' ')}, {share:.3g}%", colour)
 
 
 def _colour(code: int) -> str:
-    if code < 0:
-        return FAILED
+    """Of an attractor."""
     return COLOURS[code] if code < len(COLOURS) else style.SILVER
 
 

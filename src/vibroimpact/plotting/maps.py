@@ -18,6 +18,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
+FAILED = ("#A08060", "#55351A", "#E3D2B8")  # outcomes, one after the other
 QUANTILE = 0.995  # of the numbers on each side: the rest saturates
 ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
 
@@ -28,6 +29,11 @@ class Shade(NamedTuple):
     codes: tuple[int, ...]
     words: str
     colour: str
+
+
+def failures(words: Sequence[str]) -> dict[str, str]:
+    """A brown for each outcome."""
+    return {word: FAILED[i % len(FAILED)] for i, word in enumerate(words)}
 
 
 def over_two(field: xr.DataArray) -> tuple[str, str]:

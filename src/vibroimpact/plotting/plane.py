@@ -22,7 +22,6 @@ COLOURS = (
 )  # fmt: skip
 OTHER = "other periodic"
 PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF"}
-FAILED = "#A08060"
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
 
 
@@ -38,7 +37,7 @@ def plot_plane(
         its store opened again, or any dataset whose ``variable`` has two dims.
     variable
         "motion" (a colour per symbol n-p-q), "period", "impacts" (at all stops), "lyapunov"
-        (blue below zero, white at zero, red above), "rotation" (grey also where the error is above
+        (blue below zero, darkest at minus infinity, white at zero, red above), "rotation" (grey also where the error is above
         0.01), "attractors" (how many were met), or another number in the dataset.
     ax
         Where to draw; a new figure if not given.
@@ -78,6 +77,7 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, most: int) -> None:
         _counts(ax, field, label)
     elif variable == "lyapunov":
         norm = _signed(field)
+        field = field.where(field > -np.inf, norm.vmin).where(field.notnull())
         maps.numbers(
             ax, field, colormaps[SIGNED], norm, label, extend="both", ticks=_both_sides(norm)
         )
@@ -98,7 +98,8 @@ def shades(present: list[Category], most: int) -> list[maps.Shade]:
         rest = tuple(one.code for one in symbols[most:])
         found.append(maps.Shade(rest, OTHER, style.SILVER))
     others = [one for one in present if one.code < 0]
-    return found + [maps.Shade((o.code,), o.words, PLAIN.get(o.words, FAILED)) for o in others]
+    colours = PLAIN | maps.failures([o.words for o in others if o.words not in PLAIN])
+    return found + [maps.Shade((o.code,), o.words, colours[o.words]) for o in others]
 
 
 def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
