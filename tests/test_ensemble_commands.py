@@ -210,6 +210,18 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     assert "interrupted; 3 of 9 tiles are kept." in capsys.readouterr().err
 
 
+def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vibroimpact.commands.sweep.write", interrupted)
+    argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr", "--out", "s.nc"]
+    assert cli.main(argv) == cli.INTERRUPTED
+    assert "s.zarr keeps what is in it; the same command goes on." in capsys.readouterr().err
+
+
 # ---- misuse --------------------------------------------------------------------------------------
 
 
@@ -265,10 +277,12 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),
         ([*PLANE, "--stop", "B"], "stop: is for counting attractors"),
         ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--observe", "power"], "must be left out"),
-        (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "'nothing': must be one of"),
-        (["plane", CASE, "--over", OMEGA], "must be two parameters"),
+        (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "= nothing: must be one of m"),
+        (["plane", CASE, "--over", "omga=1:2:3", "--over", "force=1:2:3"], "over = omga: must be"),
+        (["plane", CASE, "--over", OMEGA], "give --over NAME=LOW:HIGH:COUNT twice"),
+        (["diagram", CASE, "--over", OMEGA, "--over", "force=1:2:3"], "omega, force: give --over"),
         (["plane", CASE, "--over", OMEGA, "--over", "force=1:2:3", "--out", "p.txt"], "must end"),
-        (["basins", CASE, "--omega", "1", "--over", "x1=0:1:3"], "must be two coordinates"),
+        (["basins", CASE, "--omega", "1", "--over", "x1=0:1:3"], "over = x1: give --over NAME"),
         (["diagram", CASE, "--over", OMEGA, "--way", "left"], "way = 'left'"),
     ],
 )  # fmt: skip

@@ -358,6 +358,8 @@ def test_misuse_of_basins_is_refused() -> None:
         vi.basins(SET_A, over=grid, start=START, observe="power")
     with pytest.raises(vi.InvalidParameterError, match="contact = 3: must be 0"):
         vi.basins(SET_A, over=grid, start=START, contact=3)
+    with pytest.raises(vi.InvalidParameterError, match=r"Make them by vi\.basins"):
+        vi.attractor_state(xr.Dataset({"n": 1}), "1-1-1 a")
 
 
 def test_the_phases_that_were_asked_for_are_an_axis() -> None:

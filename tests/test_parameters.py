@@ -275,6 +275,16 @@ def test_a_parameter_that_counts_is_refused_by_name_and_value(over: dict[str, An
     assert isinstance(caught.value.__cause__, TypeError)
 
 
+def test_values_that_a_family_refuses_are_named() -> None:
+    def weighed(m: float) -> vi.Mechanism:
+        stop = vi.Contact((1.0,), upper=0.5, restitution=0.8)
+        return vi.Mechanism(mass=[[m]], damping=[[0.1]], stiffness=[[1.0]], contacts=(stop,))
+
+    system, start = vi.Family(weighed, m=1.0), vi.State((0.0,), (0.0,))
+    with pytest.raises(vi.InvalidParameterError, match=r"\(weighed, m=-1\.0\): mass: must be pos"):
+        vi.sweep(system, over={"m": [1.0, -1.0, 2.0]}, start=start, **SHORT)
+
+
 def test_other_errors_of_the_code_that_builds_are_its_own() -> None:
     with pytest.raises(TypeError, match="unsupported operand") as caught:
         _ = vi.Family(lambda k: k + None, k=1.0).mechanism

@@ -48,6 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         The exit status.
     """
+    arguments = argparse.Namespace()
     try:
         arguments = parser().parse_args(argv)
         sys.stdout.write(arguments.run(arguments) + "\n")
@@ -58,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (Failure, VibroImpactError) as error:
         return _told(str(error), FAILED)
     except KeyboardInterrupt as stop:
-        return _told(str(stop) or "interrupted; nothing was written.", INTERRUPTED)
+        return _told(str(stop) or _interrupted(arguments), INTERRUPTED)
     return DONE
 
 
@@ -85,6 +86,13 @@ def parser() -> argparse.ArgumentParser:
         command.add_options(child)
         child.set_defaults(run=command.run)
     return top
+
+
+def _interrupted(arguments: argparse.Namespace) -> str:
+    """What is left where an interruption brings no words of its own."""
+    store = getattr(arguments, "store", None)
+    kept = f" {store} keeps what is in it; the same command goes on." if store else ""
+    return f"interrupted; nothing was written.{kept}"
 
 
 def _told(message: str, status: int) -> int:

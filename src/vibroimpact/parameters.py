@@ -78,6 +78,8 @@ class Family:
         """The mechanism for the present values."""
         try:
             built = self.build(**dict(self.parameters))
+        except InvalidParameterError as error:
+            raise InvalidParameterError(f"system = {self!r}: {error}") from error
         except TypeError as error:
             jets = any(isinstance(value, Jet) for _, value in self.parameters)
             if jets or not re.search("integer|non-int", str(error)):

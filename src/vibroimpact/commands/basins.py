@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> str:
     """Compute, write, and list the attractors."""
     targets = common.targets_of(arguments)
     case = common.case_of(arguments)
-    over = members.over_of(arguments)
+    over = members.over_of(arguments, 2)
     found = basins(
         case.system, over=over, start=members.base_of(arguments, case),
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),

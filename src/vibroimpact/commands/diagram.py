@@ -42,7 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Compute, write, and say how the members ended."""
     targets = common.targets_of(arguments)
-    over = members.over_of(arguments)
+    over = members.over_of(arguments, 1)
     case = members.case_of(arguments, over)
     start = members.start_of(arguments, case)
     compute: Callable[..., xr.Dataset] = partial(

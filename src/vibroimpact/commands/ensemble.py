@@ -13,7 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact.commands import common
-from vibroimpact.commands.members import DAMPER, GRID, RANGE, Floats, Start
+from vibroimpact.commands.members import GRID, RANGE, Floats, Start
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.ensembles.motions import flags
 from vibroimpact.ensembles.observers import OBSERVERS
@@ -160,7 +160,7 @@ def _ends(members: xr.Dataset) -> str:
 def _system(case: Case, over: dict[str, Floats]) -> str:
     """A line that says what moves; of a damper with the range of each parameter in the grid."""
     text = str(case.system)
-    for name in set(over) & set(DAMPER) if isinstance(case.system, ImpactDamper) else ():
+    for name in set(over) & set(common.PARAMETERS) if isinstance(case.system, ImpactDamper) else ():
         ends = f"{name} from {over[name][0]:g} to {over[name][-1]:g}"
         text = re.sub(rf"\b{name}=[^,)]+", ends, text)
     return text

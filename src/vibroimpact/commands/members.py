@@ -28,21 +28,27 @@ RANGE = "NAME=LOW:HIGH"
 MOST = 10**7  # values of an axis
 MIDDLE = State((0.0, 0.0), (0.0, 1.0))  # of a damper: free of its stops at any clearance
 STATED = (*STATE, "on_stop", "orbit")
-DAMPER = tuple(f.name for f in fields(ImpactDamper))
 
 
 # ---- axes, system, starts ------------------------------------------------------------------------
 
 
-def over_of(arguments: argparse.Namespace) -> dict[str, Floats]:
-    """The axes of the grid."""
-    return _by_name(arguments.over, "over", _values)
+def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str, Floats]:
+    """The axes of the grid; ``count``: how many it must have."""
+    over = _by_name(arguments.over, "over", _values)
+    if count is not None and len(over) != count:
+        times = {1: "once", 2: "twice"}[count]
+        raise InvalidParameterError(f"over = {', '.join(over)}: give --over {GRID} {times}.")
+    return over
 
 
 def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
     """The system; a parameter of a damper that only the grid fixes is in the middle of its axis."""
     if not arguments.config:
-        for name in set(over) & set(DAMPER):
+        for name in over:
+            if name not in common.PARAMETERS:
+                known = ", ".join(common.PARAMETERS)
+                raise InvalidParameterError(f"over = {name}: must be one of {known}.")
             if getattr(arguments, name) is None:
                 setattr(arguments, name, float((over[name].min() + over[name].max()) / 2.0))
     return common.case_of(arguments)

@@ -49,7 +49,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Compute, write, and say what occurs."""
     targets = common.targets_of(arguments)
-    over = members.over_of(arguments)
+    many = arguments.starts is not None or arguments.grid
+    over = members.over_of(arguments, None if many else 2)
     case = members.case_of(arguments, over)
     start = members.start_of(arguments, case)
     looks = common.given(arguments, ["variable", "most"])

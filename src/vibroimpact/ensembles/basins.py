@@ -115,6 +115,8 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     name
         Its name, such as "1-1-1 a".
     """
+    if "name" not in basins or "attractor_position" not in basins:
+        raise InvalidParameterError("basins: have no attractors. Make them by vi.basins.")
     names = [str(one) for one in basins["name"].values]
     if name not in names:
         raise InvalidParameterError(f"name = {name!r}: must be one of {', '.join(names)}.")

@@ -237,7 +237,7 @@ def _sink(
 class Memory:
     """Results in memory, taken as :class:`~vibroimpact.ensembles.store.Store` takes them."""
 
-    kept = "nothing is kept. With store=... the same call would go on where it was."
+    kept = "nothing is kept. With a store (store=..., --store) the same call would go on."
 
     def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
         size = math.prod(schema.grid.values()) * schema.member_bytes

@@ -36,9 +36,10 @@ def plot_plane(
         What :func:`vibroimpact.plane` or :func:`vibroimpact.multistability` returned, a sweep or
         its store opened again, or any dataset whose ``variable`` has two dims.
     variable
-        "motion" (a colour per symbol n-p-q), "period", "impacts" (at all stops), "lyapunov"
-        (blue below zero, darkest at minus infinity, white at zero, red above), "rotation" (grey also where the error is above
-        0.01), "attractors" (how many were met), or another number in the dataset.
+        "motion" (a colour per symbol n-p-q), "period", "impacts" (at all stops), "lyapunov" (blue
+        below zero, darkest at minus infinity, white at zero, red above), "rotation" (grey also
+        where the error is above 0.01), "attractors" (how many were met), or another number in the
+        dataset.
     ax
         Where to draw; a new figure if not given.
     most
