@@ -256,7 +256,8 @@ def check_stop(system: System, contact: int, stop: Stop) -> None:
     """Refuse a stop that the system does not have."""
     contacts = mechanism_of(system).contacts
     if isinstance(contact, bool) or contact not in range(len(contacts)):
-        raise InvalidParameterError(f"contact = {contact!r}: must be 0 to {len(contacts) - 1}.")
+        known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
+        raise InvalidParameterError(f"contact = {contact!r}: must be {known}.")
     if stop not in ("A", "B"):
         raise InvalidParameterError(f'stop = {stop!r}: must be "A" or "B".')
     chosen = contacts[contact]

@@ -38,7 +38,7 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
     """
     array = variable_of(along, variable, f" Others are observed with observe=[{variable!r}, ...].")
     parameter = parameter_of(array)
-    with style.drawing(ax, width=1.6 * style.WIDTH, height=0.9 * style.HEIGHT) as ax:
+    with style.drawing(ax, width=1.6 * style.WIDTH, height=style.HEIGHT) as ax:
         if variable == "lyapunov":
             ax.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
         _lines(ax, array, parameter)
