@@ -274,7 +274,7 @@ def test_patience_begins_anew_after_every_look_that_finds_a_worker(monkeypatch: 
 
 def test_a_cluster_that_is_lost_while_the_sweep_waits_ends_it(lone, when_told):
     when_told(lone.close)
-    with pytest.raises(vi.VibroImpactError, match=f"{LOST}; nothing is kept. With store="):
+    with pytest.raises(vi.VibroImpactError, match=f"{LOST}; nothing is kept. With a store"):
         swept_until_no_worker(lone)
 
 
