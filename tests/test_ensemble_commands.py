@@ -219,7 +219,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
     monkeypatch.setattr("vibroimpact.commands.sweep.write", interrupted)
     argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr", "--out", "s.nc"]
     assert cli.main(argv) == cli.INTERRUPTED
-    assert "s.zarr keeps what is in it; the same command goes on." in capsys.readouterr().err
+    assert "interrupted; no file was written. s.zarr is kept" in capsys.readouterr().err
 
 
 # ---- misuse --------------------------------------------------------------------------------------

@@ -12,7 +12,14 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import pdist, squareform
 
 import vibroimpact as vi
-from vibroimpact.ensembles.matching import TOLERANCE, distinct, known, longest_gaps, scale_of
+from vibroimpact.ensembles.matching import (
+    TOLERANCE,
+    different,
+    distinct,
+    known,
+    longest_gaps,
+    scale_of,
+)
 from vibroimpact.ensembles.motions import categories, flags, motions
 
 Floats = NDArray[np.float64]
@@ -247,6 +254,22 @@ def test_an_ensemble_in_which_nothing_is_periodic_has_codes_too() -> None:
     assert [one.words for one in categories(codes)] == ["not periodic", "no impacts"]
 
 
+@pytest.mark.parametrize(
+    ("symbols", "count"),
+    [
+        ([], 0),
+        ([NO_SYMBOL, NO_SYMBOL], 1),
+        ([(1, 0, 1), (2, 0, 2), NO_SYMBOL, (13, 0, 13)], 1),
+        ([(1, 0, 1), (2, 0, 1), (3, 0, 2)], 3),
+        ([(0, 1, 1), (0, 2, 2)], 1),
+    ],
+)
+def test_symbols_that_are_not_proportional_are_different(
+    symbols: list[tuple[int, int, int]], count: int
+) -> None:
+    assert different(np.array(symbols, dtype=np.int64).reshape(-1, 3)) == count
+
+
 def against(wall: float) -> vi.Mechanism:
     """An oscillator that meets a wall."""
     return vi.Mechanism(
@@ -260,7 +283,7 @@ def test_positions_on_a_wall_at_zero_are_rounding_and_tell_nothing_apart(wall: f
     start = vi.State((-0.5,), (0.0,))
     assert str(vi.classify(against(wall), start).type) == "1-1-0"
     asked: dict[str, Any] = {"settle": 400, "progress": False}
-    many = vi.RandomStarts(10, 0, {"x1": (-2.0, -0.1)}, start)
+    many = vi.RandomStarts(40, 0, {"x1": (-2.0, -0.1)}, start)
     walls = vi.Family(against, wall=wall)
     found = vi.multistability(walls, over={"wall": [wall]}, start=many, **asked)
     assert found["attractors"].values.tolist() == [1]
@@ -277,9 +300,8 @@ def test_a_turn_of_the_phase_is_no_distance() -> None:
         {
             "section_position": (("start", "point", "coordinate"), position),
             "section_velocity": (("start", "point", "coordinate"), -2.0 * position),
-            "time": ("start", [3.0, 4.0]),
-        },
-        attrs={"settle": 1.0, "periods": 1.0},
+            "section_time": (("start", "point"), [[3.0], [4.0]]),
+        }
     )
     scale = scale_of(given)
     assert (scale.position, scale.velocity) == (2.0, 4.0)

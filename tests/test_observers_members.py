@@ -207,15 +207,15 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: resolve([]), "at least one"),
         (lambda: resolve([3]), "observe = 3"),  # type: ignore[list-item]
         (lambda: resolve([Symbol(), Symbol(returns=3)]), "same names"),
-        (lambda: resolve([Section(), Section(stop="B")]), "Give them different labels"),
+        (lambda: resolve([Section(), Section(stop="B")]), "Give one a label"),
         (lambda: resolve([Symbol(), Symbol(tolerance=1e-3)]), "take two sweeps"),
         (lambda: Section(label="at B"), "label = 'at B'"),
         (lambda: Rotation(label=3), "label = 3"),  # type: ignore[arg-type]
         (
-            lambda: outputs([Section(label="final", stop="B"), *resolve("final")], ball(0.5)),
-            "final_phase is the result of another observer",
+            lambda: outputs([Rotation(stop="B"), Rotation(stop="B", label="error")], ball(0.5)),
+            "rotation_error is the result of another observer",
         ),
-        (lambda: resolve(["rms", Rms(row=(1.0,))]), "different labels"),
+        (lambda: resolve(["rms", Rms(row=(1.0,))]), "Give one a label"),
         (lambda: Section(points=0), "points = 0"),
         (lambda: Section(points=10**13), "points = 10000000000000: must be at most 1000000"),
         (lambda: Section(stride=10**30), "must be at most 1000000"),
@@ -250,7 +250,7 @@ def test_bad_options_are_refused_by_name(make: Any, says: str) -> None:
 def test_sections_at_several_stops_are_those_of_several_sweeps() -> None:
     case = CASES["chaotic"]
     upper, lower = Section(points=7), Section(points=5, stop="B", label="lower")
-    turns = [Rotation(label="rotation_a"), Rotation(stop="B", label="rotation_b")]
+    turns = [Rotation(label="a"), Rotation(stop="B", label="b")]
     more = ["lyapunov", "symbol", Rms(row=(-1.0, 1.0), label="gap")]
     found = case.member(*more[:1], upper, *turns, lower, *more[1:])
     apart = [case.member(one) for one in (upper, lower, *turns)]
@@ -258,7 +258,7 @@ def test_sections_at_several_stops_are_those_of_several_sweeps() -> None:
         for name, values in alone.items():
             np.testing.assert_array_equal(found[name], values, strict=True)
     assert found.keys() == set().union(*apart, case.member(*more))
-    assert not np.array_equal(found["lower_phase"], found["section_phase"][-5:])
+    assert not np.array_equal(found["section_lower_phase"], found["section_phase"][-5:])
 
 
 def test_sections_of_several_lengths_have_dimensions_of_their_own() -> None:
@@ -268,8 +268,8 @@ def test_sections_of_several_lengths_have_dimensions_of_their_own() -> None:
     damper = paper_damper("A", 1.2)
     found = vi.sweep(damper, over=over, start=start, observe=sections, settle=50, progress=False)
     assert found["section_position"].dims == ("omega", "point", "coordinate")
-    assert found["lower_position"].dims == ("omega", "lower_point", "coordinate")
-    assert dict(found.sizes) == {"omega": 2, "point": 3, "coordinate": 2, "lower_point": 2}
+    assert found["section_lower_position"].dims == ("omega", "point_lower", "coordinate")
+    assert dict(found.sizes) == {"omega": 2, "point": 3, "coordinate": 2, "point_lower": 2}
 
 
 def test_equal_observers_are_computed_once() -> None:

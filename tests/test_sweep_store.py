@@ -191,7 +191,7 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_does(tmp_path: Path):
     assert_resumes(store)
 
 
-# A followed motion of a minute, or tiles of a second, and Ctrl-C twice.
+# A followed motion of half a minute, or tiles of a second, and Ctrl-C twice.
 IMPATIENT = """
 import os, signal, sys, threading, time
 import numpy as np
@@ -219,7 +219,7 @@ def test_a_second_interruption_is_no_worse_than_the_first(values: int, follow: s
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=20,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert stopped.returncode == -signal.SIGINT, stopped.stderr

@@ -10,6 +10,7 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from vibroimpact import __version__
 from vibroimpact.commands import (
@@ -91,8 +92,9 @@ def parser() -> argparse.ArgumentParser:
 def _interrupted(arguments: argparse.Namespace) -> str:
     """What is left where an interruption brings no words of its own."""
     store = getattr(arguments, "store", None)
-    kept = f" {store} keeps what is in it; the same command goes on." if store else ""
-    return f"interrupted; nothing was written.{kept}"
+    if store and Path(store).exists():
+        return f"interrupted; no file was written. {store} is kept; the same command goes on."
+    return "interrupted; nothing was written."
 
 
 def _told(message: str, status: int) -> int:

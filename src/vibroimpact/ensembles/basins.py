@@ -70,7 +70,7 @@ def basins(
     Notes
     -----
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
-    second or two where it stays undecided, and then at most ``most`` times.
+    second or two where it stays undecided. At most ``most`` members are classified.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
     ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
     are one. Motions that impact, but never at this stop, are told apart by their symbol only.

@@ -189,8 +189,8 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
     batch, members
         Systems and trajectories.
     observers
-        What to compute on the way (observers.py). For two sections, or two rotation numbers, the
-        members are run twice.
+        What to compute on the way (observers.py). Members are run as often as there are sections,
+        or rotation numbers, whichever are more.
 
     Returns
     -------

@@ -61,8 +61,8 @@ class Section:
     contact, stop
         As in :func:`~vibroimpact.impact_section`.
     label
-        Names the variables: ``<label>_position`` and so on. Sections at several stops need
-        different ones; the members are run once for each.
+        Of another section: it names the variables, ``section_<label>_position`` and so on. Members
+        are run as often as there are sections.
     """
 
     name: ClassVar[str] = "section"
@@ -70,7 +70,7 @@ class Section:
     stride: int = 1
     contact: int = 0
     stop: Stop = "A"
-    label: str = "section"
+    label: str = ""
 
     def __post_init__(self) -> None:
         check_count("points", self.points, 1, MOST)
@@ -79,7 +79,7 @@ class Section:
     def outputs(self, mechanism: Mechanism) -> Table:
         """States (..., point, coordinate), phases and times (..., point)."""
         check_stop(mechanism, self.contact, self.stop)
-        along = POINT if self.label == self.name else f"{self.label}_{POINT}"
+        along = _labelled(POINT, self.label)
         point, both = ((along,), (self.points,)), (along, COORDINATE)
         sizes = (self.points, mechanism.degrees)
         where = f"after impact at stop {self.stop} of contact {self.contact}"
@@ -89,7 +89,8 @@ class Section:
             return real(f"section_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
 
         units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
-        return {f"{self.label}_{kind}": of(kind, unit) for kind, unit in units.items()}
+        name = _labelled(self.name, self.label)
+        return {f"{name}_{kind}": of(kind, unit) for kind, unit in units.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,6 +214,10 @@ class Rms:
         return _watched(self, {"mean": "mean", "rms": "root mean square"}, mechanism)
 
 
+def _labelled(name: str, label: str) -> str:
+    return f"{name}_{label}" if label else name
+
+
 def _check_label(label: Any) -> None:
     if not isinstance(label, str) or not label.isidentifier():
         raise InvalidParameterError(f"label = {label!r}: must be a name, such as 'relative'.")
@@ -303,7 +308,8 @@ class Rotation:
         Where the impact speeds of three points in a row differ by at most this share of the largest
         of them, the motion is at a fixed point, which does not turn; in (0, 1).
     label
-        Names the variables: ``<label>`` and ``<label>_error``, as in :class:`Section`.
+        Of another rotation number, as in :class:`Section`: ``rotation_<label>`` and
+        ``rotation_<label>_error``.
 
     Notes
     -----
@@ -330,7 +336,7 @@ class Rotation:
     contact: int = 0
     stop: Stop = "A"
     tolerance: float = 1e-6
-    label: str = "rotation"
+    label: str = ""
 
     def __post_init__(self) -> None:
         _check_section(self)
@@ -339,16 +345,20 @@ class Rotation:
     def outputs(self, mechanism: Mechanism) -> Table:
         """``rotation``, ``rotation_error``."""
         check_stop(mechanism, self.contact, self.stop)
-        where = f"stop {self.stop} of contact {self.contact}"
+        where, name = (
+            f"stop {self.stop} of contact {self.contact}",
+            _labelled(self.name, self.label),
+        )
         texts = {
-            self.label: f"rotation number per section point at {where}",
-            f"{self.label}_error": "change of the rotation number between parts of the window",
+            name: f"rotation number per section point at {where}",
+            f"{name}_error": "change of the rotation number between parts of the window",
         }
         return reals("rotation", texts)
 
 
 def _check_section(observer: Section | Rotation) -> None:
-    _check_label(observer.label)
+    if observer.label != "":
+        _check_label(observer.label)
     check_count("stride", observer.stride, 1, MOST)
     check_count("contact", observer.contact, 0)
     if observer.stop not in ("A", "B"):

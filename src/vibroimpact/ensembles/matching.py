@@ -66,9 +66,9 @@ class Scale:
 def scale_of(members: xr.Dataset) -> Scale:
     """The units of an ensemble with sections."""
     position, velocity = (members[f"section_{kind}"].values for kind in ("position", "velocity"))
-    longest = float(np.nanmax(members["time"].values, initial=0.0))
-    period = longest / (members.attrs["settle"] + members.attrs["periods"])
-    return Scale(*units(position, velocity, period))
+    between = np.diff(members["section_time"].values)
+    between = between[np.isfinite(between)]
+    return Scale(*units(position, velocity, float(np.median(between)) if between.size else 0.0))
 
 
 @dataclass(frozen=True)
@@ -132,6 +132,13 @@ def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags
     n, p, q = symbol
     same = (symbols[:, 1] * q == symbols[:, 2] * p) & (symbols[:, 1] * n == symbols[:, 0] * p)
     return np.asarray(same & (symbols[:, 2] * n == symbols[:, 0] * q))
+
+
+def different(symbols: NDArray[np.int64]) -> int:
+    """How many of some symbols (m, 3) are not proportional (3); zeros count alone only."""
+    factor = np.gcd.reduce(symbols, axis=1)
+    periodic = symbols[factor > 0] // factor[factor > 0, None]
+    return len(np.unique(periodic, axis=0)) or min(len(symbols), 1)
 
 
 def distinct(

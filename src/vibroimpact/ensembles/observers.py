@@ -91,7 +91,7 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
         if found.setdefault(key, observer) != observer:
             raise InvalidParameterError(
                 f"observe = {found[key]!r}, {observer!r}: their results have the same names. "
-                f"{'Give them different labels' if key[1] else 'Keep one; take two sweeps'}."
+                f"{'Give one a label' if hasattr(one, 'label') else 'Keep one; take two sweeps'}."
             )
     if not found:
         raise InvalidParameterError("observe = []: needs at least one observer.")

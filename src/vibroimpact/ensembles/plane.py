@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.ensembles.asked import MATCHED, Observe, check_axes, refuse, together
 from vibroimpact.ensembles.kinds import check_tolerance
-from vibroimpact.ensembles.matching import TOLERANCE, distinct, scale_of
+from vibroimpact.ensembles.matching import TOLERANCE, different, distinct, scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, motions
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import GridStarts, RandomStarts
@@ -127,8 +127,8 @@ def multistability(
     -------
     Dataset
         The sweep with ``attractors``: how many different ones were met. Motions without impacts
-        count as one, those that impact but never at this stop as one for each symbol; starts behind
-        a stop and members that did not reach their end count nothing.
+        count as one, those that impact but never at this stop as one for each ratio n : p : q;
+        starts behind a stop and members that did not reach their end count nothing.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def _counted(members: xr.Dataset, over: list[str], stop: Stop, tolerance: float)
     elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
     counts = np.zeros(shape, dtype=np.int16)
     for at in np.ndindex(*shape):
-        others = len(np.unique(symbols[at][elsewhere[at]], axis=0))
+        others = different(symbols[at][elsewhere[at]])
         silent = bool((kinds[at] == NO_IMPACTS).any())
         counts[at] = distinct(points[at], symbols[at], stop, tolerance) + others + silent
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})

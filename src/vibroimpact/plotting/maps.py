@@ -18,7 +18,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
-FAILED = ("#A08060", "#55351A", "#E3D2B8")  # outcomes, one after the other
+FAILED = ("#A08060", "#55351A", "#E3D2B8", "#7A5A3A", "#C2A27E")  # outcomes, one after the other
 QUANTILE = 0.995  # of the numbers on each side: the rest saturates
 ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
 

@@ -27,7 +27,7 @@ def compute_tiles(
 ) -> Generator[Done, None, None]:
     """Compute tiles; closing the generator waits for those that have begun.
 
-    A motion that is followed stops at once.
+    A motion that is followed stops after the value under way.
     """
     yield from compute_in_threads(plan, tiles, workers)
 
@@ -55,9 +55,9 @@ def compute_in_threads(
 
 def _end(pool: ThreadPoolExecutor, running: Iterable[Future[Arrays]]) -> None:
     """Wait for what has begun, deaf to Ctrl-C: a join that is interrupted forgets its thread."""
-    pool.shutdown(wait=False, cancel_futures=True)
     while True:
         try:
+            pool.shutdown(wait=False, cancel_futures=True)
             wait([future for future in running if not future.cancelled()])
             return pool.shutdown()
         except KeyboardInterrupt:
