@@ -16,7 +16,7 @@ from vibroimpact.ensembles.axes import parameter_axes
 from vibroimpact.ensembles.backends import backend_of
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.compute import Done
-from vibroimpact.ensembles.observers import Observer, resolve
+from vibroimpact.ensembles.observers import Observer, resolve, rounds
 from vibroimpact.ensembles.plan import Plan, Window
 from vibroimpact.ensembles.question import Question, question_of
 from vibroimpact.ensembles.schema import Schema, schema_of
@@ -211,7 +211,7 @@ def _check_follow(follow: str | None, axes: Mapping[str, object]) -> None:
 
 def _members(plan: Plan, schema: Schema) -> int:
     """Members of a tile by default."""
-    cycles = plan.window.settle + plan.window.periods
+    cycles = (plan.window.settle + plan.window.periods) * len(rounds(plan.observers))
     size = schema.member_bytes + compiled_bytes(plan.mechanism)
     along = 1 if plan.followed is None else plan.shape[plan.followed]
     return members_per_tile(plan.size, cycles, size, along)
