@@ -39,11 +39,12 @@ def run(name: str, picture: Path) -> float:
 
 
 def scale(picture: Path, small: Path) -> None:
-    """Scale a picture down to ``WIDTH``, with a palette of its own."""
+    """Scale a picture down to ``WIDTH``, with a palette that keeps rare colours of legends."""
     with Image.open(picture) as image:
         size = WIDTH, round(image.height * WIDTH / image.width)
         scaled = image.convert("RGB").resize(size, Image.Resampling.LANCZOS)
-    scaled.quantize(256, dither=Image.Dither.NONE).save(small, optimize=True)
+    colours = scaled.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    colours.save(small, optimize=True)
 
 
 def main(names: list[str]) -> int:
