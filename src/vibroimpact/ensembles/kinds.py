@@ -16,6 +16,8 @@ from vibroimpact.ensembles.outputs import (
     POINT,
     Output,
     Table,
+    check_label,
+    labelled,
     real,
     reals,
     whole,
@@ -79,7 +81,7 @@ class Section:
     def outputs(self, mechanism: Mechanism) -> Table:
         """States (..., point, coordinate), phases and times (..., point)."""
         check_stop(mechanism, self.contact, self.stop)
-        along = _labelled(POINT, self.label)
+        along = labelled(POINT, self.label)
         point, both = ((along,), (self.points,)), (along, COORDINATE)
         sizes = (self.points, mechanism.degrees)
         where = f"after impact at stop {self.stop} of contact {self.contact}"
@@ -89,7 +91,7 @@ class Section:
             return real(f"section_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
 
         units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
-        name = _labelled(self.name, self.label)
+        name = labelled(self.name, self.label)
         return {f"{name}_{kind}": of(kind, unit) for kind, unit in units.items()}
 
 
@@ -214,17 +216,8 @@ class Rms:
         return _watched(self, {"mean": "mean", "rms": "root mean square"}, mechanism)
 
 
-def _labelled(name: str, label: str) -> str:
-    return f"{name}_{label}" if label else name
-
-
-def _check_label(label: Any) -> None:
-    if not isinstance(label, str) or not label.isidentifier():
-        raise InvalidParameterError(f"label = {label!r}: must be a name, such as 'relative'.")
-
-
 def _row(row: Sequence[float], label: Any) -> tuple[float, ...]:
-    _check_label(label)
+    check_label(label)
     numbers = vector("row", row)
     if numbers and not any(numbers):
         raise InvalidParameterError("row = 0: must involve a coordinate.")
@@ -308,8 +301,7 @@ class Rotation:
         Where the impact speeds of three points in a row differ by at most this share of the largest
         of them, the motion is at a fixed point, which does not turn; in (0, 1).
     label
-        Of another rotation number, as in :class:`Section`: ``rotation_<label>`` and
-        ``rotation_<label>_error``.
+        Of another rotation number, as in :class:`Section`: ``rotation_<label>``.
 
     Notes
     -----
@@ -345,10 +337,7 @@ class Rotation:
     def outputs(self, mechanism: Mechanism) -> Table:
         """``rotation``, ``rotation_error``."""
         check_stop(mechanism, self.contact, self.stop)
-        where, name = (
-            f"stop {self.stop} of contact {self.contact}",
-            _labelled(self.name, self.label),
-        )
+        name, where = labelled(self.name, self.label), f"stop {self.stop} of contact {self.contact}"
         texts = {
             name: f"rotation number per section point at {where}",
             f"{name}_error": "change of the rotation number between parts of the window",
@@ -358,7 +347,7 @@ class Rotation:
 
 def _check_section(observer: Section | Rotation) -> None:
     if observer.label != "":
-        _check_label(observer.label)
+        check_label(observer.label)
     check_count("stride", observer.stride, 1, MOST)
     check_count("contact", observer.contact, 0)
     if observer.stop not in ("A", "B"):

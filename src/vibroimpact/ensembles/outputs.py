@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibroimpact.errors import InvalidParameterError
+
 COORDINATE, POINT, EXPONENT = "coordinate", "point", "exponent"  # dimensions
 
 
@@ -34,6 +36,17 @@ class Output(NamedTuple):
 
 
 Table = dict[str, Output]
+
+
+def check_label(label: Any) -> None:
+    """Refuse what cannot be a part of a variable's name."""
+    if not isinstance(label, str) or not label.isidentifier():
+        raise InvalidParameterError(f"label = {label!r}: must be a name, such as 'relative'.")
+
+
+def labelled(name: str, label: str) -> str:
+    """Name of a variable of one of several observers."""
+    return f"{name}_{label}" if label else name
 
 
 def real(
