@@ -216,7 +216,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibroimpact.commands.sweep.write", interrupted)
+    monkeypatch.setattr("vibroimpact.commands.ensemble.write", interrupted)
     argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr", "--out", "s.nc"]
     assert cli.main(argv) == cli.INTERRUPTED
     assert "interrupted; no file was written. s.zarr is kept" in capsys.readouterr().err

@@ -40,8 +40,7 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: plot_basins(found))
-    lines = [*ensemble.summary(case, over, found), *_listed(found)]
-    return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
+    return ensemble.told(arguments, targets, case, over, found, *_listed(found))
 
 
 def _listed(found: xr.Dataset) -> list[str]:

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.diagram import bifurcation_sweep
-from vibroimpact.files import write
 from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
 
 NAME = "diagram"
@@ -50,11 +49,8 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, SECTION),
     )  # fmt: skip
     draw = partial(_picture, arguments.variable or FIRST)
-    ensemble.rehearse(targets, over, start, compute, draw)
-    found = compute(over=over, start=start, **ensemble.options_of(arguments))
-    write(targets, data=lambda: found, picture=lambda: draw(found))
-    lines = ensemble.summary(case, over, found)
-    return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
+    found = ensemble.computed(arguments, targets, over, start, compute, draw)
+    return ensemble.told(arguments, targets, case, over, found)
 
 
 def _picture(variable: str, found: xr.Dataset) -> Axes:

@@ -1,4 +1,4 @@
-"""What the commands on ensembles share: options, a rehearsal of their pictures, a summary."""
+"""What the commands on ensembles share: options, the work, what is told of it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vibroimpact.ensembles.motions import flags
 from vibroimpact.ensembles.observers import OBSERVERS
 from vibroimpact.ensembles.store import store_path
 from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.files import Case, rehearse_picture
+from vibroimpact.files import Case, rehearse_picture, write
 from vibroimpact.state import State
 
 WINDOW = ("settle", "periods", "most_impacts")
@@ -113,10 +113,21 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return common.given(arguments, names)
 
 
-# ---- before it takes long ------------------------------------------------------------------------
+# ---- the work ------------------------------------------------------------------------------------
 
 
-def rehearse(
+def computed(
+    arguments: argparse.Namespace, targets: list[Path], over: dict[str, Floats], start: Start,
+    compute: Callable[..., xr.Dataset], draw: Callable[[xr.Dataset], Axes],
+) -> xr.Dataset:  # fmt: skip
+    """Rehearse the picture, compute, and write."""
+    _rehearse(targets, over, start, compute, draw)
+    found = compute(over=over, start=start, **options_of(arguments))
+    write(targets, data=lambda: found, picture=lambda: draw(found))
+    return found
+
+
+def _rehearse(
     targets: list[Path], over: dict[str, Floats], start: Start,
     compute: Callable[..., xr.Dataset], draw: Callable[[xr.Dataset], Axes],
 ) -> None:  # fmt: skip
@@ -135,14 +146,14 @@ def _few(start: Start) -> Start:
 # ---- what was found ------------------------------------------------------------------------------
 
 
-def summary(case: Case, over: dict[str, Floats], members: xr.Dataset) -> list[str]:
-    """Lines that say what moves, what was varied, and how the members ended."""
-    return [_system(case, over), _shape(members, over), _ends(members)]
-
-
-def kept(store: str | None) -> str:
-    """A line that names the store."""
-    return f"\nkept in {store_path(store)}" if store else ""
+def told(
+    arguments: argparse.Namespace, targets: list[Path], case: Case, over: dict[str, Floats],
+    found: xr.Dataset, *more: str,
+) -> str:  # fmt: skip
+    """What moves, what was varied, how the members ended, more lines, and what was kept where."""
+    store = [f"kept in {store_path(arguments.store)}"] if arguments.store else []
+    lines = [_system(case, over), _shape(found, over), _ends(found), *more, *store]
+    return "\n".join(lines) + common.listed(targets)
 
 
 def _ends(members: xr.Dataset) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
@@ -45,10 +45,8 @@ def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str
 def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
     """The system; a parameter of a damper that only the grid fixes is in the middle of its axis."""
     if not arguments.config:
+        _check_names("over", over, common.PARAMETERS)
         for name in over:
-            if name not in common.PARAMETERS:
-                known = ", ".join(common.PARAMETERS)
-                raise InvalidParameterError(f"over = {name}: must be one of {known}.")
             if getattr(arguments, name) is None:
                 setattr(arguments, name, float((over[name].min() + over[name].max()) / 2.0))
     return common.case_of(arguments)
@@ -92,11 +90,14 @@ def _random(arguments: argparse.Namespace, base: State) -> RandomStarts:
 def _coordinates(texts: list[str], option: str, base: State, parse: Parse[T]) -> dict[str, T]:
     """What is said of coordinates of the start."""
     found = _by_name(texts, option, parse)
-    known = names_of_state(len(base.position))
-    for name in found:
+    _check_names(option, found, names_of_state(len(base.position)))
+    return found
+
+
+def _check_names(option: str, names: Iterable[str], known: Sequence[str]) -> None:
+    for name in names:
         if name not in known:
             raise InvalidParameterError(f"{option} = {name}: must be one of {', '.join(known)}.")
-    return found
 
 
 def _by_name(texts: list[str], option: str, parse: Parse[T]) -> dict[str, T]:

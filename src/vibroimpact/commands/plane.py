@@ -16,7 +16,6 @@ from vibroimpact.ensembles.observers import OBSERVERS, Observer, observer_of
 from vibroimpact.ensembles.plane import multistability, plane
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import write
 from vibroimpact.plotting import plot_plane
 from vibroimpact.state import State
 
@@ -64,11 +63,8 @@ def run(arguments: argparse.Namespace) -> str:
     def draw(of: xr.Dataset) -> Axes:
         return plot_plane(of, **looks)
 
-    ensemble.rehearse(targets, over, start, compute, draw)
-    found = compute(over=over, start=start, **ensemble.options_of(arguments))
-    write(targets, data=lambda: found, picture=lambda: draw(found))
-    lines = [*ensemble.summary(case, over, found), _said(found)]
-    return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
+    found = ensemble.computed(arguments, targets, over, start, compute, draw)
+    return ensemble.told(arguments, targets, case, over, found, _said(found))
 
 
 def _observed(arguments: argparse.Namespace) -> list[Observer]:

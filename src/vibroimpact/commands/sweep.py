@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import write
 from vibroimpact.plotting import plot_along, plot_plane
 
 NAME = "sweep"
@@ -48,11 +47,8 @@ def run(arguments: argparse.Namespace) -> str:
         sweep, case.system, observe=members.observed(arguments) or "symbol"
     )
     draw = partial(_picture, arguments)
-    ensemble.rehearse(targets, over, start, compute, draw)
-    found = compute(over=over, start=start, **ensemble.options_of(arguments))
-    write(targets, data=lambda: found, picture=lambda: draw(found))
-    lines = ensemble.summary(case, over, found)
-    return "\n".join(lines) + ensemble.kept(arguments.store) + common.listed(targets)
+    found = ensemble.computed(arguments, targets, over, start, compute, draw)
+    return ensemble.told(arguments, targets, case, over, found)
 
 
 def _picture(arguments: argparse.Namespace, found: xr.Dataset) -> Axes:
