@@ -344,6 +344,13 @@ def test_basins_have_the_names_and_shares_of_their_attractors() -> None:
     assert tuple(drawn[2, 1]) == pytest.approx(to_rgb(maps.FAILED[0]), abs=1e-6)
 
 
+def test_a_part_of_the_basins_keeps_the_colours_of_the_whole() -> None:
+    whole = legend(plotting.plot_basins(some_basins()))
+    part = legend(plotting.plot_basins(some_basins().isel(x1=[1], v2=[1, 2]), marks=False))
+    assert list(part) == ["1-1-1 a, 0%", "1-1-1 b, 0%", "chaotic a, 50%", "undecided, 50%"]
+    assert list(part.values()) == list(whole.values())
+
+
 def test_attractors_are_marked_where_their_members_end() -> None:
     basins = some_basins()
     lines = plotting.plot_basins(basins).get_lines()

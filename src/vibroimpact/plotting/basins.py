@@ -64,21 +64,13 @@ def coordinate_label(name: str) -> str:
 
 
 def _shades(labels: xr.DataArray) -> list[maps.Shade]:
-    words = flags(labels)
-    codes = sorted(words, key=lambda code: (code < 0, abs(code)))
-    own = [code for code in codes if 0 <= code < len(COLOURS)]
-    found = [_shade(labels, (code,), words[code], COLOURS[code]) for code in own]
-    others = tuple(code for code in codes if code >= len(COLOURS))
-    if others:
-        found.append(_shade(labels, others, OTHER, style.SILVER))
-    outcomes = {code: words[code] for code in codes if code < 0}
-    colours = maps.failures(list(outcomes.values()))
-    return found + [_shade(labels, (c,), word, colours[word]) for c, word in outcomes.items()]
-
-
-def _shade(labels: xr.DataArray, codes: tuple[int, ...], words: str, colour: str) -> maps.Shade:
-    share = 100.0 * float(np.isin(labels.values, codes).mean())
-    return maps.Shade(codes, f"{words.replace('_', ' ')}, {share:.3g}%", colour)
+    """With shares of the starts; attractors keep their colours in a part that others are not in."""
+    meanings = flags(labels)
+    codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
+    words = {code: meanings[code].replace("_", " ") for code in codes}
+    found = maps.shades(words, COLOURS, OTHER, {})
+    shares = (100.0 * float(np.isin(labels.values, shade.codes).mean()) for shade in found)
+    return [s._replace(words=f"{s.words}, {x:.3g}%") for s, x in zip(found, shares, strict=True)]
 
 
 def _colour(code: int) -> str:

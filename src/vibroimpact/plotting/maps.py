@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -31,9 +32,25 @@ class Shade(NamedTuple):
     colour: str
 
 
-def failures(words: Sequence[str]) -> dict[str, str]:
-    """A brown for each outcome."""
-    return {word: FAILED[i % len(FAILED)] for i, word in enumerate(words)}
+def shades(
+    words: Mapping[int, str], colours: Sequence[str], rest: str, plain: Mapping[str, str]
+) -> list[Shade]:
+    """Colours of categories: of the first ones, of the ``rest`` together, of the outcomes.
+
+    Parameters
+    ----------
+    words
+        By code, in the order of the legend; codes of outcomes are negative, and come last.
+    plain
+        Colours of negative codes by their words; others are brown.
+    """
+    own = [code for code in words if code >= 0]
+    found = [Shade((code,), words[code], c) for code, c in zip(own, colours, strict=False)]
+    if beyond := tuple(own[len(colours) :]):
+        found.append(Shade(beyond, rest, style.SILVER))
+    browns = cycle(FAILED)
+    outcomes = {code: said for code, said in words.items() if code < 0}
+    return found + [Shade((k,), w, plain.get(w) or next(browns)) for k, w in outcomes.items()]
 
 
 def over_two(field: xr.DataArray) -> tuple[str, str]:

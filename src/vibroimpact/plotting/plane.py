@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, Normalize, TwoSlopeNorm
 from matplotlib.ticker import MaxNLocator
 
-from vibroimpact.ensembles.motions import Category
-from vibroimpact.ensembles.motions import categories as occurring
+from vibroimpact.ensembles.motions import categories
 from vibroimpact.ensembles.plane import ADDED, MADE_OF, with_motions
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, rotation_look, style
@@ -73,12 +72,13 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, most: int) -> None:
     field = plane[variable]
     label = label_of(field)
     if "flag_meanings" in field.attrs:
-        maps.categories(ax, field, shades(occurring(field), most))
+        words = {one.code: one.words for one in categories(field)}
+        maps.categories(ax, field, maps.shades(words, COLOURS[:most], OTHER, PLAIN))
     elif field.dtype.kind in "iu":
         _counts(ax, field, label)
     elif variable == "lyapunov":
         norm = _signed(field)
-        field = field.where(field > -np.inf, norm.vmin).where(field.notnull())
+        field = field.where(field != -np.inf, norm.vmin)
         maps.numbers(
             ax, field, colormaps[SIGNED], norm, label, extend="both", ticks=_both_sides(norm)
         )
@@ -87,20 +87,6 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, most: int) -> None:
     else:
         low, high = maps.ends(field.values)
         maps.numbers(ax, field, colormaps[RISING], Normalize(low, high), label)
-
-
-def shades(present: list[Category], most: int) -> list[maps.Shade]:
-    """Colours of the motions that occur: the most frequent symbols, the other ones, the rest."""
-    symbols = [one for one in present if one.code >= 0]
-    found = [
-        maps.Shade((s.code,), s.words, c) for s, c in zip(symbols[:most], COLOURS, strict=False)
-    ]
-    if symbols[most:]:
-        rest = tuple(one.code for one in symbols[most:])
-        found.append(maps.Shade(rest, OTHER, style.SILVER))
-    others = [one for one in present if one.code < 0]
-    colours = PLAIN | maps.failures([o.words for o in others if o.words not in PLAIN])
-    return found + [maps.Shade((o.code,), o.words, colours[o.words]) for o in others]
 
 
 def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
