@@ -26,9 +26,8 @@ from vibroimpact.sections import (
     IMPACTS_PER_POINT,
     Section,
     check_stop,
-    coordinates,
+    scale_of,
     section_of,
-    units,
 )
 from vibroimpact.simulate import RunEnd, Status, System, mechanism_of
 from vibroimpact.state import State
@@ -245,7 +244,9 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
     section = section_of(motion, [part], contact, stop, points, part.end)
     exponent = exponent_from(motion, EXPONENT_IMPACTS)
     if part.end is RunEnd.IMPACTS:
-        shape = classify_points(scaled(section), exponent)
+        scale = scale_of(section.position, section.velocity, section.time)
+        iterates = scale.points(section.position, section.velocity, section.phase)
+        shape = classify_points(iterates, exponent)
     else:
         silent = part.end is RunEnd.SILENT
         shape = Shape(Kind.SILENT if silent else Kind.UNDECIDED, reason=part.end.sentence)
@@ -276,10 +277,3 @@ def _impacts_for(motion: Motion, points: int, contact: int, stop: Stop) -> int:
         if enough or part.end is not RunEnd.IMPACTS or count >= IMPACTS_PER_POINT * points:
             return count
         count *= 2
-
-
-def scaled(section: Section) -> Floats:
-    """Section points with positions and velocities divided by their largest values."""
-    time = float(np.diff(section.time).mean()) if len(section) > 1 else 0.0
-    x, v = units(section.position, section.velocity, time)
-    return coordinates(section.position / x, section.velocity / v, section.phase)

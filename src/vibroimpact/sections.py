@@ -126,14 +126,35 @@ class Section:
         return axes
 
 
-def units(position: Floats, velocity: Floats, time: float) -> tuple[float, float]:
-    """Largest |x| and |v| of states, in units of which they are compared.
+@dataclass(frozen=True)
+class Scale:
+    """Largest position and velocity of section points, the units in which these are compared."""
+
+    position: float
+    velocity: float
+
+    def points(self, position: Floats, velocity: Floats, phase: Floats) -> Floats:
+        """Points z of states, shape (..., 2 n + 2), from (..., n), (..., n) and (...)."""
+        n = position.shape[-1]
+        flat = coordinates(
+            position.reshape(-1, n) / self.position,
+            velocity.reshape(-1, n) / self.velocity,
+            phase.ravel(),
+        )
+        return flat.reshape(*phase.shape, 2 * n + 2)
+
+
+def scale_of(position: Floats, velocity: Floats, time: Floats) -> Scale:
+    """The units of section points, shapes (..., k, n), (..., k, n) and (..., k); NaN is missing.
 
     Where the wall is at zero, positions on it are rounding errors: those far smaller than what a
-    velocity makes in a typical ``time`` do not count.
+    velocity makes between two points do not count.
     """
     x, v = (float(np.nanmax(np.abs(part), initial=0.0)) for part in (position, velocity))
-    return max(x, LEAST_POSITION * v * time) or 1.0, v or 1.0
+    between = np.diff(time)
+    between = between[np.isfinite(between)]
+    least = LEAST_POSITION * v * float(np.median(between)) if between.size else 0.0
+    return Scale(max(x, least) or 1.0, v or 1.0)
 
 
 def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:

@@ -22,10 +22,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact.attractors import Attractor, classify
-from vibroimpact.ensembles.matching import TOLERANCE, Known, Scale, known, proportional, scale_of
+from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional, scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol
 from vibroimpact.iterates import Kind
 from vibroimpact.motion import Stop
+from vibroimpact.sections import Scale
 from vibroimpact.simulate import System, mechanism_of
 from vibroimpact.state import STATE, State
 

@@ -35,8 +35,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vibroimpact import sections
 from vibroimpact.motion import Stop
-from vibroimpact.sections import coordinates, units
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -45,30 +45,10 @@ TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multipl
 QUANTILE = 0.99  # of (2)
 
 
-@dataclass(frozen=True)
-class Scale:
-    """Largest position and velocity of an ensemble, the units of (1)."""
-
-    position: float
-    velocity: float
-
-    def points(self, position: Floats, velocity: Floats, phase: Floats) -> Floats:
-        """Points z of states, shape (..., 2 n + 2), from (..., n), (..., n) and (...)."""
-        n = position.shape[-1]
-        flat = coordinates(
-            position.reshape(-1, n) / self.position,
-            velocity.reshape(-1, n) / self.velocity,
-            phase.ravel(),
-        )
-        return flat.reshape(*phase.shape, 2 * n + 2)
-
-
-def scale_of(members: xr.Dataset) -> Scale:
+def scale_of(members: xr.Dataset) -> sections.Scale:
     """The units of an ensemble with sections."""
-    position, velocity = (members[f"section_{kind}"].values for kind in ("position", "velocity"))
-    between = np.diff(members["section_time"].values)
-    between = between[np.isfinite(between)]
-    return Scale(*units(position, velocity, float(np.median(between)) if between.size else 0.0))
+    names = (f"section_{kind}" for kind in ("position", "velocity", "time"))
+    return sections.scale_of(*(members[name].values for name in names))
 
 
 @dataclass(frozen=True)
@@ -136,9 +116,11 @@ def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags
 
 def different(symbols: NDArray[np.int64]) -> int:
     """How many of some symbols (m, 3) are not proportional (3); zeros count alone only."""
-    factor = np.gcd.reduce(symbols, axis=1)
-    periodic = symbols[factor > 0] // factor[factor > 0, None]
-    return len(np.unique(periodic, axis=0)) or min(len(symbols), 1)
+    left, count = symbols[symbols.any(axis=1)], 0
+    while len(left):
+        left = left[~proportional(left, left[0])]
+        count += 1
+    return count or min(len(symbols), 1)
 
 
 def distinct(

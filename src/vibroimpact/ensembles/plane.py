@@ -88,8 +88,7 @@ def plane(
 def _impacts(members: xr.Dataset) -> xr.Variable:
     a, b = (members[f"impacts_{stop}"].variable for stop in "ab")
     both = a + b
-    units = {name: a.attrs[name] for name in ("units",) if name in a.attrs}
-    both.attrs = {"long_name": "impacts at all stops"} | units
+    both.attrs = a.attrs | {"long_name": "impacts at all stops"}
     return both
 
 
