@@ -208,6 +208,7 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: resolve([3]), "observe = 3"),  # type: ignore[list-item]
         (lambda: resolve([Symbol(), Symbol(returns=3)]), "same names"),
         (lambda: resolve([Section(), Section(stop="B")]), "Give one a label"),
+        (lambda: resolve([Section(stop="B"), "section"]), "Give one a label"),
         (lambda: resolve([Symbol(), Symbol(tolerance=1e-3)]), "take two sweeps"),
         (lambda: Section(label="at B"), "label = 'at B'"),
         (lambda: Rotation(label=3), "label = 3"),  # type: ignore[arg-type]

@@ -89,9 +89,10 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
             )
         key = key_of(observer)
         if found.setdefault(key, observer) != observer:
+            mend = "Give one a label" if hasattr(observer, "label") else "Keep one; take two sweeps"
             raise InvalidParameterError(
                 f"observe = {found[key]!r}, {observer!r}: their results have the same names. "
-                f"{'Give one a label' if hasattr(one, 'label') else 'Keep one; take two sweeps'}."
+                f"{mend}."
             )
     if not found:
         raise InvalidParameterError("observe = []: needs at least one observer.")
