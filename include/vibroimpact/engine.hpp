@@ -2,8 +2,8 @@
 //
 // A scalar engine first tries the quick flight (event/quick_flight.hpp), then the certified one; a pack
 // engine tries the quick flight for all its lanes and hands the rest to the scalar engine, lane by
-// lane, from the start of the flight. Both therefore do the same operations for each trajectory,
-// and give the same bits.
+// lane. That one brings the flight off the stops that it is next to, and from there the quick one
+// is tried again. Both therefore do the same operations for each trajectory, and give the same bits.
 //
 // What one call returns is one event: an impact, a graze, completed chatter, the beginning or the
 // end of rest on a stop, the horizon, or the statement that nothing could be decided.
@@ -24,6 +24,7 @@ enum class status : int {
     horizon = 6,      // no event up to the given time
     undecided = 7,    // the search could not be finished: an error, never silence
     missing_mode = 8, // a set of closed contacts whose mode the host has to build
+    paused = 9,       // none yet, within step(): the quick flight may go on
 };
 
 template <class T, class Shape>
@@ -106,12 +107,15 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     const bool was_closed = end.contact >= 0 && system.modes[at.mode].guards[end.contact].closed;
     at.y = end.y;
     renormalise_forcing(at.y, system.dimension(), system.lines(), system.inverse_omega_squared);
-    if (end.end == flight_end::horizon || end.end == flight_end::undecided) {
+    const bool nothing = end.end == flight_end::horizon || end.end == flight_end::paused;
+    if (nothing || end.end == flight_end::undecided) {
         for (int i = 0; i < system.contacts(); ++i)
             if (side_in_code(at.held, i) == 0.0 && plain(end.duration) > 0.0) at.touching[i] = 0.0;
-        return plain_event<T, Shape>(
-            end.end == flight_end::horizon ? status::horizon : status::undecided, end.contact,
-            end.side, end.duration, in_free_coordinates(system, at));
+        const status what = end.end == flight_end::horizon  ? status::horizon
+                            : end.end == flight_end::paused ? status::paused
+                                                            : status::undecided;
+        return plain_event<T, Shape>(what, end.contact, end.side, end.duration,
+                                     in_free_coordinates(system, at));
     }
     leave_mode(system, at);
     for (int i = 0; i < system.contacts(); ++i) {
@@ -139,8 +143,8 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
 // What happens next, rest and chatter before flight.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
-next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
-           double horizon) {
+next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
+           bool may_pause) {
     using Shape = typename Flow::shape_type;
     const int struck = approached(at, system.contacts());
     if (struck >= 0) return strike(system, at, struck, T(0.0));
@@ -155,21 +159,22 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
         e.code = r.code;
         return e;
     }
-    const auto end = certified_flight(system.modes[at.mode], at, horizon);
+    const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause);
     return finish_flight(system, at, end);
 }
 
 } // namespace detail
 
-// The certified engine: any flow, any mode, every status. An event whose next flight is in a mode that
-// is missing, or takes one to be known, did not happen yet: it comes again once the mode is there.
+// The certified engine: any flow, any mode, every status; it pauses in free flight, if at all. An event
+// whose next flight is in a mode that is missing, or takes one to be known, did not happen yet: it
+// comes again once the mode is there.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
-               double horizon) {
-    if (at.held == 0) return detail::next_event(system, at, horizon);
+               double horizon, bool may_pause = false) {
+    if (at.held == 0) return detail::next_event(system, at, horizon, may_pause);
     const auto start = at;
-    auto e = detail::next_event(system, at, horizon);
+    auto e = detail::next_event(system, at, horizon, false);
     const int missing = stay_closed(system, at);
     if (missing == 0) return e;
     at = start;
@@ -244,15 +249,16 @@ VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Sha
     return e;
 }
 
-// The rest of a flight that a quick flight has brought on, certified.
+// The rest of a flight that a quick flight has brought on, certified; paused where that one may go on.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type> go_on(const hybrid<Flow>& system,
                                                        trajectory<T, typename Flow::shape_type>& at,
                                                        const T& flown, double horizon) {
-    if (!(plain(flown) > 0.0)) return certified_step(system, at, horizon);
-    for (int i = 0; i < system.contacts(); ++i)
+    const auto& flow = system.modes[0].flow;
+    const bool may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
+    for (int i = 0; plain(flown) > 0.0 && i < system.contacts(); ++i)
         at.touching[i] = 0.0;
-    auto e = certified_step(system, at, horizon - plain(flown));
+    auto e = certified_step(system, at, horizon - plain(flown), may_pause);
     e.duration = flown + e.duration;
     return e;
 }
@@ -265,11 +271,14 @@ VI_HD inline event<T, typename Flow::shape_type> step(const hybrid<Flow>& system
                                                       trajectory<T, typename Flow::shape_type>& at,
                                                       double horizon, flight_memory<Flow>& memory) {
     if constexpr (is_modal<Flow>) {
-        if (at.mode == 0 && at.held == 0) {
-            const auto end = quick_flight(system.modes[0], at, horizon, memory);
+        T flown = T(0.0);
+        while (at.mode == 0 && at.held == 0) {
+            const auto end = quick_flight(system.modes[0], at, flown, horizon, memory);
             if (end.landed) return detail::quick_event(system, at, end);
             memory.forget();
-            return detail::go_on(system, at, end.duration, horizon);
+            const auto e = detail::go_on(system, at, end.duration, horizon);
+            if (e.what != status::paused) return e;
+            flown = e.duration;
         }
     }
     memory.forget();

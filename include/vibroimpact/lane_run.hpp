@@ -205,11 +205,12 @@ private:
     event<alone, Shape> step_from(int i, trajectory<alone, Shape>& at, double left) {
         const auto& slot = slots_[i];
         const auto e = detail::go_on(*slot.system, at, lane(flight_.all.flown, i), left);
-        if (e.what != status::missing_mode) {
+        if (e.what != status::missing_mode && e.what != status::paused) {
             count(slot.run->so_far, e);
             if constexpr (has_tangent) follow_tangent(i, e, at);
         }
         resume(i, at);
+        if (e.what == status::paused) set_lane(flight_.all.flown, i, e.duration);
         return e;
     }
 
@@ -243,6 +244,7 @@ private:
             e = step_alone(i, left);
         else
             take_landing(i, e);
+        if (e.what == status::paused) return;
         if (e.what == status::missing_mode) {
             if (e.code < 0 || !host_->build(first_ + i, e.code)) finish(i, run_end::missing);
             return;

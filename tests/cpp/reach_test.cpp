@@ -54,7 +54,7 @@ bool a_flight_without_end_is_undecided() {
     vi::set_guard(m.guards[0], {row, 0.0, -2.0, 2.0, 0}, m.flow);
     vi::trajectory<double, flow::shape_type> start{};
     start.y = {{1.0, 0.0}};
-    const auto end = vi::certified_flight(m, start, vi::infinity());
+    const auto end = vi::certified_flight(m, start, vi::infinity(), false);
     return end.end == vi::flight_end::undecided;
 }
 

@@ -8,12 +8,13 @@
 //             A hop, back on its stop long before the first step is over, is looked for up to a
 //             quarter beyond its return alone, with polynomials of lower order, at all guards. A root
 //             there ends the flight; without one, or where that is not decided, it is marched.
+//             A flight that may pause does so as soon as it is off all stops.
 // Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
 //             and sums can have added. Outside eps no contact is missed and none invented; inside
 //             it the flight ends as grazing.
 //             A flight that leaves a stop starts from exact zeros, so short hops keep their
 //             relative accuracy down to the smallest speeds.
-// Fails       horizon: no event up to the given time; undecided: see first_root.hpp, or 2^26 steps.
+// Fails       horizon: no event up to the given time; paused: none yet; undecided: see first_root.hpp, or 2^26 steps.
 // Reference   theory.md, "First contact"
 #pragma once
 
@@ -25,7 +26,7 @@ namespace vi {
 
 inline constexpr double most_steps = 0x1p26; // of one flight: some seconds
 
-enum class flight_end { contact, grazing, horizon, undecided };
+enum class flight_end { contact, grazing, horizon, paused, undecided };
 
 // Where a trajectory stands: coordinates in a mode, and which stops it is about to leave.
 template <class T, class Shape>
@@ -155,6 +156,22 @@ VI_HD inline bool leap(const Mode& m, double horizon, Ladder& at) {
     return true;
 }
 
+// Whether all stops on which the flight started are left behind, beyond any rounding.
+template <class Mode, class T, class Shape>
+VI_HD inline bool has_left(const Mode& m, const vec<T, Shape::max_dimension>& y,
+                           const trajectory<T, Shape>& start) {
+    const auto z = plain_state(y, m.flow.dimension());
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        const double side = plain(start.touching[i]);
+        if (side == 0.0) continue;
+        const auto& g = m.guards[i];
+        const double limit = side > 0.0 ? g.upper : g.lower;
+        const double gap = side * (limit - watch(g, 0, z, m.flow.dimension()));
+        if (!(gap > proof_margin * (magnitude(g, 0, z, m.flow) + abs(limit)))) return false;
+    }
+    return true;
+}
+
 VI_HD inline flight_end end_of(finding what) {
     return what == finding::root      ? flight_end::contact
            : what == finding::grazing ? flight_end::grazing
@@ -214,7 +231,7 @@ VI_HD inline double end_of_hop(const Mode& m, const trajectory<T, Shape>& start)
 
 template <class T, class Mode, class Shape>
 VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
-                                                double horizon) {
+                                                double horizon, bool may_pause) {
     using namespace detail;
     const auto& flow = m.flow;
     bool still[Shape::max_contacts];
@@ -235,6 +252,8 @@ VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<
     earliest<taylor_order> first;
     double left = horizon;
     for (; at.steps() < most_steps; at.advance(flow)) {
+        if (may_pause && at.steps() > 0.0 && has_left(m, at.y, start))
+            return {flight_end::paused, -1, 0, T(at.steps() * flow.step), T(0.0), at.y};
         if constexpr (is_modal<typename Mode::flow_type>)
             while (leap(m, horizon, at))
                 continue;

@@ -352,14 +352,13 @@ VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
     return flown + flow.sight <= min(horizon, R(longest_flight * flow.step));
 }
 
-// A whole flight of one lane, or as much of it as is proved.
+// The rest of a flight of one lane that began `flown` ago, or as much of it as is proved.
 template <class T, class Mode, class Shape>
-VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at,
+VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flown,
                                      const real_t<T>& horizon,
                                      flight_memory<typename Mode::flow_type>& memory) {
     quick_landing<T> end;
     end.landed = end.moved = false;
-    T flown = T(0.0);
     end.duration = flown;
     while (may_go_on(m.flow, value(flown), horizon)) {
         quick_round<T, Mode, Shape> round(m, at, flown, memory);
