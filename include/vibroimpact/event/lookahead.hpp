@@ -13,7 +13,8 @@
 //             sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0, where lo, hi are the bounds
 //             (1); it keeps away from the other limit meanwhile if its corners (2) do.         (3)
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
-//             energy decays, so |w''''| <= sqrt(w''''(0)^2 + k w'''(0)^2).                (4)
+//             energy decays, so |w''''| <= sqrt(a^2 + b^2), a = w''''(0), b = sqrt(k) w'''(0):
+//             at most max(|a|, |b|) + (sqrt 2 - 1) min(|a|, |b|).                         (4)
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; no contact is behind a stop, and those
 //             that touch leave: rate >= 0
 // Accuracy    margin 2^-30 of the terms in (2), (3), far above rounding
@@ -34,6 +35,8 @@ struct outlook {
     R u, fourth, margin;
 };
 
+inline constexpr double root_of_two_less_one = 0.4142135623730951; // rounded up
+
 // (4) of an oscillator.
 template <class R, class G, class Flow, int D>
 VI_HOT R swing(const G& g, const Flow& flow, const vec<R, D>& y, int j) {
@@ -43,7 +46,8 @@ VI_HOT R swing(const G& g, const Flow& flow, const vec<R, D>& y, int j) {
         return fma(row[2 * j], q, moving);
     };
     const R w3 = share(g.third, g.third_push), w4 = share(g.fourth, g.fourth_push);
-    return sqrt(fma(w4, w4, w3 * w3));
+    const R a = abs(w4), b = abs(w3);
+    return fma(root_of_two_less_one, min(a, b), max(a, b));
 }
 
 // Of u and what it is bounded with.
