@@ -289,8 +289,7 @@ private:
 
 // Several packs keep the units of a core busy where one waits; more leave no room in its nearest cache.
 template <class T>
-inline constexpr int packs_in_turn =
-    scalar_traits<T>::is_jet ? 2 : (scalar_traits<T>::lanes == 8 ? 3 : 4);
+inline constexpr int packs_in_turn = scalar_traits<T>::is_jet ? 2 : 4;
 template <class T>
 inline constexpr int lanes_in_turn = packs_in_turn<T> * scalar_traits<T>::lanes; // that a host sees
 

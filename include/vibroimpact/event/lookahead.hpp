@@ -72,12 +72,6 @@ VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, con
             proof_margin * terms_of(g, flow, y)};
 }
 
-// From one value to another: the limits, less a margin, or a pair of corners.
-template <class R>
-struct corridor {
-    R low, high;
-};
-
 // A stop that a flight ends on; of a single contact, `contact` is never written.
 template <class R>
 struct stop_hit {
@@ -91,23 +85,30 @@ struct stop_hit {
     }
 };
 
-// What a look along a grid finds, in parts of a step: all is clear up to `begin`; in the interval
-// after it, of some `length`, a contact crosses its limit once, next to `place`, or is not proved to.
+// What is seen along a grid, in parts of a step: all is clear up to `begin`, or to the end of the grid;
+// in the interval after it, of some `length`, a contact crosses its limit once, next to `place`, where
+// that is found.
 template <class R>
 struct sight {
     R begin, length, place;
-    mask_t<R> found;
+    mask_t<R> clear, found;
     stop_hit<R> stop;
 };
 
 // The last interval of a grid serves only to look one time further.
 inline constexpr int grid_intervals = grid_times - 1;
 
+// The corners (2) of an interval.
+template <class R>
+struct corner_pair {
+    R low, high;
+};
+
 // u at both ends of an interval, and one time before and after.
 template <class R>
 struct interval {
     R before, first, last, after;
-    VI_HOT corridor<R> corners() const { // (2), the lower and the higher one
+    VI_HOT corner_pair<R> corners() const {
         const R leaving = fma(0.25, last - before, first);
         const R arriving = fnma(0.25, after - first, last);
         return {min(arriving, leaving), max(arriving, leaving)};
@@ -120,32 +121,41 @@ struct interval {
     }
 };
 
+// How far (2) have to keep from the limits, e/4 and the margin, and u at the times of a grid.
+template <class R>
+struct distances {
+    R slack, margin;
+    template <class G>
+    VI_HOT mask_t<R> kept(const G& g, const interval<R>& s) const {
+        const auto corners = s.corners();
+        return (corners.high < g.upper - slack) & (corners.low > g.lower + slack) &
+               (s.last < g.upper - margin) & (s.last > g.lower + margin);
+    }
+};
+
 // A contact along a grid.
 template <class R>
 struct along_grid {
-    R before, now;             // u_{-1}, u_0
-    vec<R, grid_times + 1> u;  // u'' h^2, u_1, u_2, ...
-    R slack;                   // e/4 and the margin
-    corridor<R> ends, corners; // for u at times of the grid, for (2)
-    interval<R> open_end;      // the first interval that is not clear
+    R before, now;            // u_{-1}, u_0
+    vec<R, grid_times + 1> u; // u'' h^2, u_1, u_2, ...
+    distances<R> apart;
 
     template <int Which, class G, class Flow, int D>
     VI_HOT void begin(const G& g, const Flow& flow, const outlook<R>& from, const vec<R, D>& y) {
         watch_ahead(g, Which, y, flow, u);
         now = from.u;
         before = fma(2.0, now, u[0] - u[1]);
-        slack = fma(from.fourth, flow.grid_error[Which], from.margin);
-        ends = {g.lower + from.margin, g.upper - from.margin};
-        corners = {g.lower + slack, g.upper - slack};
-        open_end = after_time(0);
+        apart = {fma(from.fourth, flow.grid_error[Which], from.margin), from.margin};
     }
     VI_HOT const R& at(int k) const { return k < 0 ? before : k == 0 ? now : u[k]; }
     VI_HOT interval<R> after_time(int k) const { return {at(k - 1), at(k), at(k + 1), at(k + 2)}; }
-    VI_HOT mask_t<R> clear(const interval<R>& s) const {
-        const auto both = s.corners();
-        return (both.high < corners.high) & (both.low > corners.low) & (s.last < ends.high) &
-               (s.last > ends.low);
-    }
+};
+
+// The first interval that is not clear, for a contact.
+template <class R>
+struct open_interval {
+    interval<R> u;
+    distances<R> apart;
 };
 
 // Where in (0, 1) the cubic through four times of the grid, as Everett writes it, is so far above its
@@ -161,16 +171,16 @@ VI_HOT R crossing_point(const R& ahead, const R& rise, const R& bend0, const R& 
 
 // (3) for one contact: whether it crosses.
 template <class R, class G>
-VI_HOT mask_t<R> note_crossing(const G& g, int i, const along_grid<R>& at, sight<R>& s) {
-    const auto& u = at.open_end;
-    const R rise = u.last - u.first, slack = 4.0 * at.slack;
+VI_HOT mask_t<R> note_crossing(const G& g, int i, const open_interval<R>& at, sight<R>& s) {
+    const auto& u = at.u;
+    const R rise = u.last - u.first, slack = 4.0 * at.apart.slack;
     const R bend0 = rise - (u.first - u.before), bend1 = (u.after - u.last) - rise;
     const R least = min(bend0, bend1), most = max(bend0, bend1);
     const auto corners = u.corners();
     const R steep = fma(2.0, abs(rise), -max(most, -least)), bent = max(least, -most);
     const mask_t<R> once = (max(steep, bent) > slack) & (u.first < g.upper) & (u.first > g.lower);
-    const mask_t<R> up = once & (u.last > g.upper) & (corners.low > at.corners.low);
-    const mask_t<R> down = once & (u.last < g.lower) & (corners.high < at.corners.high);
+    const mask_t<R> up = once & (u.last > g.upper) & (corners.low > g.lower + at.apart.slack);
+    const mask_t<R> down = once & (u.last < g.lower) & (corners.high < g.upper - at.apart.slack);
     const mask_t<R> mine = up | down;
     const R limit = select(down, R(g.lower), R(g.upper));
     const R x = crossing_point(limit - u.first, rise, bend0, bend1);
@@ -183,42 +193,49 @@ VI_HOT mask_t<R> note_crossing(const G& g, int i, const along_grid<R>& at, sight
     return mine;
 }
 
-// Whether exactly one contact crosses, the others being clear.
+// Whether exactly one contact crosses in the interval that is not clear, the others being clear.
 template <class R, class Mode, int K>
-VI_HOT mask_t<R> find_crossing(const Mode& m, const along_grid<R> (&all)[K], sight<R>& s) {
+VI_HOT mask_t<R> crosses_alone(const Mode& m, const vec<open_interval<R>, K>& all, sight<R>& s) {
+    const auto clear = [&](int i) { return all[i].apart.kept(m.guards[i], all[i].u); };
     mask_t<R> once = note_crossing(m.guards[0], 0, all[0], s);
     if (m.flow.contacts() == 1) return once;
     s.stop.contact = R(0.0);
-    mask_t<R> single = once | all[0].clear(all[0].open_end);
+    mask_t<R> single = once | clear(0);
     for (int i = 1; i < m.flow.contacts(); ++i) {
         const mask_t<R> mine = note_crossing(m.guards[i], i, all[i], s);
-        single = single & (all[i].clear(all[i].open_end) | (mine & !once));
+        single = single & (clear(i) | (mine & !once));
         once = once | mine;
     }
     return once & single;
 }
+template <class R, class Mode, int K>
+VI_HOT void find_crossing(const Mode& m, const vec<open_interval<R>, K>& all, sight<R>& s) {
+    s.found = crosses_alone(m, all, s) & !s.clear;
+}
 
-// Whether all is clear.
+// How far all is clear, and each contact in the interval after that.
 template <int Which, class R, class Mode, int D, int K>
-VI_HOT mask_t<R> look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y,
-                            sight<R>& s) {
+VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y,
+                       sight<R>& s, vec<open_interval<R>, K>& open) {
     const auto& flow = m.flow;
     along_grid<R> all[K];
-    flow.each_contact(
-        [&](auto i) VI_WITHIN { all[i].template begin<Which>(m.guards[i], flow, from[i], y); });
+    flow.each_contact([&](auto i) VI_WITHIN {
+        all[i].template begin<Which>(m.guards[i], flow, from[i], y);
+        open[i] = {all[i].after_time(0), all[i].apart};
+    });
     s.length = flow.spacing[Which];
     s.begin = R(0.0);
-    mask_t<R> open = R(0.0) == R(0.0);
+    mask_t<R> clear = R(0.0) == R(0.0);
     unrolled<0, grid_intervals>([&](auto k) VI_WITHIN {
-        flow.each_contact([&](auto i)
-                              VI_WITHIN { open = open & all[i].clear(all[i].after_time(k)); });
-        s.begin = plus_where(open, s.begin, s.length);
+        flow.each_contact([&](auto i) VI_WITHIN {
+            clear = clear & all[i].apart.kept(m.guards[i], all[i].after_time(k));
+        });
+        s.begin = plus_where(clear, s.begin, s.length);
         if constexpr (k + 1 != grid_intervals)
             flow.each_contact(
-                [&](auto i) VI_WITHIN { all[i].open_end.take(open, all[i].after_time(k + 1)); });
+                [&](auto i) VI_WITHIN { open[i].u.take(clear, all[i].after_time(k + 1)); });
     });
-    s.found = find_crossing(m, all, s) & !open;
-    return open;
+    s.clear = clear;
 }
 
 } // namespace detail

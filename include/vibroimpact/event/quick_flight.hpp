@@ -150,7 +150,9 @@ VI_HOT void look_closer(const Mode& m, const R& before, const vec<T, D>& y, vec<
     const auto& z = values_of(close.y, m.flow.dimension());
     for (int i = 0; i < m.flow.contacts(); ++i)
         from[i].u = select(before == 0.0, from[i].u, watch_distance(m.guards[i], z, m.flow));
-    look_along<1>(m, from, z, close.seen);
+    vec<open_interval<R>, K> open;
+    look_along<1>(m, from, z, close.seen, open);
+    find_crossing(m, open, close.seen);
 }
 
 template <class R, class Shape>
@@ -166,8 +168,8 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 
 } // namespace detail
 
-// Where registers hold the results of a stage, the last two are one: to store these for later costs
-// more than to wait for them.
+// Where registers hold the results of a stage, a flight that is repeated has one stage only: to store
+// these for later costs more than to wait for them.
 template <class T>
 inline constexpr bool many_registers = scalar_traits<T>::lanes == 8;
 
@@ -202,29 +204,39 @@ public:
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
         take([](auto& round) VI_WITHIN {
+            if (round.looks_) round.cross();
+        });
+        take([](auto& round) VI_WITHIN {
             if (round.looks_) round.approach();
         });
         take([](auto& round) VI_WITHIN {
             if (round.looks_) round.predict();
         });
-        if constexpr (!many_registers<T>)
-            take([](auto& round) VI_WITHIN {
-                if (round.repeats_)
-                    round.template close_in<true>(round.next_);
-                else
-                    round.template close_in<false>(round.next_);
-            });
+        take([](auto& round) VI_WITHIN {
+            if (round.looks_) round.close_in();
+            if constexpr (!many_registers<T>)
+                if (round.repeats_) round.go_as_recalled(round.again_);
+        });
     }
     // The last one: `y` is the state after it. Some = repeats().
     template <bool Some>
     VI_HOT void land(quick_landing<T>& end, vec<T, D>& y) {
-        if constexpr (many_registers<T>) {
-            outcome next;
-            close_in<Some>(next);
-            land<Some>(next, end, y);
-        } else {
-            land<Some>(next_, end, y);
+        if (!Some || looks_) {
+            end.stop = seen_.stop;
+            end.moved = going_ & !seen_.found & (seen_.begin > 0.0);
+            detail::land(m_, near_, predicted_, seen_, at_.y, flown_, end, y);
         }
+        if constexpr (Some) {
+            if constexpr (many_registers<T>) {
+                repeated again;
+                go_as_recalled(again);
+                repeat(again, end, y);
+            } else {
+                repeat(again_, end, y);
+            }
+        }
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end);
+        remember<Some>(end);
     }
     VI_HOT bool repeats() const { return repeats_; }
     VI_HOT bool looked() const { return looks_; }
@@ -232,12 +244,6 @@ public:
     VI_HOT mask_t<T> misled(const quick_landing<T>& end) const { return recalled_ & !end.landed; }
 
 private:
-    // Next to the ends of all flights that have one.
-    struct outcome {
-        detail::prediction<T, R, D> predicted;
-        repeated repeated_flights;
-    };
-
     VI_HOT void look_ahead(const mask_t<T>& able) {
         const auto& y = values_of(at_.y, m_.flow.dimension());
         outlooks from;
@@ -247,11 +253,13 @@ private:
             going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0)) &
                     (from[i].u <= m_.guards[i].upper) & (from[i].u >= m_.guards[i].lower);
         });
-        const mask_t<T> clear = detail::look_along<0>(m_, from, y, seen_);
-        const mask_t<T> found = seen_.found & going;
-        stuck_ = going & !found & !clear;
-        seen_.found = found;
+        detail::look_along<0>(m_, from, y, seen_, open_);
         going_ = going;
+    }
+    VI_HOT void cross() {
+        detail::find_crossing(m_, open_, seen_);
+        seen_.found = seen_.found & going_;
+        stuck_ = going_ & !seen_.found & !seen_.clear;
         if (any(stuck_)) look_again();
     }
     VI_HOT void look_out(const vec<R, D>& y, outlooks& from) const {
@@ -278,25 +286,11 @@ private:
         near_.go(m_, at_.y, seen_);
     }
     VI_HOT void predict() { near_.predict(m_, seen_); }
-    template <bool Some>
-    VI_HOT void close_in(outcome& to) {
-        if (!Some || looks_) {
-            if (!all(near_.close)) detail::go_nearer(m_, at_.y, seen_, near_);
-            detail::go_on_series(m_, seen_, near_, to.predicted);
-        }
-        if constexpr (Some) to.repeated_flights.go(m_, memory_, at_);
+    VI_HOT void close_in() {
+        if (!all(near_.close)) detail::go_nearer(m_, at_.y, seen_, near_);
+        detail::go_on_series(m_, seen_, near_, predicted_);
     }
-    template <bool Some>
-    VI_HOT void land(outcome& next, quick_landing<T>& end, vec<T, D>& y) {
-        if (!Some || looks_) {
-            end.stop = seen_.stop;
-            end.moved = going_ & !seen_.found & (seen_.begin > 0.0);
-            detail::land(m_, near_, next.predicted, seen_, at_.y, flown_, end, y);
-        }
-        if constexpr (Some) repeat(next.repeated_flights, end, y);
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end);
-        remember<Some>(end);
-    }
+    VI_HOT void go_as_recalled(repeated& flight) { flight.go(m_, memory_, at_); }
     VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
         const auto& hit = flight.hit;
         T duration, rate;
@@ -342,8 +336,10 @@ private:
     mask_t<T> going_, stuck_, recalled_;
     bool looks_, repeats_; // whether any lane does
     detail::sight<R> seen_;
+    vec<detail::open_interval<R>, K> open_;
     detail::neighbour<T, R, D> near_;
-    outcome next_;
+    detail::prediction<T, R, D> predicted_;
+    repeated again_;
 };
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.

@@ -156,8 +156,8 @@ struct modal_flow : sizes<Shape> {
         this->each_oscillator([&](auto j) VI_WITHIN {
             const T q = y[2 * j], v = y[2 * j + 1];
             if (drifts<T>(j)) {
-                out[2 * j] = fma(v, s, q + T(0.0));
-                out[2 * j + 1] = fma(T(0.0), s, v);
+                out[2 * j] = fma(v, s, q);
+                out[2 * j + 1] = v;
                 return;
             }
             const auto sums = series[j].template sums<Order>(s, square);
@@ -185,7 +185,11 @@ struct modal_flow : sizes<Shape> {
             out[2 * j + 1] = fma(s, fnma(0.5 * s, jerk, rate), v);
         };
         this->each_oscillator([&](auto j) VI_WITHIN {
-            if (drifts<T>(j)) return move(j, T(0.0), T(0.0));
+            if (drifts<T>(j)) {
+                out[2 * j] = fma(s, y[2 * j + 1], y[2 * j]);
+                out[2 * j + 1] = y[2 * j + 1];
+                return;
+            }
             const T rate = pull(j, y[2 * j], y[2 * j + 1]);
             move(j, rate, fma(c[j], rate, k[j] * y[2 * j + 1]));
         });
@@ -253,7 +257,8 @@ struct modal_flow : sizes<Shape> {
         return part() * spacing[grid];
     }
     // Whether block j moves straight on in every lane: what is left out for it then are products with
-    // zeros and ones, where states are finite and no derivatives are carried.
+    // zeros and ones, where states are finite and no derivatives are carried. What is left has the same
+    // bits, for a zero in a state is never -0: the sums that it comes from begin with +0.
     template <class T>
     VI_HOT constexpr bool drifts(int j) const {
         return !scalar_traits<T>::is_jet && !bends[j];
@@ -345,8 +350,8 @@ private:
         this->each_oscillator([&](auto j) VI_WITHIN {
             const T q = y[2 * j], v = y[2 * j + 1];
             if (drifts<T>(j)) {
-                out[2 * j] = q + fma(time, v, T(0.0));
-                out[2 * j + 1] = v + T(0.0);
+                out[2 * j] = q + time * v;
+                out[2 * j + 1] = v;
                 return;
             }
             const numbers e = numbers_of(j);
