@@ -16,6 +16,7 @@ from benchmarks.case import Floats
 from benchmarks.peers.scipy_dop853 import ATOL, RTOL, TERMINAL_EVENT
 
 LONGEST_FLIGHT = 1e3
+LONGEST_STEP = 0.1  # times the fastest rate: between its steps SciPy sees no impact
 
 
 def _equations(m: Any) -> Callable[[float, Floats, float], Floats]:
@@ -30,6 +31,12 @@ def _equations(m: Any) -> Callable[[float, Floats, float], Floats]:
         return np.concatenate([v, force - damping @ v - stiffness @ x])
 
     return right_hand_side
+
+
+def _fastest(m: Any) -> float:
+    """Return the fastest rate of the free motion and the forcing."""
+    squares = np.linalg.eigvals(np.linalg.solve(np.array(m.mass), np.array(m.stiffness)))
+    return max(math.sqrt(float(np.abs(squares).max())), *(line.omega for line in m.forces))
 
 
 def _stops(m: Any) -> list[Any]:
@@ -66,11 +73,12 @@ def _after_impact(m: Any, y: Floats, stop: int) -> Floats:
 def impact_times(mechanism: Any, start: tuple[Floats, Floats, float], impacts: int) -> Floats:
     """Return the times of the first impacts from (position, velocity, phase)."""
     equations, stops = _equations(mechanism), _stops(mechanism)
+    step = LONGEST_STEP / _fastest(mechanism)
     t, y = 0.0, np.concatenate(start[:2])
     times = []
     for _ in range(impacts):
         flight = solve_ivp(equations, (t, t + LONGEST_FLIGHT), y, method="DOP853", rtol=RTOL,
-                           atol=ATOL, events=stops, args=(start[2],))  # fmt: skip
+                           atol=ATOL, max_step=step, events=stops, args=(start[2],))  # fmt: skip
         if flight.status != TERMINAL_EVENT:
             break
         t = flight.t[-1]
