@@ -46,16 +46,50 @@ bool never_clear(const char* name, const block& b, double r, double s, double q,
     return false;
 }
 
-// An oscillator between far stops, without a horizon: leaps end where the march would.
-bool a_flight_without_end_is_undecided() {
-    const double k = 1.0, none = 0.0, row[] = {1.0, 0.0};
+// q'' = -k q between stops at -2 and 2.
+vi::mode<double, flow> between_stops(double k) {
+    const double none = 0.0, row[] = {1.0, 0.0};
     vi::mode<double, flow> m{};
     vi::set_flow(m.flow, {0.5, &k, &none, &none, nullptr, nullptr});
     vi::set_guard(m.guards[0], {row, 0.0, -2.0, 2.0, 0}, m.flow);
+    return m;
+}
+
+// An oscillator between far stops, without a horizon: leaps end where the march would.
+bool a_flight_without_end_is_undecided() {
     vi::trajectory<double, flow::shape_type> start{};
     start.y = {{1.0, 0.0}};
-    const auto end = vi::certified_flight(m, start, vi::infinity(), false);
+    const auto end = vi::certified_flight(between_stops(1.0), start, vi::infinity(), false);
     return end.end == vi::flight_end::undecided;
+}
+
+// From the upper stop at some speed: a flight that may pause does so after its first step, and what is left of
+// it ends where the whole of it does.
+bool a_flight_pauses_off_its_stop(double k, double speed) {
+    const auto m = between_stops(k);
+    vi::trajectory<double, flow::shape_type> start{};
+    start.y = {{2.0, -speed}};
+    start.touching[0] = vi::upper_side;
+    start.rate[0] = speed;
+    const auto whole = vi::certified_flight(m, start, 100.0, false);
+    const auto paused = vi::certified_flight(m, start, 100.0, true);
+    if (paused.end != vi::flight_end::paused || paused.duration != m.flow.step) return false;
+    vi::trajectory<double, flow::shape_type> there{};
+    there.y = paused.y;
+    const auto rest = vi::certified_flight(m, there, 100.0 - paused.duration, false);
+    return whole.end == rest.end && whole.side == vi::lower_side &&
+           vi::abs(paused.duration + rest.duration - whole.duration) < 1e-13 * whole.duration;
+}
+
+// A free mass that is so slow that after a step it is still next to its stop flies on.
+bool a_flight_next_to_its_stop_does_not_pause() {
+    const double speed = 1e-10;
+    vi::trajectory<double, flow::shape_type> start{};
+    start.y = {{2.0, -speed}};
+    start.touching[0] = vi::upper_side;
+    start.rate[0] = speed;
+    return vi::certified_flight(between_stops(0.0), start, 5.0, true).end ==
+           vi::flight_end::horizon;
 }
 
 } // namespace
@@ -79,5 +113,7 @@ int main() {
     right &= never_clear("its speed", falling, 0, 1, 0.0, -0.5, 0.0, 20.5, 10.0);
     right &= never_clear("braked", braked, 1, 0, 0.0, 0.3, 0.0, 1.0 - 0.05, 10.0);
     right &= a_flight_without_end_is_undecided();
+    right &= a_flight_pauses_off_its_stop(1.0, 0.1) && a_flight_pauses_off_its_stop(0.0, 0.1);
+    right &= a_flight_next_to_its_stop_does_not_pause();
     return right ? 0 : 1;
 }

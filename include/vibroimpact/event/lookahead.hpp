@@ -232,8 +232,8 @@ VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<
         });
         s.begin = plus_where(clear, s.begin, s.length);
         if constexpr (k + 1 != grid_intervals)
-            flow.each_contact(
-                [&](auto i) VI_WITHIN { open[i].u.take(clear, all[i].after_time(k + 1)); });
+            flow.each_contact([&](auto i)
+                                  VI_WITHIN { open[i].u.take(clear, all[i].after_time(k + 1)); });
     });
     s.clear = clear;
 }
