@@ -11,7 +11,7 @@ import xarray as xr
 from support.commands import WALL, said
 
 import vibroimpact as vi
-from vibroimpact import cli
+from vibroimpact import cli, plotting
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -79,6 +79,14 @@ def test_plane_writes_the_plane_of_the_library(capsys: pytest.CaptureFixture[str
     words = expected.motion.attrs["flag_meanings"].split()
     assert all(word.replace("_", " ") in out for word in words)
     assert Path("p.png").stat().st_size > 1000
+
+
+def test_plane_colours_the_symbols_that_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    symbols = ["2-2-2", "1-1-1"]
+    said([*PLANE, *SHORT, "--symbols", *symbols, "--out", "p.svg"], capsys)
+    plane = vi.plane(SET_A, over=OVER, start=MIDDLE, **WINDOW)
+    plotting.save(plotting.plot_plane(plane, symbols=symbols), "q.svg")
+    assert Path("p.svg").read_bytes() == Path("q.svg").read_bytes()
 
 
 def test_plane_observes_what_it_draws(capsys: pytest.CaptureFixture[str]) -> None:
@@ -233,6 +241,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
         (["sweep", *PLANE[1:], "--over", "zeta=0,0.1", "--variable", "n"], "one parameter"),
         (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
         ([*PLANE, "--most", "9"], "most = 9: must be 1 to 7"),
+        ([*PLANE, "--symbols", "1-1"], "symbols = ['1-1']: must be 1 to 7 different ones"),
         ([*PLANE, "--variable", "attractors"], "'attractors': must be one of"),
         ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--variable", "n"], "must have two"),
         (["diagram", CASE, "--over", OMEGA, "--variable", "x9"], "'x9': must be one of"),

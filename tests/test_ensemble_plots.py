@@ -145,6 +145,29 @@ def test_a_sweep_is_drawn_as_the_plane_that_it_becomes() -> None:
         np.testing.assert_array_equal(one, other)
 
 
+def test_planes_that_are_given_the_same_symbols_have_the_same_colours() -> None:
+    plane = some_plane()
+    n = plane.n.copy(data=np.select([plane.n == 1, plane.n == 2], [2, 1], plane.n))
+    other = plane.assign(n=n, p=n, q=n).drop_vars(["motion", "lyapunov"])
+    planes = plane, other.assign(motion=motions(other))
+    usual, unusual = (legend(plotting.plot_plane(some)) for some in planes)
+    assert usual["1-1-1"] != unusual["1-1-1"]  # each the most frequent first
+    named = ["12-12-12", "3-3-3", "1-1-1", "2-2-2"]  # the first of which does not occur
+    for some in planes:
+        found = legend(plotting.plot_plane(some, symbols=named))
+        assert list(found)[:4] == [*named[1:], plane_look.OTHER]
+        colours_of = [found[symbol] for symbol in named[1:]]
+        assert colours_of == [to_rgb(colour) for colour in plane_look.COLOURS[1:4]]
+
+
+@pytest.mark.parametrize(
+    "symbols", ["1-1-1", [], ["1-1"], ["1-1-1"] * 2, [f"{n}-1-1" for n in range(8)]]
+)
+def test_what_is_no_list_of_symbols_is_refused(symbols: list[str]) -> None:
+    with pytest.raises(vi.InvalidParameterError, match="must be 1 to 7 different ones"):
+        plotting.plot_plane(some_plane(), symbols=symbols)
+
+
 def test_a_count_is_labelled_with_what_it_is_counted_per() -> None:
     counted = some_plane().drop_vars("lyapunov")
     for units in ("per forcing period", "per unit of time"):

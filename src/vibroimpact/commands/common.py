@@ -52,6 +52,7 @@ def add_arguments_of(
         parser.add_argument(
             option(name),
             type=TYPES.get(str(parameter.annotation), str),
+            nargs="+" if str(parameter.annotation).startswith("Sequence") else None,
             metavar=name.rpartition("_")[2].upper(),
             help=text,
         )

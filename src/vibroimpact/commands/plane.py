@@ -26,6 +26,11 @@ EXAMPLE = (
     "--variable lyapunov --out plane.png --out plane.nc"
 )
 LISTED = 8  # motions that are printed
+LOOKS = ("variable", "most", "symbols")
+SYMBOLS = (
+    "Which these are instead, in the order of the colours: 1-1-1 2-2-2. Planes that are given "
+    "the same ones have the same colours."
+)
 COUNTING = ("stop", "contact", "tolerance")
 
 
@@ -37,7 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         observe="more than symbol and impacts",
     )
     common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
-    common.add_arguments_of(parser, plot_plane, ["variable", "most"])
+    common.add_arguments_of(parser, plot_plane, LOOKS, symbols=SYMBOLS)
     common.add_arguments_of(
         parser.add_argument_group("counting attractors", "With many starts, at every point."),
         multistability, COUNTING, **ensemble.TEXTS,
@@ -52,7 +57,7 @@ def run(arguments: argparse.Namespace) -> str:
     over = members.over_of(arguments, None if many else 2)
     case = members.case_of(arguments, over)
     start = members.start_of(arguments, case)
-    looks = common.given(arguments, ["variable", "most"])
+    looks = common.given(arguments, LOOKS)
     compute: Callable[..., xr.Dataset]
     if isinstance(start, State):
         compute = partial(plane, case.system, observe=_observed(arguments))

@@ -68,7 +68,8 @@ def _shades(labels: xr.DataArray) -> list[maps.Shade]:
     meanings = flags(labels)
     codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
     words = {code: meanings[code].replace("_", " ") for code in codes}
-    found = maps.shades(words, COLOURS, OTHER, {})
+    attractors = (code for code in codes if code >= 0)
+    found = maps.shades(words, dict(zip(attractors, COLOURS, strict=False)), OTHER, {})
     shares = (100.0 * float(np.isin(labels.values, shade.codes).mean()) for shade in found)
     return [s._replace(words=f"{s.words}, {x:.3g}%") for s, x in zip(found, shares, strict=True)]
 

@@ -33,20 +33,21 @@ class Shade(NamedTuple):
 
 
 def shades(
-    words: Mapping[int, str], colours: Sequence[str], rest: str, plain: Mapping[str, str]
+    words: Mapping[int, str], own: Mapping[int, str], rest: str, plain: Mapping[str, str]
 ) -> list[Shade]:
-    """Colours of categories: of the first ones, of the ``rest`` together, of the outcomes.
+    """Colours of categories: of some of their ``own``, of the ``rest`` together, of the outcomes.
 
     Parameters
     ----------
     words
         By code, in the order of the legend; codes of outcomes are negative, and come last.
+    own
+        Colours by code, of categories that have one of their own.
     plain
         Colours of negative codes by their words; others are brown.
     """
-    own = [code for code in words if code >= 0]
-    found = [Shade((code,), words[code], c) for code, c in zip(own, colours, strict=False)]
-    if beyond := tuple(own[len(colours) :]):
+    found = [Shade((code,), words[code], colour) for code, colour in own.items()]
+    if beyond := tuple(code for code in words if code >= 0 and code not in own):
         found.append(Shade(beyond, rest, style.SILVER))
     browns = cycle(FAILED)
     outcomes = {code: said for code, said in words.items() if code < 0}

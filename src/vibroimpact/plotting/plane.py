@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -20,12 +23,18 @@ COLOURS = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
 )  # fmt: skip
 OTHER = "other periodic"
+SYMBOL = re.compile(r"\d+-\d+-\d+")
 PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF"}
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
 
 
 def plot_plane(
-    plane: xr.Dataset, *, variable: str = "motion", ax: Axes | None = None, most: int = 7
+    plane: xr.Dataset,
+    *,
+    variable: str = "motion",
+    ax: Axes | None = None,
+    most: int = 7,
+    symbols: Sequence[str] | None = None,
 ) -> Axes:
     """Draw a plane of two parameters.
 
@@ -44,6 +53,9 @@ def plot_plane(
     most
         Symbols with a colour of their own, 1 to 7, the most frequent ones; the rest is "other
         periodic".
+    symbols
+        Which these are instead, up to 7, in the order of the colours: ``["1-1-1", "2-2-2"]``.
+        Planes that are given the same ones have the same colours, whether all occur or not.
 
     Returns
     -------
@@ -55,9 +67,11 @@ def plot_plane(
     field = variable_of(plane, variable)
     if most not in range(1, len(COLOURS) + 1):
         raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
+    if symbols is not None:
+        _check_symbols(symbols)
     across, up = maps.over_two(field)
     with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
-        _draw(ax, plane, variable, most)
+        _draw(ax, plane, variable, most if symbols is None else symbols)
         ax.set(xlabel=parameter_label(across), ylabel=parameter_label(up))
     return ax
 
@@ -68,12 +82,34 @@ def _completed(plane: xr.Dataset, variable: str) -> xr.Dataset:
     return with_motions(plane, [variable]) if made else plane
 
 
-def _draw(ax: Axes, plane: xr.Dataset, variable: str, most: int) -> None:
+def _check_symbols(symbols: Sequence[str]) -> None:
+    """Refuse what is no list of different symbols, as many as there are colours at most."""
+    listed = not isinstance(symbols, str) and 0 < len(symbols) <= len(COLOURS)
+    words = [s for s in symbols if SYMBOL.fullmatch(str(s))] if listed else []
+    if not listed or len(set(words)) < len(symbols):
+        raise InvalidParameterError(
+            f"symbols = {symbols!r}: must be 1 to {len(COLOURS)} different ones, such as "
+            "['1-1-1', '2-2-2']."
+        )
+
+
+def _own_colours(words: Mapping[int, str], chosen: Sequence[str] | int) -> dict[int, str]:
+    """Colours by code: of the first symbols, or of those that are named and occur."""
+    if isinstance(chosen, int):
+        codes = [code for code in words if code >= 0]
+        return dict(zip(codes, COLOURS[:chosen], strict=False))
+    code_of = {said: code for code, said in words.items()}
+    pairs = zip(chosen, COLOURS, strict=False)
+    return {code_of[symbol]: colour for symbol, colour in pairs if symbol in code_of}
+
+
+def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | int) -> None:
     field = plane[variable]
     label = label_of(field)
     if "flag_meanings" in field.attrs:
         words = {one.code: one.words for one in categories(field)}
-        maps.categories(ax, field, maps.shades(words, COLOURS[:most], OTHER, PLAIN))
+        own = _own_colours(words, chosen)
+        maps.categories(ax, field, maps.shades(words, own, OTHER, PLAIN))
     elif field.dtype.kind in "iu":
         _counts(ax, field, label)
     elif variable == "lyapunov":

@@ -38,6 +38,8 @@ LEAST_WINDOW = 0.02  # of the half clearance: a fixed point is shown in a window
 MARGIN = 0.08
 PIXELS_PER_INCH = 160
 BRANCH = 1
+# The most frequent of the three sets together, so that their planes have the same colours.
+PLANE_SYMBOLS = ("1-1-1", "2-2-2", "3-3-3", "3-4-4", "5-5-5", "7-7-7", "4-4-4")
 
 
 def open_data(path: Path) -> xr.Dataset:
@@ -135,7 +137,7 @@ def _diagram(data: xr.Dataset) -> Figure:
 def _plane(data: xr.Dataset) -> Figure:
     """The plane, with a ring at every frequency of the paper, at its clearance."""
     figure, axes = _grid(1, (6.4, 3.9), 1)
-    plot_plane(data, ax=axes[0])
+    plot_plane(data, symbols=PLANE_SYMBOLS, ax=axes[0])
     omega = data["paper_omega"].values
     clearance = np.full(omega.shape, float(data.attrs["half_clearance"]))
     axes[0].plot(omega, clearance, linestyle="none", marker="o", markersize=4.0,
