@@ -27,6 +27,7 @@ from vibroimpact.hybrid import Hybrid
 
 SEED = 20211121
 INF, NAN = math.inf, math.nan
+PATHS = os.pathsep.join(map(str, (Path(vi.__file__).parents[1], Path(__file__).parent)))
 LEAST, TINY, HUGE = 2.0**-1074, 2.0**-1022, sys.float_info.max
 ULP = 2.0**-52
 
@@ -140,6 +141,25 @@ def in_a_child(code: str, wanted: str | None, path: str) -> subprocess.Completed
     )
 
 
+HOLD = """
+import threading, time
+import test_targets
+from vibroimpact.hybrid import compile_mechanism
+held = threading.Event()
+def hold():
+    system = compile_mechanism(test_targets.chain())
+    held.set()
+    time.sleep(100.0)
+threading.Thread(target=hold, daemon=True).start()
+assert held.wait(20.0)
+"""
+
+
+def test_an_interpreter_ends_in_silence_while_a_thread_holds_a_system() -> None:
+    done = in_a_child(HOLD, None, PATHS)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.fixture
 def three_modules(tmp_path: Path) -> str:
     """A package with the real ``_kernel.py`` and empty modules: a path to import it from."""
@@ -239,9 +259,8 @@ GOLDEN = {
 
 @pytest.mark.parametrize("target", _kernel.installed(_cpu.supported()))
 def test_sweeps_have_the_golden_hashes_on_every_installed_target(target: str) -> None:
-    paths = Path(vi.__file__).parents[1], Path(__file__).parent
     code = "import json, test_targets; print(json.dumps(test_targets.hashes()))"
-    said = in_a_child(code, target, os.pathsep.join(map(str, paths)))
+    said = in_a_child(code, target, PATHS)
     assert said.returncode == 0, said.stderr
     assert json.loads(said.stdout) == GOLDEN
 

@@ -201,6 +201,7 @@ private:
 
 #define VI_MODULE(name, variable) NB_MODULE(name, variable) // expands the name first
 VI_MODULE(VIBROIMPACT_MODULE, m) {
+    nb::set_leak_warnings(false); // of systems that a thread still holds when the interpreter ends
     m.def("version", [] { return VIBROIMPACT_VERSION; });
     m.def(
         "sincos",
