@@ -31,7 +31,7 @@ template <class T, class Shape>
 struct event {
     status what;
     int contact, side;
-    int code;   // closed set wanted, for missing_mode
+    int code;   // closed set wanted, for missing_mode; applications so far, for paused
     T duration; // since the previous event
     T rate_before, rate_after;
     vec<T, Shape::max_dimension> before; // free coordinates just before the jump
@@ -144,7 +144,7 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
-           bool may_pause) {
+           bool may_pause, int earlier) {
     using Shape = typename Flow::shape_type;
     const int struck = approached(at, system.contacts());
     if (struck >= 0) return strike(system, at, struck, T(0.0));
@@ -159,7 +159,7 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
         e.code = r.code;
         return e;
     }
-    const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause);
+    const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);
     return finish_flight(system, at, end);
 }
 
@@ -171,10 +171,10 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
-               double horizon, bool may_pause = false) {
-    if (at.held == 0) return detail::next_event(system, at, horizon, may_pause);
+               double horizon, bool may_pause = false, int earlier = 0) {
+    if (at.held == 0) return detail::next_event(system, at, horizon, may_pause, earlier);
     const auto start = at;
-    auto e = detail::next_event(system, at, horizon, false);
+    auto e = detail::next_event(system, at, horizon, false, earlier);
     const int missing = stay_closed(system, at);
     if (missing == 0) return e;
     at = start;
@@ -249,16 +249,20 @@ VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Sha
     return e;
 }
 
-// The rest of a flight that a quick flight has brought on, certified; paused where that one may go on.
+// The rest of a flight that a quick flight has brought on with so many applications, certified; paused
+// where that one may go on.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type> go_on(const hybrid<Flow>& system,
-                                                       trajectory<T, typename Flow::shape_type>& at,
-                                                       const T& flown, double horizon) {
+VI_HD inline event<T, typename Flow::shape_type>
+go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, const T& flown,
+      int earlier, double horizon) {
     const auto& flow = system.modes[0].flow;
     const bool may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
     for (int i = 0; plain(flown) > 0.0 && i < system.contacts(); ++i)
         at.touching[i] = 0.0;
-    auto e = certified_step(system, at, horizon - plain(flown), may_pause);
+    if (plain(flown) > 0.0) earlier += applications_of_round; // of a look that came nearer
+    auto e = certified_step(system, at, horizon - plain(flown), may_pause, earlier);
+    if (e.what == status::paused)
+        e.code = earlier + most_applications(plain(e.duration) / flow.step);
     e.duration = flown + e.duration;
     return e;
 }
@@ -272,13 +276,16 @@ VI_HD inline event<T, typename Flow::shape_type> step(const hybrid<Flow>& system
                                                       double horizon, flight_memory<Flow>& memory) {
     if constexpr (is_modal<Flow>) {
         T flown = T(0.0);
+        int earlier = 0;
         while (at.mode == 0 && at.held == 0) {
-            const auto end = quick_flight(system.modes[0], at, flown, horizon, memory);
-            if (end.landed) return detail::quick_event(system, at, end);
+            const auto leg = quick_flight(system.modes[0], at, flown, horizon, memory);
+            if (leg.end.landed) return detail::quick_event(system, at, leg.end);
             memory.forget();
-            const auto e = detail::go_on(system, at, end.duration, horizon);
+            earlier += leg.applications;
+            const auto e = detail::go_on(system, at, leg.end.duration, earlier, horizon);
             if (e.what != status::paused) return e;
             flown = e.duration;
+            earlier = e.code;
         }
     }
     memory.forget();

@@ -204,13 +204,18 @@ private:
     // The certified step of a lane that is stuck, from `at` on and back into the lane.
     event<alone, Shape> step_from(int i, trajectory<alone, Shape>& at, double left) {
         const auto& slot = slots_[i];
-        const auto e = detail::go_on(*slot.system, at, lane(flight_.all.flown, i), left);
+        auto& all = flight_.all;
+        const int earlier = static_cast<int>(lane(all.applications, i));
+        const auto e = detail::go_on(*slot.system, at, lane(all.flown, i), earlier, left);
         if (e.what != status::missing_mode && e.what != status::paused) {
             count(slot.run->so_far, e);
             if constexpr (has_tangent) follow_tangent(i, e, at);
         }
         resume(i, at);
-        if (e.what == status::paused) set_lane(flight_.all.flown, i, e.duration);
+        if (e.what == status::paused) {
+            set_lane(all.flown, i, e.duration);
+            set_lane(all.applications, i, e.code);
+        }
         return e;
     }
 

@@ -57,13 +57,14 @@ struct lane_systems {
     real inverse_omega_squared[max_lines];
 };
 
-// Where the lanes are: in a flight that began `flown` ago, or just after an event.
+// Where the lanes are: in a flight that began `flown` and so many applications ago, or just after an event.
 template <class T, class Shape>
 struct lane_states {
     static constexpr int N = scalar_traits<T>::lanes;
 
     trajectory<T, Shape> at;
     T flown;
+    real_t<T> applications;
     mask_t<T> quick; // lanes in free flight, which a round may bring on
     flight_memory<modal_flow<real_t<T>, Shape>> memory;
     int mode[N] = {}, held[N] = {};
@@ -167,6 +168,7 @@ inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<la
     to.held[i] = t.held;
     set_lane(to.quick, i, t.mode == 0 && t.held == 0);
     set_lane(to.flown, i, 0.0);
+    set_lane(to.applications, i, 0.0);
     for (int j = 0; j < n; ++j)
         set_lane(to.at.y[j], i, t.y[j]);
     for (int k = 0; k < contacts; ++k) {
@@ -237,6 +239,8 @@ private:
         stuck = going & !end.landed & !end.moved;
         if constexpr (Some) stuck &= !round.misled(end);
         all.flown = select(end.landed, T(0.0), end.duration);
+        const real longer = plus_where(end.moved, all.applications, real(applications_of_round));
+        all.applications = only(!end.landed, longer);
         flow.each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         });

@@ -81,10 +81,11 @@ def growth(system: Any, state: vi.State, impacts: Sequence[int]) -> float:
 
 
 def stated_eps(damper: vi.ImpactDamper, x1: Any, v1: Any, x2: Any, v2: Any, theta: Any,
-               steps: Any) -> Any:  # fmt: skip
+               steps: Any, rounds: Any = 0) -> Any:  # fmt: skip
     """eps_g of a step of the march, as event/certified_flight.hpp states it.
 
-    2^-53 (16 + 4 applications) (sum of the terms of u, with their change over a step, + limit).
+    2^-53 (16 + 4 applications) (sum of the terms of u, with their change over a step, + limit);
+    a round counts as two applications.
     """
     compiled = compile_mechanism(damper.mechanism)
     d = damper.omega_n**2 - damper.omega**2, 2 * damper.zeta * damper.omega_n * damper.omega
@@ -97,4 +98,4 @@ def stated_eps(damper: vi.ImpactDamper, x1: Any, v1: Any, x2: Any, v2: Any, thet
     change = abs(v_free) + abs(v2) + damper.omega * (abs(q * s) + abs(p * c))
     applied = steps % RUNG + steps // RUNG % RUNG + steps // RUNG**2
     total = terms + compiled.step * change + damper.half_clearance
-    return UNIT * (16.0 + 4.0 * applied) * total
+    return UNIT * (16.0 + 4.0 * (applied + 2 * rounds)) * total

@@ -10,7 +10,8 @@
 //             there ends the flight; without one, or where that is not decided, it is marched.
 //             A flight that may pause does so as soon as it is off all stops.
 // Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
-//             and sums can have added. Outside eps no contact is missed and none invented; inside
+//             and sums can have added since the flight began, rounds before `start` counted in
+//             `earlier`. Outside eps no contact is missed and none invented; inside
 //             it the flight ends as grazing.
 //             A flight that leaves a stop starts from exact zeros, so short hops keep their
 //             relative accuracy down to the smallest speeds.
@@ -106,7 +107,7 @@ VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
 template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
                                   const trajectory<T, Shape>& start, bool& still, int applications,
-                                  double span, earliest<N>& first) {
+                                  int earlier, double span, earliest<N>& first) {
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
     const taylor<N> u = derivatives<N>(guard, y, n);
@@ -115,7 +116,8 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
-        const double eps = unit_roundoff * (16.0 + 4.0 * applications) * (terms + abs(limit));
+        const double eps =
+            unit_roundoff * (16.0 + 4.0 * (applications + earlier)) * (terms + abs(limit));
         const double gap = side * (limit - u.d[0]);
         bool leaving = still && start.touching[i] == side && !guard.closed;
         if (leaving && applications > 0) still = leaving = abs(gap) <= eps;
@@ -231,7 +233,7 @@ VI_HD inline double end_of_hop(const Mode& m, const trajectory<T, Shape>& start)
 
 template <class T, class Mode, class Shape>
 VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
-                                                double horizon, bool may_pause) {
+                                                double horizon, bool may_pause, int earlier) {
     using namespace detail;
     const auto& flow = m.flow;
     bool still[Shape::max_contacts];
@@ -239,7 +241,7 @@ VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<
         s = true;
     const auto look = [&](auto& first, const auto& y, int applications, double span) {
         for (int i = 0; i < flow.contacts(); ++i)
-            inspect_contact(m, i, y, start, still[i], applications, span, first);
+            inspect_contact(m, i, y, start, still[i], applications, earlier, span, first);
     };
     const double soon = end_of_hop(m, start);
     if (soon <= min(longest_hop * flow.step, horizon)) {

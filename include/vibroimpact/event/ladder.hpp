@@ -48,4 +48,9 @@ struct ladder {
     VI_HD int applications() const { return ones_ + tens_ + hundreds_; }
 };
 
+// Of so many steps, at most.
+VI_HD inline int most_applications(double steps) {
+    return static_cast<int>(min(steps, 2.0 * (rung - 1) + steps / (rung * rung)));
+}
+
 } // namespace vi

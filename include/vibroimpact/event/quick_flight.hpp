@@ -21,6 +21,7 @@ namespace vi {
 
 inline constexpr double longest_flight = 512.0; // steps: then the ladder is more exact
 inline constexpr int most_tries = 2;            // more, to find the root from a better guess
+inline constexpr int applications_of_round = 2; // that add as much as a round: 4 ulp each
 
 // What a round saw and did: it brought the trajectory onto a stop, or moved it to a place up to which
 // all is clear. `duration` is that of the flight up to there.
@@ -348,13 +349,20 @@ VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
     return flown + flow.sight <= min(horizon, R(longest_flight * flow.step));
 }
 
+// How a flight goes on in rounds, and how many applications of a propagator these are worth.
+template <class T>
+struct quick_leg {
+    quick_landing<T> end;
+    int applications;
+};
+
 // The rest of a flight of one lane that began `flown` ago, or as much of it as is proved.
 template <class T, class Mode, class Shape>
-VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flown,
-                                     const real_t<T>& horizon,
-                                     flight_memory<typename Mode::flow_type>& memory) {
-    quick_landing<T> end;
-    end.landed = end.moved = false;
+VI_HOT quick_leg<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flown,
+                                 const real_t<T>& horizon,
+                                 flight_memory<typename Mode::flow_type>& memory) {
+    quick_leg<T> leg{};
+    auto& end = leg.end;
     end.duration = flown;
     while (may_go_on(m.flow, value(flown), horizon)) {
         quick_round<T, Mode, Shape> round(m, at, flown, memory);
@@ -367,11 +375,12 @@ VI_HOT quick_landing<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T 
             round.template land<false>(end, y);
         at.y = y;
         flown = end.duration;
+        if (end.moved) leg.applications += applications_of_round;
         if (!end.moved && !(round.repeats() && round.misled(end))) break;
         for (int i = 0; end.moved && i < m.flow.contacts(); ++i)
             at.touching[i] = real_t<T>(0.0);
     }
-    return end;
+    return leg;
 }
 
 } // namespace vi

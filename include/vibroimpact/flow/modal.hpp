@@ -258,7 +258,7 @@ struct modal_flow : sizes<Shape> {
     }
     // Whether block j moves straight on in every lane: what is left out for it then are products with
     // zeros and ones, where states are finite and no derivatives are carried. What is left has the same
-    // bits, for a zero in a state is never -0: the sums that it comes from begin with +0.
+    // bits, for a zero in a state is -0 by underflow only: the sums that it comes from begin with +0.
     template <class T>
     VI_HOT constexpr bool drifts(int j) const {
         return !scalar_traits<T>::is_jet && !bends[j];
