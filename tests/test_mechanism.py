@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,16 @@ def row_of_balls(n: int, restitution: float) -> vi.Mechanism:
         mass=np.eye(n), damping=np.zeros((n, n)), stiffness=np.zeros((n, n)),
         contacts=tuple(vi.Contact(row, lower=0.0, restitution=restitution) for row in rows),
     )  # fmt: skip
+
+
+def test_lists_of_contacts_and_forces_make_the_same_mechanism_as_tuples() -> None:
+    m = twin_dampers()
+    listed = replace(m, contacts=list(m.contacts), forces=list(m.forces))
+    assert listed == m
+    start = vi.State((0.0, 0.0, 0.0), (0.0, 1.0, -2.0))
+    runs = (vi.simulate(system, start, impacts=5) for system in (listed, m))
+    one, other = (run.time.tolist() for run in runs)
+    assert one == other
 
 
 def events(run: vi.Run, contact: int, status: vi.Status) -> Any:
@@ -233,6 +244,8 @@ BAD_MECHANISMS = [
     ({"stiffness": np.full((2, 2), math.inf)}, "stiffness: every entry must be finite"),
     ({"contacts": ()}, "contacts: must be 1 to 8"),
     ({"contacts": ("A",)}, "contacts: must be 1 to 8 of Contact"),
+    ({"contacts": vi.Contact((1.0,), upper=1.0)}, "contacts: must be 1 to 8 of Contact in a tuple"),
+    ({"forces": vi.Harmonic(1.0, (1.0,))}, "forces: must be 0 to 6 of Harmonic in a tuple or list"),
     ({"contacts": (vi.Contact((1.0,), 0.0, 1.0),)}, r"row has shape \(1,\); expected \(2,\)"),
     ({"forces": (vi.Harmonic(1.0, (1.0,)),)}, r"sine has shape \(1,\); expected \(2,\)"),
     ({"constant_force": (1.0,)}, r"constant_force has shape \(1,\); expected \(2,\)"),

@@ -233,8 +233,9 @@ class Mechanism:
         object.__setattr__(self, "stiffness", _square("stiffness", self.stiffness, n))
         constant = self.constant_force if len(self.constant_force) else (0.0,) * n
         object.__setattr__(self, "constant_force", vector("constant_force", constant, n))
-        _check_count("contacts", self.contacts, Contact, 1, MAX_CONTACTS)
-        _check_count("forces", self.forces, Harmonic, 0, MAX_LINES)
+        contacts = _several("contacts", self.contacts, Contact, 1, MAX_CONTACTS)
+        object.__setattr__(self, "contacts", contacts)
+        object.__setattr__(self, "forces", _several("forces", self.forces, Harmonic, 0, MAX_LINES))
         for contact in self.contacts:
             vector("row", contact.row, n)
         for force in self.forces:
@@ -256,11 +257,14 @@ def stop_sizes(m: Mechanism) -> list[float]:
     return [abs(x) for c in m.contacts for x in (c.lower, c.upper) if not infinite(x)]
 
 
-def _check_count(name: str, items: Sequence[Any], kind: type, low: int, high: int) -> None:
-    if not low <= len(items) <= high or not all(isinstance(item, kind) for item in items):
+def _several(name: str, items: Any, kind: type, low: int, high: int) -> tuple[Any, ...]:
+    """Return a sequence as a tuple, or raise naming it."""
+    listed = isinstance(items, Sequence) and low <= len(items) <= high
+    if not listed or not all(isinstance(item, kind) for item in items):
         raise InvalidParameterError(
-            f"{name}: must be {low} to {high} of {kind.__name__}, not {items!r}."
+            f"{name}: must be {low} to {high} of {kind.__name__} in a tuple or list, not {items!r}."
         )
+    return tuple(items)
 
 
 def as_array(rows: linear.Matrix) -> NDArray[np.float64]:
