@@ -3,6 +3,7 @@
 
 #include "vibroimpact/assemble.hpp"
 #include "vibroimpact/event/certified_flight.hpp"
+#include "vibroimpact/scalar/jet.hpp"
 
 namespace {
 
@@ -104,6 +105,14 @@ bool what_rounds_may_have_added_counts() {
     return end_after(0) == vi::flight_end::contact && end_after(1000) == vi::flight_end::grazing;
 }
 
+// Whatever the value was; at rates that are nearly zero it is infinite.
+bool a_value_is_set_exactly() {
+    const auto set_to = [](double was, double value) {
+        return vi::with_value(vi::jet<double, 1>(was), value).v == value;
+    };
+    return set_to(1.0, 1e-20) && set_to(vi::infinity(), 0.0);
+}
+
 } // namespace
 
 int main() {
@@ -128,5 +137,6 @@ int main() {
     right &= a_flight_pauses_off_its_stop(1.0, 0.1) && a_flight_pauses_off_its_stop(0.0, 0.1);
     right &= a_flight_next_to_its_stop_does_not_pause();
     right &= what_rounds_may_have_added_counts();
+    right &= a_value_is_set_exactly();
     return right ? 0 : 1;
 }

@@ -182,10 +182,15 @@ VI_HD inline flight_end end_of(finding what) {
 
 } // namespace detail
 
-// Give x another value and keep its derivatives.
+// Give x another value and keep its derivatives, which may be infinite.
 template <class T>
 VI_HD inline T with_value(const T& x, const real_t<T>& v) {
-    return x + (v - value(x));
+    T out = x;
+    if constexpr (scalar_traits<T>::is_jet)
+        out.v = v;
+    else
+        out = v;
+    return out;
 }
 
 namespace detail {
