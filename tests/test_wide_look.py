@@ -1,0 +1,16 @@
+"""The look along the wide grid, and the numbers in single precision that it is done in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from support.builds import BUILDS, output
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_every_lane_has_the_bits_of_a_single_number(tmp_path: Path, build: str) -> None:
+    output(tmp_path, "floats_test", build)
