@@ -14,3 +14,8 @@ if TYPE_CHECKING:
 @pytest.mark.parametrize("build", BUILDS)
 def test_every_lane_has_the_bits_of_a_single_number(tmp_path: Path, build: str) -> None:
     output(tmp_path, "floats_test", build)
+
+
+@pytest.mark.parametrize("build", ["gcc", "clang"])
+def test_a_look_in_single_precision_says_nothing_wrong(tmp_path: Path, build: str) -> None:
+    output(tmp_path, "look_test", build)

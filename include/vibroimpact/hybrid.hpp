@@ -11,11 +11,22 @@
 // The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
 #pragma once
 
-#include "vibroimpact/event/guard.hpp"
+#include "vibroimpact/event/wide_view.hpp"
 
 namespace vi {
 
 inline constexpr int max_lines = 8;
+
+// What a look along the wide grid reads belongs to the system of one lane; packs share theirs (lanes.hpp).
+struct no_view {};
+template <class R, class Flow, bool Looks = is_modal<Flow> && is_same<R, double>>
+struct view_of {
+    using type = no_view;
+};
+template <class R, class Flow>
+struct view_of<R, Flow, true> {
+    using type = wide_view<single_t<R>, typename Flow::shape_type>;
+};
 
 template <class R, class Flow, int Orders = taylor_order>
 struct mode {
@@ -23,6 +34,7 @@ struct mode {
     static constexpr int dimension_limit = Flow::max_dimension;
     Flow flow;
     guard<R, dimension_limit, Orders> guards[Flow::max_contacts];
+    [[no_unique_address]] typename view_of<R, Flow>::type wide;
 };
 
 inline constexpr double liveliest = 0.07; // as measured: more, and the wider spacing costs time
@@ -38,6 +50,7 @@ VI_HD inline void prepare_quick(mode<R, Flow, Orders>& m) {
         if (most > liveliest) m.flow.set_spacing(lively_spacing);
         for (int i = 0; i < contacts; ++i)
             prepare_quick(m.guards[i], m.flow);
+        prepare_wide(m.wide, m.guards, m.flow);
     }
 }
 

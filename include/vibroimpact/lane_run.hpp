@@ -3,10 +3,11 @@
 // Method      What run.hpp does for one trajectory, for all lanes at once: clocks and counts are packs,
 //             and an impact that nobody watches costs nothing beyond them. An event that is to be
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
-//             Packs of lanes take turns at the stages of a round. T is a pack, or a jet of packs: then
-//             every run carries a tangent along, whose growth (observe/growth.hpp) is followed in all
-//             lanes at once. A lane whose run has ended takes the next one, or waits a while for lanes
-//             that repeat their flights (event/repetition.hpp).
+//             Packs of lanes take turns at the stages of a round, and two look along the wide grid
+//             together. T is a pack, or a jet of packs: then every run carries a tangent along, whose
+//             growth (observe/growth.hpp) is followed in all lanes at once. A lane whose run has
+//             ended takes the next one, or waits a while for lanes that repeat their flights
+//             (event/repetition.hpp).
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none, for good and for
 //                                       all lanes. Flights are limited by slot.limit.t_max alone.
@@ -49,18 +50,21 @@ class lane_pack {
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
-    // Lane i of the pack is lane first + i of the host.
-    void board(Host& host, int first) {
+    // Lane i of the pack is lane first + i of the host, and lane beside + i of the look.
+    void board(Host& host, int first, lane_look<T, Shape>& look, int beside) {
         host_ = &host;
         first_ = first;
+        look_ = &look;
+        beside_ = beside;
         for (int i = 0; i < N; ++i)
             flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
         fill();
     }
     bool busy() const { return runs_ > 0; }
 
-    // A round: look(), the stages of round(), strike().
-    VI_HOT void look() { flight_.look(time_left(), busy_); }
+    // A round: begin(), a look if it looks(), the stages of round(), strike().
+    VI_HOT void begin() { flight_.begin(time_left(), busy_); }
+    VI_HOT bool looks() const { return busy() && flight_.round.looks(); }
     VI_HOT auto& round() { return flight_.round; }
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
@@ -114,7 +118,7 @@ private:
     // While nobody looks ahead, a run from its start would make all others wait. Idle lanes wait for these
     // instead, up to a part of the work that is done: so runs of a pack begin, and come to repeat, together.
     bool waits() {
-        if (!busy() || flight_.round.looked()) return false;
+        if (!busy() || flight_.round.looks()) return false;
         patience_ -= N - runs_;
         return patience_ > 0.0;
     }
@@ -150,6 +154,7 @@ private:
         systems_[i] = &system;
         versions_[i] = version;
         vi::put_system(flight_.systems, i, system);
+        look_->put(beside_ + i, system.modes[0].wide);
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -276,7 +281,8 @@ private:
     static constexpr typename Flow::stored nothing_{};
 
     Host* host_ = nullptr;
-    int first_ = 0;
+    lane_look<T, Shape>* look_ = nullptr;
+    int first_ = 0, beside_ = 0;
     lane_slot<Flow> slots_[N];
     const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
     long versions_[N] = {};
@@ -300,17 +306,20 @@ inline constexpr int lanes_in_turn = packs_in_turn<T> * scalar_traits<T>::lanes;
 
 template <class T, class Flow, class Host>
 class lane_run {
+    using Shape = typename Flow::shape_type;
     static constexpr int N = scalar_traits<T>::lanes;
+    static_assert(packs_in_turn<T> % 2 == 0);
 
 public:
     explicit lane_run(Host& host) : host_(host) {}
 
     void run() {
         for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].board(host_, i * N);
+            packs_[i].board(host_, i * N, looks_[i / 2], i % 2 * N);
         for (long round = 1; busy(); ++round) {
             if (round % between_questions == 0 && host_.interrupted()) return interrupt();
-            each_busy([](auto& pack) VI_WITHIN { pack.look(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
+            look_ahead();
             pack_type::each_stage([&](const auto& stage) VI_WITHIN {
                 each_busy([&](auto& pack) VI_WITHIN { stage(pack.round()); });
             });
@@ -331,6 +340,23 @@ private:
         for (auto& pack : packs_)
             if (pack.busy()) stage(pack);
     }
+    VI_RARE void look_ahead() {
+        each_look([](auto& look, auto& a, auto& b)
+                      VI_WITHIN { look.look(a.round().at(), b.round().at()); });
+        each_look([](auto& look, auto& a, auto& b) VI_WITHIN {
+            look.cross();
+            if (a.looks()) a.round().see(look.template seen_by<0>());
+            if (b.looks()) b.round().see(look.template seen_by<1>());
+        });
+    }
+    // Two packs look together.
+    template <class Stage>
+    VI_HOT void each_look(const Stage& stage) {
+        for (int i = 0; i < packs_in_turn<T>; i += 2) {
+            auto &a = packs_[i], &b = packs_[i + 1];
+            if (a.looks() || b.looks()) stage(looks_[i / 2], a, b);
+        }
+    }
     void interrupt() {
         for (auto& pack : packs_)
             pack.interrupt();
@@ -338,6 +364,7 @@ private:
 
     Host& host_;
     pack_type packs_[packs_in_turn<T>];
+    lane_look<T, Shape> looks_[packs_in_turn<T> / 2];
 };
 
 } // namespace vi

@@ -97,13 +97,34 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
                 set_lane(to.series[j].terms[m][n], i, from.series[j].terms[m][n]);
 }
 
-template <int N, int D>
-inline void fill_rows(rows_ahead<pack<N>, D>& to, const rows_ahead<double, D>& from, int n, int i) {
+template <class L, class R, int D>
+inline void fill_rows(rows_ahead<L, D>& to, const rows_ahead<R, D>& from, int n, int i) {
     for (int k = 0; k < from.count; ++k) {
         for (int j = 0; j < n; ++j)
             set_lane(to.rows[j][k], i, from.rows[j][k]);
         set_lane(to.gains[k], i, from.gains[k]);
     }
+    to.shifted = to.shifted | from.shifted;
+}
+
+template <class L, class R, int D>
+inline void fill_wide(wide_guard<L, D>& to, const wide_guard<R, D>& from, int n, int i) {
+    for (int j = 0; j < n; ++j) {
+        set_lane(to.rows[0][j], i, from.rows[0][j]);
+        set_lane(to.third[j], i, from.third[j]);
+        set_lane(to.fourth[j], i, from.fourth[j]);
+        set_lane(to.weights[j], i, from.weights[j]);
+    }
+    for (int j = 0; j < n / 2; ++j) {
+        set_lane(to.third_push[j], i, from.third_push[j]);
+        set_lane(to.fourth_push[j], i, from.fourth_push[j]);
+    }
+    fill_rows(to.ahead, from.ahead, n, i);
+    set_lane(to.gains[0], i, from.gains[0]);
+    set_lane(to.least_terms, i, from.least_terms);
+    set_lane(to.least_fourth, i, from.least_fourth);
+    set_lane(to.lower, i, from.lower);
+    set_lane(to.upper, i, from.upper);
 }
 
 template <int N, int D, int Orders>
@@ -123,9 +144,7 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
         set_lane(to.third_push[j], i, from.third_push[j]);
         set_lane(to.fourth_push[j], i, from.fourth_push[j]);
     }
-    for (int g = 0; g < grids; ++g)
-        fill_rows(to.ahead[g], from.ahead[g], n, i);
-    to.shifted = to.shifted | from.shifted;
+    fill_rows(to.ahead, from.ahead, n, i);
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
     set_lane(to.least_terms, i, from.least_terms);
@@ -202,6 +221,43 @@ inline void take_trajectory(const lane_states<T, Shape>& from, int i, int n, int
     }
 }
 
+// The look along the wide grid of two packs, in the stages of wide_look.
+template <class T, class Shape>
+class lane_look {
+    static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
+    using L = single_t<real_t<T>>;
+
+public:
+    // A system in lane i of both packs together.
+    void put(int i, const wide_view<floats<1>, Shape>& from) {
+        static_cast<sizes<Shape>&>(view_) = from;
+        view_.pushed = view_.pushed | from.pushed;
+        for (int j = 0; j < from.blocks(); ++j)
+            view_.bends[j] = view_.bends[j] | from.bends[j];
+        set_lane(view_.spacing, i, from.spacing);
+        for (int k = 0; k < from.contacts(); ++k)
+            detail::fill_wide(view_.guards[k], from.guards[k], from.dimension(), i);
+    }
+    VI_HOT void look(const trajectory<T, Shape>& a, const trajectory<T, Shape>& b) {
+        vec<L, D> y;
+        vec<L, K> touching;
+        view_.each_coordinate([&](auto j)
+                                  VI_WITHIN { y[j] = joined(value(a.y[j]), value(b.y[j])); });
+        view_.each_contact([&](auto i)
+                               VI_WITHIN { touching[i] = joined(a.touching[i], b.touching[i]); });
+        look_.look(view_, y, touching);
+    }
+    VI_HOT void cross() { look_.cross(view_); }
+    template <int Which>
+    VI_HOT auto seen_by() const {
+        return look_.template seen_by<Which>();
+    }
+
+private:
+    wide_view<L, Shape> view_{};
+    wide_look<L, Shape> look_;
+};
+
 // A round of all lanes, in the stages of quick_round. Lanes that landed have suffered the impact that
 // ends their flight; lanes that are stuck wait for the certified step.
 template <class T, class Shape>
@@ -217,10 +273,9 @@ struct lane_flight {
         systems.free, all.at, all.flown, all.memory};
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
-    VI_HOT void look(const real& horizon, const pack_mask<N>& going) {
+    VI_HOT void begin(const real& horizon, const pack_mask<N>& going) {
         const auto& flow = systems.free.flow;
-        const auto able = going & all.quick & may_go_on(flow, value(all.flown), horizon);
-        round.look(able);
+        round.begin(going & all.quick & may_go_on(flow, value(all.flown), horizon));
     }
     // After the last one; `before` as quick_impact() says.
     VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
@@ -239,8 +294,11 @@ private:
         stuck = going & !end.landed & !end.moved;
         if constexpr (Some) stuck &= !round.misled(end);
         all.flown = select(end.landed, T(0.0), end.duration);
-        const real longer = plus_where(end.moved, all.applications, real(applications_of_round));
-        all.applications = only(!end.landed, longer);
+        if (!Some ||
+            round.looks()) { // flights as recalled begin on their stop, with none, and land
+            const real more = plus_where(end.moved, all.applications, real(applications_of_round));
+            all.applications = only(!end.landed, more);
+        }
         flow.each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         });

@@ -12,10 +12,7 @@
 #pragma once
 
 #include "vibroimpact/flow/modal.hpp"
-#include "vibroimpact/math.hpp"
-#if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-#include "vibroimpact/scalar/pack.hpp"
-#endif
+#include "vibroimpact/scalar/floats.hpp"
 
 namespace vi {
 
@@ -30,14 +27,14 @@ struct rows_ahead {
     static constexpr int count = grid_times + 1;
     vec<vec<R, count>, Dimension> rows;
     vec<R, count> gains;
+    bool shifted = false; // whether any of the gains, of any lane, is or was not zero
 };
 
 template <class R, int Dimension, int Orders = taylor_order>
 struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
-    rows_ahead<R, Dimension> ahead[grids]; // of a modal flow
-    bool shifted = false; // whether any of their gains, of any lane, is or was not zero
+    rows_ahead<R, Dimension> ahead; // of a modal flow, along the narrow grid
     // What event/lookahead.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
     // what its a adds to them, and per |y_j| the terms of u within a step; what limits and lines add.
     vec<R, Dimension> third, fourth;
@@ -72,8 +69,9 @@ VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flo
     }
 }
 
-template <class Rows, class Guard, class Flow>
-VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int grid) {
+template <int Dimension, class Guard, class Flow>
+VI_HD inline void look_ahead(rows_ahead<double, Dimension>& to, const Guard& g, const Flow& flow,
+                             int grid) {
     const double h = flow.grid_step(grid), square = h * h;
     for (int j = 0; j < flow.dimension(); ++j)
         to.rows[j][0] = square * g.rows[2][j];
@@ -85,6 +83,9 @@ VI_HD inline void look_ahead(Rows& to, const Guard& g, const Flow& flow, int gri
             to.rows[j][k] = row[j];
         to.gains[k] = flow.gain_before(e, g.rows[0]) + g.gains[0];
     }
+    to.shifted = false;
+    for (double gain : to.gains.x)
+        to.shifted = to.shifted || gain != 0.0;
 }
 
 // The slack e/4 of (1) in event/lookahead.hpp for the wide grid, as a part of half the clearance, where
@@ -108,15 +109,10 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
     return flow.grid_error[0] * (fourth + squares * moved) / room;
 }
 
-// What the quick flight reads.
+// What the quick flight reads, but for the wide grid.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow) {
-    g.shifted = false;
-    for (int i = 0; i < grids; ++i) {
-        look_ahead(g.ahead[i], g, flow, i);
-        for (const R& gain : g.ahead[i].gains.x)
-            g.shifted = g.shifted || gain != 0.0;
-    }
+    look_ahead(g.ahead, g, flow, narrow_grid);
     prepare_bounds(g, flow);
 }
 
@@ -165,9 +161,8 @@ VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimensi
 }
 
 // u at y, a state of a modal flow; being a distance, it shows q' of oscillators in mixed ones only.
-template <class T, class R, int Dimension, int Orders, class Flow>
-VI_HOT T watch_distance(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
-                        const Flow& flow) {
+template <class T, class G, int Dimension, class Flow>
+VI_HOT T watch_distance(const G& g, const vec<T, Dimension>& y, const Flow& flow) {
     T sum = T(g.gains[0]);
     flow.each_oscillator([&](auto j) VI_WITHIN {
         sum = fma(g.rows[0][2 * j], y[2 * j], sum);
@@ -249,13 +244,12 @@ VI_HOT T watch_bend(const guard<R, Dimension, Orders>& g, const vec<T, Dimension
 }
 
 // u along a grid, value by value: u'' h^2 at y, then u at the times of the grid.
-template <class T, class R, int Dimension, int Orders, class Flow>
-VI_HOT void watch_ahead(const guard<R, Dimension, Orders>& g, int grid, const vec<T, Dimension>& y,
+template <class T, class R, int Dimension, class Flow>
+VI_HOT void watch_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimension>& y,
                         const Flow& flow, vec<T, grid_times + 1>& to) {
     constexpr int count = grid_times + 1;
-    const auto& p = g.ahead[grid];
     unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = T(0.0); });
-    if (g.shifted) unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = T(p.gains[k]); });
+    if (p.shifted) unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = T(p.gains[k]); });
     const auto add = [&](auto j) VI_WITHIN {
         unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = fma(p.rows[j][k], y[j], to[k]); });
     };
@@ -277,25 +271,33 @@ VI_HOT void watch_ahead(const guard<R, Dimension, Orders>& g, int grid, const ve
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-// The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
-template <int Dimension, int Orders, class Flow>
-VI_HOT void watch_ahead(const guard<double, Dimension, Orders>& g, int grid,
-                        const vec<double, Dimension>& y, const Flow& flow,
-                        vec<double, grid_times + 1>& to) {
-    constexpr int count = grid_times + 1;
-    static_assert(count % 2 == 0);
-    using pair = pack<2>;
-    const auto& p = g.ahead[grid];
-    const auto at = [](const vec<double, count>& row, int k) {
-        pair both;
-        __builtin_memcpy(&both.v, row.x + k, sizeof both.v);
-        return both;
+// The same sums side by side: GCC does not find this in the loop above where that is inlined.
+template <class Side, class R, int Dimension, class Flow>
+VI_HOT void watch_ahead_in(const rows_ahead<R, Dimension>& p, const vec<R, Dimension>& y,
+                           const Flow& flow, vec<R, grid_times + 1>& to) {
+    constexpr int count = grid_times + 1, width = scalar_traits<Side>::lanes;
+    const auto at = [](const vec<R, count>& row, int k) {
+        Side some;
+        __builtin_memcpy(&some.v, row.x + k, sizeof some.v);
+        return some;
     };
-    for (int k = 0; k < count; k += 2) {
-        pair both = at(p.gains, k);
-        flow.each_coordinate([&](auto j) { both = fma(at(p.rows[j], k), pair(y[j]), both); });
-        __builtin_memcpy(to.x + k, &both.v, sizeof both.v);
+    for (int k = 0; k < count; k += width) {
+        const int from = k < count - width ? k : count - width; // the last ones overlap
+        Side some = at(p.gains, from);
+        flow.each_coordinate([&](auto j) { some = fma(at(p.rows[j], from), Side(y[j]), some); });
+        __builtin_memcpy(to.x + from, &some.v, sizeof some.v);
     }
+}
+template <int Dimension, class Flow>
+VI_HOT void watch_ahead(const rows_ahead<double, Dimension>& p, const vec<double, Dimension>& y,
+                        const Flow& flow, vec<double, grid_times + 1>& to) {
+    watch_ahead_in<pack<2>>(p, y, flow, to);
+}
+template <int Dimension, class Flow>
+VI_HOT void watch_ahead(const rows_ahead<floats<1>, Dimension>& p,
+                        const vec<floats<1>, Dimension>& y, const Flow& flow,
+                        vec<floats<1>, grid_times + 1>& to) {
+    watch_ahead_in<floats<4>>(p, y, flow, to);
 }
 #endif
 

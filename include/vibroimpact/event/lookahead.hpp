@@ -15,10 +15,11 @@
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
 //             energy decays, so |w''''| <= sqrt(a^2 + b^2), a = w''''(0), b = sqrt(k) w'''(0):
 //             at most max(|a|, |b|) + (sqrt 2 - 1) min(|a|, |b|).                         (4)
-// Assumes     the free mode of a modal flow, k >= 0, c >= 0; no contact is behind a stop, and those
-//             that touch leave: rate >= 0
-// Accuracy    margin 2^-30 of the terms in (2), (3), far above rounding
-// Fails       says how far it is clear, and nothing of what follows
+//             Along the wide grid all this is done in single precision (event/wide_view.hpp).
+// Assumes     the free mode of a modal flow, k >= 0, c >= 0; contacts that touch leave: rate >= 0
+// Accuracy    margin far above rounding in (2), (3): 2^-30 of the terms along the narrow grid
+// Fails       says how far it is clear, and nothing of what follows; nothing of a contact that is not
+//             surely between its stops, nor on one
 // Reference   theory.md, "First contact"
 #pragma once
 
@@ -28,12 +29,6 @@
 namespace vi {
 
 namespace detail {
-
-// A contact as seen from where a flight is: u there, M for all that follows, the margin of proofs.
-template <class R>
-struct outlook {
-    R u, fourth, margin;
-};
 
 inline constexpr double root_of_two_less_one = 0.4142135623730951; // rounded up
 
@@ -61,15 +56,14 @@ VI_HOT R terms_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     return terms;
 }
 
+// M of all that follows.
 template <class R, class G, class Flow, int D>
-VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side) {
+VI_HOT R fourth_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     R fourth = g.least_fourth;
     flow.each_oscillator([&](auto j) VI_WITHIN {
         if (!flow.template drifts<R>(j)) fourth = fourth + swing(g, flow, y, j);
     });
-    const R u = watch_distance(g, y, flow);
-    return {select(side == 0.0, u, select(side > 0.0, R(g.upper), R(g.lower))), fourth,
-            proof_margin * terms_of(g, flow, y)};
+    return fourth;
 }
 
 // A stop that a flight ends on; of a single contact, `contact` is never written.
@@ -86,13 +80,13 @@ struct stop_hit {
 };
 
 // What is seen along a grid, in parts of a step: all is clear up to `begin`, or to the end of the grid;
-// in the interval after it, of some `length`, a contact crosses its limit once, next to `place`, where
-// that is found.
+// in the interval after it, of some `length`, a contact crosses its limit on some side once, next to
+// `place`, where that is found.
 template <class R>
 struct sight {
     R begin, length, place;
     mask_t<R> clear, found;
-    stop_hit<R> stop;
+    stop_hit<R> stop; // but for its limit
 };
 
 // The last interval of a grid serves only to look one time further.
@@ -129,23 +123,41 @@ struct distances {
     VI_HOT mask_t<R> kept(const G& g, const interval<R>& s) const {
         const auto corners = s.corners();
         return (corners.high < g.upper - slack) & (corners.low > g.lower + slack) &
-               (s.last < g.upper - margin) & (s.last > g.lower + margin);
+               between(g, s.last);
+    }
+    template <class G>
+    VI_HOT mask_t<R> between(const G& g, const R& u) const {
+        return (u < g.upper - margin) & (u > g.lower + margin);
     }
 };
+
+// A contact as seen from where a flight is: u there, whether that is between the stops or on one.
+template <class R>
+struct outlook {
+    R u;
+    distances<R> apart;
+    mask_t<R> inside;
+};
+template <class R, class G, class Flow, int D>
+VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
+                           const distances<R>& apart) {
+    const R free = watch_distance(g, y, flow);
+    const mask_t<R> open = side == 0.0;
+    const R u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
+    return {u, apart, mask_t<R>(!open | apart.between(g, free))};
+}
 
 // A contact along a grid.
 template <class R>
 struct along_grid {
     R before, now;            // u_{-1}, u_0
     vec<R, grid_times + 1> u; // u'' h^2, u_1, u_2, ...
-    distances<R> apart;
 
-    template <int Which, class G, class Flow, int D>
-    VI_HOT void begin(const G& g, const Flow& flow, const outlook<R>& from, const vec<R, D>& y) {
-        watch_ahead(g, Which, y, flow, u);
-        now = from.u;
+    template <class G, class Flow, int D>
+    VI_HOT void begin(const G& g, const Flow& flow, const R& u_now, const vec<R, D>& y) {
+        watch_ahead(g.ahead, y, flow, u);
+        now = u_now;
         before = fma(2.0, now, u[0] - u[1]);
-        apart = {fma(from.fourth, flow.grid_error[Which], from.margin), from.margin};
     }
     VI_HOT const R& at(int k) const { return k < 0 ? before : k == 0 ? now : u[k]; }
     VI_HOT interval<R> after_time(int k) const { return {at(k - 1), at(k), at(k + 1), at(k + 2)}; }
@@ -173,70 +185,117 @@ VI_HOT R crossing_point(const R& ahead, const R& rise, const R& bend0, const R& 
 template <class R, class G>
 VI_HOT mask_t<R> note_crossing(const G& g, int i, const open_interval<R>& at, sight<R>& s) {
     const auto& u = at.u;
-    const R rise = u.last - u.first, slack = 4.0 * at.apart.slack;
+    const R &slack = at.apart.slack, &margin = at.apart.margin;
+    const R rise = u.last - u.first, four = 4.0 * slack;
     const R bend0 = rise - (u.first - u.before), bend1 = (u.after - u.last) - rise;
     const R least = min(bend0, bend1), most = max(bend0, bend1);
     const auto corners = u.corners();
     const R steep = fma(2.0, abs(rise), -max(most, -least)), bent = max(least, -most);
-    const mask_t<R> once = (max(steep, bent) > slack) & (u.first < g.upper) & (u.first > g.lower);
-    const mask_t<R> up = once & (u.last > g.upper) & (corners.low > g.lower + at.apart.slack);
-    const mask_t<R> down = once & (u.last < g.lower) & (corners.high < g.upper - at.apart.slack);
+    const mask_t<R> once = (max(steep, bent) > four) & (u.first < g.upper) & (u.first > g.lower);
+    const mask_t<R> up = once & (u.last > g.upper + margin) & (corners.low > g.lower + slack);
+    const mask_t<R> down = once & (u.last < g.lower - margin) & (corners.high < g.upper - slack);
     const mask_t<R> mine = up | down;
     const R limit = select(down, R(g.lower), R(g.upper));
     const R x = crossing_point(limit - u.first, rise, bend0, bend1);
     const auto note = [&](R& to, const R& found)
                           VI_WITHIN { to = i == 0 ? found : select(mine, found, to); };
     note(s.stop.side, select(down, R(-1.0), R(1.0)));
-    note(s.stop.limit, limit);
     note(s.place, fma(s.length, x, s.begin));
     if (i > 0) s.stop.contact = select(mine, R(static_cast<double>(i)), s.stop.contact);
     return mine;
 }
 
 // Whether exactly one contact crosses in the interval that is not clear, the others being clear.
-template <class R, class Mode, int K>
-VI_HOT mask_t<R> crosses_alone(const Mode& m, const vec<open_interval<R>, K>& all, sight<R>& s) {
-    const auto clear = [&](int i) { return all[i].apart.kept(m.guards[i], all[i].u); };
-    mask_t<R> once = note_crossing(m.guards[0], 0, all[0], s);
-    if (m.flow.contacts() == 1) return once;
+template <class R, class Guards, class Flow, int K>
+VI_HOT mask_t<R> crosses_alone(const Guards& guards, const Flow& flow,
+                               const vec<open_interval<R>, K>& all, sight<R>& s) {
+    const auto clear = [&](int i) { return all[i].apart.kept(guards[i], all[i].u); };
+    mask_t<R> once = note_crossing(guards[0], 0, all[0], s);
+    if (flow.contacts() == 1) return once;
     s.stop.contact = R(0.0);
     mask_t<R> single = once | clear(0);
-    for (int i = 1; i < m.flow.contacts(); ++i) {
-        const mask_t<R> mine = note_crossing(m.guards[i], i, all[i], s);
+    for (int i = 1; i < flow.contacts(); ++i) {
+        const mask_t<R> mine = note_crossing(guards[i], i, all[i], s);
         single = single & (clear(i) | (mine & !once));
         once = once | mine;
     }
     return once & single;
 }
-template <class R, class Mode, int K>
-VI_HOT void find_crossing(const Mode& m, const vec<open_interval<R>, K>& all, sight<R>& s) {
-    s.found = crosses_alone(m, all, s) & !s.clear;
-}
 
-// How far all is clear, and each contact in the interval after that.
-template <int Which, class R, class Mode, int D, int K>
-VI_HOT void look_along(const Mode& m, const vec<outlook<R>, K>& from, const vec<R, D>& y,
-                       sight<R>& s, vec<open_interval<R>, K>& open) {
-    const auto& flow = m.flow;
-    along_grid<R> all[K];
-    flow.each_contact([&](auto i) VI_WITHIN {
-        all[i].template begin<Which>(m.guards[i], flow, from[i], y);
-        open[i] = {all[i].after_time(0), all[i].apart};
-    });
-    s.length = flow.spacing[Which];
-    s.begin = R(0.0);
-    mask_t<R> clear = R(0.0) == R(0.0);
-    unrolled<0, grid_intervals>([&](auto k) VI_WITHIN {
+// A look along a grid, in two stages: how far all is clear, and what happens in the interval after that.
+template <class R, int K>
+class grid_look {
+public:
+    sight<R> seen;
+
+    template <class Guards, class Flow, int D>
+    VI_HOT void look(const Guards& guards, const Flow& flow, const R& spacing,
+                     const vec<outlook<R>, K>& from, const vec<R, D>& y) {
+        along_grid<R> all[K];
+        inside_ = R(0.0) == R(0.0);
         flow.each_contact([&](auto i) VI_WITHIN {
-            clear = clear & all[i].apart.kept(m.guards[i], all[i].after_time(k));
+            all[i].begin(guards[i], flow, from[i].u, y);
+            open_[i] = {all[i].after_time(0), from[i].apart};
+            inside_ = inside_ & from[i].inside;
         });
-        s.begin = plus_where(clear, s.begin, s.length);
-        if constexpr (k + 1 != grid_intervals)
-            flow.each_contact([&](auto i)
-                                  VI_WITHIN { open[i].u.take(clear, all[i].after_time(k + 1)); });
-    });
-    s.clear = clear;
-}
+        seen.length = spacing;
+        seen.begin = R(0.0);
+        mask_t<R> clear = inside_;
+        unrolled<0, grid_intervals>([&](auto k) VI_WITHIN {
+            flow.each_contact([&](auto i) VI_WITHIN {
+                clear = clear & from[i].apart.kept(guards[i], all[i].after_time(k));
+            });
+            seen.begin = plus_where(clear, seen.begin, seen.length);
+            if constexpr (k + 1 != grid_intervals)
+                flow.each_contact(
+                    [&](auto i) VI_WITHIN { open_[i].u.take(clear, all[i].after_time(k + 1)); });
+        });
+        seen.clear = clear;
+    }
+    template <class Guards, class Flow>
+    VI_HOT void cross(const Guards& guards, const Flow& flow) {
+        seen.found = crosses_alone(guards, flow, open_, seen) & !seen.clear & inside_;
+    }
+
+private:
+    mask_t<R> inside_;
+    vec<open_interval<R>, K> open_;
+};
 
 } // namespace detail
+
+// The look along the wide grid, in single precision.
+template <class L, class Shape>
+struct wide_look {
+    static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
+    detail::grid_look<L, K> along;
+
+    // touching: 0, or the side of the stop that a contact is on.
+    template <class View>
+    VI_HOT void look(const View& view, const vec<L, D>& y, const vec<L, K>& touching) {
+        vec<detail::outlook<L>, K> from;
+        view.each_contact([&](auto i) VI_WITHIN {
+            const auto& g = view.guards[i];
+            const L margin = detail::terms_of(g, view, y);
+            const L slack = detail::fourth_of(g, view, y) + margin;
+            from[i] = detail::look_out(g, view, y, touching[i], {slack, margin});
+        });
+        along.look(view.guards, view, L(view.spacing), from, y);
+    }
+    template <class View>
+    VI_HOT void cross(const View& view) {
+        along.cross(view.guards, view);
+    }
+    // What stands for one of two packs, or for the only trajectory.
+    template <int Which>
+    VI_HOT auto seen_by() const {
+        const auto& s = along.seen;
+        using R = decltype(half<Which>(s.begin));
+        return detail::sight<R>{
+            half<Which>(s.begin), half<Which>(s.length),
+            half<Which>(s.place), half<Which>(s.clear),
+            half<Which>(s.found), {half<Which>(s.stop.contact), half<Which>(s.stop.side), R(0.0)}};
+    }
+};
+
 } // namespace vi

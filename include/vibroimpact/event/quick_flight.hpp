@@ -138,22 +138,19 @@ VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
     at.rate = with_value(-hit.side * speed_at(m, y, hit), value(at.rate));
 }
 
-// What the wide grid left undecided, seen along the narrow one from the state y, so much later.
-template <class T, class R, int D>
-struct closer_look {
-    sight<R> seen;
-    vec<T, D> y;
-};
-template <class T, class Mode, class R, int D, int K>
-VI_HOT void look_closer(const Mode& m, const R& before, const vec<T, D>& y, vec<outlook<R>, K> from,
-                        closer_look<T, R, D>& close) {
-    close.y = m.flow.apply_ahead(before, y);
-    const auto& z = values_of(close.y, m.flow.dimension());
-    for (int i = 0; i < m.flow.contacts(); ++i)
-        from[i].u = select(before == 0.0, from[i].u, watch_distance(m.guards[i], z, m.flow));
-    vec<open_interval<R>, K> open;
-    look_along<1>(m, from, z, close.seen, open);
-    find_crossing(m, open, close.seen);
+// From the state y along the narrow grid.
+template <class R, class Mode, int D, int K>
+VI_RARE void look_closely(const Mode& m, const vec<R, D>& y, const vec<R, K>& touching,
+                          grid_look<R, K>& look) {
+    vec<outlook<R>, K> from;
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        const auto& g = m.guards[i];
+        const R margin = proof_margin * terms_of(g, m.flow, y);
+        const R slack = fma(fourth_of(g, m.flow, y), m.flow.grid_error[narrow_grid], margin);
+        from[i] = look_out(g, m.flow, y, touching[i], {slack, margin});
+    }
+    look.look(m.guards, m.flow, m.flow.spacing[narrow_grid], from, y);
+    look.cross(m.guards, m.flow);
 }
 
 template <class R, class Shape>
@@ -167,6 +164,14 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
     to.found = to.found | (mask & from.found);
 }
 
+// The limit that is hit.
+template <class Mode, class R>
+VI_HOT R limit_of(const Mode& m, const stop_hit<R>& hit) {
+    const auto on = [&](const auto& g)
+                        VI_WITHIN { return select(hit.side < 0.0, R(g.lower), R(g.upper)); };
+    return watch_hit<R>(m, hit, on);
+}
+
 } // namespace detail
 
 // Where registers hold the results of a stage, a flight that is repeated has one stage only: to store
@@ -174,15 +179,14 @@ VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& fr
 template <class T>
 inline constexpr bool many_registers = scalar_traits<T>::lanes == 8;
 
-// One round of every lane that is going: look(), then stages. Packs of lanes take turns at each: one
-// works while the results of another are on their way.
+// One round of every lane that is going: begin(), where it looks() a look along the wide grid and see(),
+// then stages. Packs of lanes take turns at each: one works while the results of another are on their way.
 template <class T, class Mode, class Shape>
 class quick_round {
     using R = real_t<T>;
     using memory_type = flight_memory<typename Mode::flow_type>;
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
     using repeated = detail::repeated_flight<T, typename Mode::flow_type>;
-    using outlooks = vec<detail::outlook<R>, K>;
 
 public:
     // The flight stands at at.y, `flown` after its start.
@@ -191,22 +195,29 @@ public:
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
-    // Along the wide grid, but for lanes that recall such a flight.
-    VI_HOT void look(const mask_t<T>& able) {
+    // Which lanes fly as recalled, which are to look along the wide grid.
+    VI_HOT void begin(const mask_t<T>& able) {
         looks_ = !(repeats_ = memory_.knows_any());
-        if (!repeats_) return look_ahead(able);
+        if (!repeats_) return depart(able);
         recalled_ = able & memory_.ready() & (value(flown_) == 0.0);
         repeats_ = any(recalled_);
         const mask_t<T> others = able & !recalled_;
         looks_ = !repeats_ || any(others);
-        if (looks_) look_ahead(others);
+        if (looks_) depart(others);
+    }
+    VI_HOT bool looks() const { return looks_; }
+    VI_HOT const trajectory<T, Shape>& at() const { return at_; }
+    // What a look along the wide grid saw.
+    VI_HOT void see(const detail::sight<R>& wide) {
+        seen_ = wide;
+        seen_.found = seen_.found & going_;
+        stuck_ = going_ & !seen_.found & !seen_.clear;
+        if (any(stuck_)) look_again();
+        seen_.stop.limit = detail::limit_of(m_, seen_.stop);
     }
     // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
-        take([](auto& round) VI_WITHIN {
-            if (round.looks_) round.cross();
-        });
         take([](auto& round) VI_WITHIN {
             if (round.looks_) round.approach();
         });
@@ -240,44 +251,29 @@ public:
         remember<Some>(end);
     }
     VI_HOT bool repeats() const { return repeats_; }
-    VI_HOT bool looked() const { return looks_; }
     // Lanes that did not fly as recalled: in the next round they look.
     VI_HOT mask_t<T> misled(const quick_landing<T>& end) const { return recalled_ & !end.landed; }
 
 private:
-    VI_HOT void look_ahead(const mask_t<T>& able) {
-        const auto& y = values_of(at_.y, m_.flow.dimension());
-        outlooks from;
-        look_out(y, from);
+    VI_HOT void depart(const mask_t<T>& able) {
         mask_t<T> going = able;
         m_.flow.each_contact([&](auto i) VI_WITHIN {
-            going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0)) &
-                    (from[i].u <= m_.guards[i].upper) & (from[i].u >= m_.guards[i].lower);
+            going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0));
         });
-        detail::look_along<0>(m_, from, y, seen_, open_);
         going_ = going;
-    }
-    VI_HOT void cross() {
-        detail::find_crossing(m_, open_, seen_);
-        seen_.found = seen_.found & going_;
-        stuck_ = going_ & !seen_.found & !seen_.clear;
-        if (any(stuck_)) look_again();
-    }
-    VI_HOT void look_out(const vec<R, D>& y, outlooks& from) const {
-        m_.flow.each_contact([&](auto i) VI_WITHIN {
-            from[i] = detail::look_out(m_.guards[i], m_.flow, y, at_.touching[i]);
-        });
     }
     // Along the narrow one, where something is undecided.
     VI_RARE void look_again() {
         const R before = only(stuck_, seen_.begin);
-        detail::closer_look<T, R, D> close;
-        outlooks from;
-        look_out(values_of(at_.y, m_.flow.dimension()), from);
-        detail::look_closer(m_, before, at_.y, from, close);
+        const auto y = m_.flow.apply_ahead(before, at_.y);
+        const mask_t<R> here = before == 0.0;
+        vec<R, K> touching;
+        for (int i = 0; i < m_.flow.contacts(); ++i)
+            touching[i] = only(here, at_.touching[i]);
+        detail::grid_look<R, K> close;
+        detail::look_closely(m_, values_of(y, m_.flow.dimension()), touching, close);
         flown_ = flown_ + before * m_.flow.part();
-        const mask_t<T> advanced = stuck_ & (before > 0.0); // the others are there
-        detail::select_state(advanced, at_.y, close.y, m_.flow);
+        detail::select_state(stuck_ & !here, at_.y, y, m_.flow); // the others are there
         detail::select_sight(stuck_, seen_, close.seen, m_.flow);
     }
     // Next to the crossing, or to the end of what is clear.
@@ -337,11 +333,28 @@ private:
     mask_t<T> going_, stuck_, recalled_;
     bool looks_, repeats_; // whether any lane does
     detail::sight<R> seen_;
-    vec<detail::open_interval<R>, K> open_;
     detail::neighbour<T, R, D> near_;
     detail::prediction<T, R, D> predicted_;
     repeated again_;
 };
+
+namespace detail {
+
+// Of the only lane there is.
+template <class Mode, class T, class Shape>
+VI_HOT void look_ahead(const Mode& m, quick_round<T, Mode, Shape>& round) {
+    using L = single_t<real_t<T>>;
+    wide_look<L, Shape> look;
+    vec<L, Shape::max_dimension> y;
+    vec<L, Shape::max_contacts> touching;
+    m.flow.each_coordinate([&](auto j) VI_WITHIN { y[j] = L(value(round.at().y[j])); });
+    m.flow.each_contact([&](auto i) VI_WITHIN { touching[i] = L(round.at().touching[i]); });
+    look.look(m.wide, y, touching);
+    look.cross(m.wide);
+    round.see(look.template seen_by<0>());
+}
+
+} // namespace detail
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
 template <class R, class Flow>
@@ -366,7 +379,8 @@ VI_HOT quick_leg<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flow
     end.duration = flown;
     while (may_go_on(m.flow, value(flown), horizon)) {
         quick_round<T, Mode, Shape> round(m, at, flown, memory);
-        round.look(true);
+        round.begin(true);
+        if (round.looks()) detail::look_ahead(m, round);
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         vec<T, Shape::max_dimension> y;
         if (round.repeats())

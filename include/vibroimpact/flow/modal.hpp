@@ -26,7 +26,7 @@ inline constexpr int rung = 32;
 // there are so many per step.
 inline constexpr int parts_of_step = 8;
 inline constexpr int grid_times = 5;
-inline constexpr int grids = 2;
+inline constexpr int grids = 2, wide_grid = 0, narrow_grid = 1;
 // Spacings of the wide one, in parts: what is seen of a lively motion is bounded too loosely with the
 // wider. Four times of the narrow one span an interval of the wide one.
 inline constexpr int wider_spacing = 12, lively_spacing = 8, narrower = 4;

@@ -1,0 +1,162 @@
+// What a look along the wide grid says, beside where u is between its extremes. Prints what fails,
+// returns 1.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <vector>
+
+#include "vibroimpact/assemble.hpp"
+#include "vibroimpact/event/lookahead.hpp"
+
+namespace {
+
+using shape = vi::fixed<6, 1, 1>;
+using flow = vi::modal_flow<double, shape>;
+using mode = vi::mode<double, flow>;
+using state = vi::vec<double, 6>;
+constexpr double fastest = 1.2, step = 0.5; // at most 7/10 of the fastest rate
+constexpr int samples = 60;                 // of an interval: extremes are refined
+
+std::mt19937 random_numbers(11);
+double uniform(double low, double high) {
+    return low + (high - low) * (random_numbers() / 4294967296.0);
+}
+
+// A damped oscillator, a block that is free, braked or pushed, and a forcing line. All of it in units
+// of `unit`.
+void draw_system(mode& m) {
+    const double zeta = uniform(0.0, 1.5), rate = uniform(0.1, fastest), omega = fastest;
+    const double brake = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(0.0, 0.5);
+    const double push = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(-0.5, 0.5);
+    const double k[] = {rate * rate, 0.0, omega * omega}, c[] = {2.0 * zeta * rate, brake, 0.0};
+    const double a[] = {push, -push, 0.0};
+    vi::set_flow(m.flow, {step, k, c, a, nullptr, nullptr});
+}
+
+void set_stops(mode& m, double lower, double upper, double unit) {
+    const double row[] = {unit, 0.0, -unit, 0.0, 0.4 * unit, -0.3 * unit};
+    vi::set_guard(m.guards[0], {row, 0.1 * unit, lower, upper, 0}, m.flow);
+    vi::prepare_quick(m);
+}
+
+vi::detail::sight<double> look(const mode& m, const state& y) {
+    using L = vi::floats<1>;
+    vi::vec<L, 6> z;
+    for (int j = 0; j < 6; ++j)
+        z[j] = L(y[j]);
+    vi::wide_look<L, shape> wide;
+    wide.look(m.wide, z, {{L(0.0)}});
+    wide.cross(m.wide);
+    return wide.seen_by<0>();
+}
+
+// u at the start, at its extremes and at the ends of the intervals, in order.
+struct turn {
+    double time, u;
+};
+std::vector<turn> turns_of(const mode& m, const state& y) {
+    const double h = m.flow.grid_step(vi::wide_grid) / samples;
+    const auto at = [&](double t) { return m.flow.flight(y, t); };
+    const auto speed = [&](double t) { return vi::watch_speed(m.guards[0], at(t), m.flow); };
+    std::vector<turn> out{{0.0, vi::watch_distance(m.guards[0], y, m.flow)}};
+    for (int i = 0; i < vi::detail::grid_intervals * samples; ++i) {
+        double low = i * h, high = low + h;
+        const double end = high, sign = speed(low);
+        if (sign * speed(high) < 0.0) {
+            for (int n = 0; n < 50; ++n) {
+                const double middle = 0.5 * (low + high);
+                (sign * speed(middle) > 0.0 ? low : high) = middle;
+            }
+            out.push_back({low, vi::watch_distance(m.guards[0], at(low), m.flow)});
+        }
+        out.push_back({end, vi::watch_distance(m.guards[0], at(end), m.flow)});
+    }
+    return out;
+}
+
+struct tally {
+    int looks = 0, clear = 0, crossings = 0, undecided = 0, wrong = 0, close = 0;
+};
+
+// Stops next to an extreme, by so small a part of what adds up to u that single precision is too coarse
+// to tell the side.
+void check_look(mode& m, double size, double unit, tally& all) {
+    const double theta = uniform(0.0, 6.3), big = std::pow(size, uniform(0.0, 1.0));
+    const double q = uniform(-1, 1) * big;
+    const state y{{q + uniform(-2, 2), uniform(-2, 2), q + uniform(-2, 2), uniform(-2, 2),
+                   std::sin(theta), fastest * std::cos(theta)}};
+    set_stops(m, -1e3 * unit, 1e3 * unit, unit);
+    const auto turns = turns_of(m, y);
+    const bool above = uniform(0, 1) < 0.5, furthest = uniform(0, 1) < 0.5;
+    const auto [least, most] = std::minmax_element(
+        turns.begin(), turns.end(), [](const turn& a, const turn& b) { return a.u < b.u; });
+    const turn& some = turns[1 + random_numbers() % (turns.size() - 1)];
+    const turn& one = !furthest ? some : above ? *most : *least;
+    const double near = uniform(-1, 1) * (big + 1.0) * unit * std::pow(10.0, uniform(-8.0, 1.0));
+    const double stop = one.u + near, room = 1e2 * size * std::pow(1e10, uniform(0.0, 1.0));
+    const double far = turns[0].u + (above ? -1.0 : 1.0) * room * unit;
+    if (above ? turns[0].u >= stop : turns[0].u <= stop) return;
+    set_stops(m, above ? far : stop, above ? stop : far, unit);
+    const auto beyond = [&](double u) { return above ? u >= stop : u <= stop; };
+
+    const auto seen = look(m, y);
+    const double part = m.flow.part(), tiny = 1e-9 * step;
+    const double from = seen.begin * part, to = (seen.begin + seen.length) * part;
+    bool wrong = false;
+    int changes = 0;
+    for (std::size_t i = 1; i < turns.size(); ++i) {
+        const bool out = beyond(turns[i].u), before = turns[i].time <= from + tiny;
+        if ((seen.clear || before) && out) wrong = true;
+        if (!before && turns[i].time <= to + tiny) changes += out != beyond(turns[i - 1].u);
+    }
+    if (seen.found) {
+        wrong = wrong || changes != 1 || (seen.stop.side > 0.0) != above;
+        const auto there = m.flow.flight(y, seen.place * part);
+        const double miss = vi::watch_distance(m.guards[0], there, m.flow) - stop;
+        all.close += std::fabs(miss) < 0.05 * (big + 1.0) * unit;
+    }
+    ++all.looks;
+    all.clear += seen.clear;
+    all.crossings += seen.found;
+    all.undecided += !seen.clear && !seen.found;
+    all.wrong += wrong;
+}
+
+// Numbers that might leave the range of single precision: nothing is said, and nothing wrong.
+int said_out_of_range() {
+    int said = 0;
+    mode m{};
+    draw_system(m);
+    for (const double unit : {1e-30, 1e30}) {
+        set_stops(m, -unit, unit, unit);
+        const auto seen = look(m, {{0.1, 0.0, 0.1, 0.0, 0.0, fastest}});
+        said += seen.clear || seen.found || seen.begin > 0.0;
+    }
+    set_stops(m, -1.0, 1.0, 1.0);
+    for (const double far : {1e30, 1e200, vi::not_a_number()}) {
+        const auto seen = look(m, {{far, 0.0, far, 0.0, 0.0, fastest}});
+        said += seen.clear || seen.found || seen.begin > 0.0;
+    }
+    return said;
+}
+
+} // namespace
+
+int main() {
+    tally all;
+    for (int system = 0; system < 400; ++system) {
+        mode m{};
+        draw_system(m);
+        const double size = system % 2 ? 1.0 : 1e3, unit = system % 3 ? 1.0 : 1e-9;
+        for (int i = 0; i < 25; ++i)
+            check_look(m, size, unit, all);
+    }
+    const int said = said_out_of_range();
+    std::printf(
+        "%d looks: %d clear, %d cross, %d undecided; %d wrong, %d places close; %d said out "
+        "of range\n",
+        all.looks, all.clear, all.crossings, all.undecided, all.wrong, all.close, said);
+    const bool decides = all.clear > all.looks / 10 && all.crossings > all.looks / 10;
+    return all.wrong == 0 && decides && all.close > 0.95 * all.crossings && said == 0 ? 0 : 1;
+}
