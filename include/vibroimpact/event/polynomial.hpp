@@ -77,11 +77,10 @@ inline constexpr int most_halvings = 2200;
 // The caller guarantees that g^(order) is monotone there and has different signs at the ends.
 template <int N>
 VI_HD inline double sign_change(const taylor<N>& g, int order, double lo, double hi) {
-    const bool falling = evaluate(g, order, hi) <= 0.0;
     const double start = lo;
-    double s = hi;
+    double s = hi, f = evaluate(g, order, hi);
+    const bool falling = f <= 0.0;
     for (int i = 0; i < most_halvings; ++i) {
-        const double f = evaluate(g, order, s);
         if (f == 0.0) return s;
         if ((f > 0.0) == falling)
             lo = s;
@@ -95,6 +94,7 @@ VI_HD inline double sign_change(const taylor<N>& g, int order, double lo, double
             if (next == lo || next == hi) return next;
         }
         s = next;
+        f = evaluate(g, order, s);
     }
     return s;
 }

@@ -97,6 +97,26 @@ VI_HD inline void active_impulses(const small_system<N>& p, int set, const vec<T
     }
 }
 
+// The impulses of a list and its active contacts, -1 where (1) has no solution. Of one contact, by (2).
+template <class T, int N, class Flow, class State>
+VI_HD inline int impulses_of(const hybrid<Flow>& system, const State& at,
+                             const contact_list<N>& list, const vec<T, N>& b, vec<T, N>& p) {
+    if (list.count == 1) {
+        const double a = gap_mobility(system, at, list.index[0], list.index[0]);
+        p[0] = T(0.0);
+        if (plain(b[0]) >= 0.0) return 0;
+        if (!(plain(b[0]) < 0.0 && a > 0.0)) return -1;
+        p[0] = p[0] - (1.0 / a) * b[0];
+        return 1;
+    }
+    auto problem = mobilities_of(system, at, list);
+    for (int i = 0; i < list.count; ++i)
+        problem.b[i] = plain(b[i]);
+    const int active = solve_complementarity(problem).active;
+    if (active >= 0) active_impulses(problem, active, b, p);
+    return active;
+}
+
 } // namespace detail
 
 // Resolve the impact of all touching contacts; at.rate holds gap rates before and after.
@@ -108,23 +128,20 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
     constexpr int N = Flow::max_contacts;
     const int n = system.dimension();
     const auto list = detail::touching_contacts<N>(at, system.contacts());
-    auto problem = detail::mobilities_of(system, at, list);
     vec<T, N> b{}, p{};
     for (int i = 0; i < list.count; ++i) {
         const int ci = list.index[i];
         b[i] = (1.0 + bounce * restitution_at(system, ci, plain(at.touching[ci]))) * at.rate[ci];
-        problem.b[i] = plain(b[i]);
     }
-    const auto solution = solve_complementarity(problem);
-    if (solution.active < 0) return false;
-    detail::active_impulses(problem, solution.active, b, p);
+    const int active = detail::impulses_of(system, at, list, b, p);
+    if (active < 0) return false;
     for (int i = 0; i < system.contacts(); ++i) // those that leave are pushed along
         if (at.touching[i] != 0.0 && plain(at.rate[i]) > 0.0)
             detail::push_rate(system, at, i, list, p);
     for (int i = 0; i < list.count; ++i) {
         const int ci = list.index[i];
         const double side = plain(at.touching[ci]);
-        if (solution.active >> i & 1) {
+        if (active >> i & 1) {
             push_away(at.y, n, system.laws[ci], side, p[i]);
             at.rate[ci] = -(bounce * restitution_at(system, ci, side)) * at.rate[ci];
         } else {

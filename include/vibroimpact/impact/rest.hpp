@@ -197,12 +197,23 @@ VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
 
 namespace detail {
 
+template <class T, class Shape>
+VI_HD inline bool any_at_rest(const trajectory<T, Shape>& at, int contacts) {
+    for (int i = 0; i < contacts; ++i)
+        if (at.touching[i] != 0.0 && plain(at.rate[i]) == 0.0) return true;
+    return false;
+}
+
 // Go over from free coordinates to the mode of the contacts that stay closed. Undecided: that mode, or
 // one that it takes to tell which it is, has this code and is missing, or is none (-1); nothing was
 // changed.
 template <class T, class Flow>
 VI_HD inline closing enter_closed(const hybrid<Flow>& system,
                                   trajectory<T, typename Flow::shape_type>& at) {
+    if (!any_at_rest(at, system.contacts())) {
+        at.held = 0;
+        return {0, true};
+    }
     auto plain = values(at, system.dimension(), system.contacts());
     auto next = closed_set(system, plain);
     next.decided = next.decided && next.code >= 0 && enter_mode(system, at, next.code);
