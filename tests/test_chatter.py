@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from support import UNIT
 from support.kernel import growth
+from support.members import run as run_members
 from support.systems import PAPER_SETS, ball, oscillator, paper_damper
 
 import vibroimpact as vi
+from vibroimpact.ensembles.batch import batch_of
+from vibroimpact.ensembles.observers import Final, Impacts
 
 REFERENCE = Path(__file__).parent / "reference" / "chatter.toml"
 
@@ -82,6 +87,41 @@ def test_a_hop_under_a_push_and_a_spring_lasts_two_arctangents(speed: float) -> 
     # exact zeros at the start: the root is that of a polynomial with coefficients right to an ulp
     assert abs(run.time[0] / (2.0 * math.atan(speed)) - 1.0) <= 8.0 * UNIT
     assert abs(run.rate_before[0] / -speed - 1.0) <= 8.0 * UNIT
+
+
+@pytest.mark.parametrize("part", [0.2, 1 / 20, 1 / 130, 1 / 900, 1 / 1100, 1 / 5000])
+def test_a_hop_on_a_shaken_floor_keeps_its_relative_accuracy(part: float) -> None:
+    """x'' = 3 sin(t + 3.3) - 1, 50 digits; 5/4 of the hop take a part of the step, some 7/10."""
+    shaken = replace(ball(1.0, gravity=1.0), forces=(vi.Harmonic(1.0, (3.0,)),))
+    phase = 3.3
+    speed = 0.4 * 0.7 * part * (1.0 - 3.0 * math.sin(phase))
+    run = vi.simulate(shaken, vi.State((0.0,), (speed,), phase), impacts=1)
+    with mpmath.workdps(50):
+        sine, cosine = 3 * mpmath.sin(phase), 3 * mpmath.cos(phase)
+
+        def climbed(t: mpmath.mpf) -> mpmath.mpf:
+            """The height over t."""
+            return speed + cosine - t / 2 + (sine - 3 * mpmath.sin(t + phase)) / t
+
+        back = mpmath.findroot(climbed, float(run.time[0]))
+        rate = speed + cosine - back - 3 * mpmath.cos(back + phase)
+        errors = [run.time[0] / back - 1, run.rate_before[0] / rate - 1]
+    # bend and speed are right to some ulp of their terms, which are hardly larger than they
+    assert max(abs(float(error)) for error in errors) <= 16.0 * UNIT
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5])
+def test_members_hop_as_one_does_alone(restitution: float) -> None:
+    """Beside flights of all lengths; the elastic ones more often in a row than lanes let them."""
+    jumper, end = ball(restitution), 3.0
+    starts = [vi.State((0.0,), (10.0**-i,)) for i in range(5)] + [vi.State((1.0,), (0.3,))]
+    found = run_members(batch_of(jumper, {}), starts, 0.0, end, [Final(), Impacts()])
+    for i, start in enumerate(starts):
+        alone = vi.simulate(jumper, start, impacts=100_000, t_max=end)
+        assert alone.position[-1].tobytes() == found["final_position"][i].tobytes()
+        assert alone.velocity_after[-1].tobytes() == found["final_velocity"][i].tobytes()
+        hits = np.isin(alone.status, [vi.Status.IMPACT, vi.Status.CHATTER]).sum()
+        assert found["impacts_b"][i] * alone.time[-1] == pytest.approx(hits)  # a rate
 
 
 def test_a_stop_below_the_top_of_a_hop_is_met() -> None:

@@ -140,25 +140,29 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     return strike(system, at, end.contact, end.duration);
 }
 
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+event_of_rest(const hybrid<Flow>& system, const trajectory<T, typename Flow::shape_type>& at,
+              const rest<T>& r) {
+    const status what = r.what == settled::chatter ? status::chatter
+                        : r.what == settled::stick ? status::stick
+                                                   : status::missing_mode;
+    const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
+    auto e = plain_event<T, typename Flow::shape_type>(what, r.contact, side, r.duration,
+                                                       in_free_coordinates(system, at));
+    e.code = r.code;
+    return e;
+}
+
 // What happens next, rest and chatter before flight.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
            bool may_pause, int earlier) {
-    using Shape = typename Flow::shape_type;
     const int struck = approached(at, system.contacts());
     if (struck >= 0) return strike(system, at, struck, T(0.0));
     const rest<T> r = settle(system, at, horizon);
-    if (r.what != settled::nothing) {
-        const status what = r.what == settled::chatter ? status::chatter
-                            : r.what == settled::stick ? status::stick
-                                                       : status::missing_mode;
-        const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
-        auto e = plain_event<T, Shape>(what, r.contact, side, r.duration,
-                                       in_free_coordinates(system, at));
-        e.code = r.code;
-        return e;
-    }
+    if (r.what != settled::nothing) return event_of_rest(system, at, r);
     const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);
     return finish_flight(system, at, end);
 }
@@ -181,6 +185,27 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     e.what = status::missing_mode;
     e.code = missing;
     return e;
+}
+
+// The next event if it is the end of a hop, or of the chatter that it belongs to: no round could have
+// brought that flight on, as the contact that hops is back on its stop before the first time that is
+// looked at. Otherwise paused, and nothing is changed.
+template <class T, class Flow>
+VI_CALL event<T, typename Flow::shape_type>
+hop_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
+    using Shape = typename Flow::shape_type;
+    const auto& free = system.modes[0];
+    const int contacts = system.contacts();
+    const auto none = detail::plain_event<T, Shape>(status::paused, -1, 0, T(0.0), at.y);
+    if (at.mode != 0 || at.held != 0) return none;
+    if (approached(at, contacts) >= 0 || detail::any_at_rest(at, contacts)) return none;
+    const double soon = detail::end_of_hop(free, at);
+    if (!(soon <= min(detail::longest_hop * free.flow.step, horizon))) return none;
+    const rest<T> r = settle(system, at, horizon);
+    if (r.what != settled::nothing) return detail::event_of_rest(system, at, r);
+    landing<T, Shape> end;
+    if (!detail::hop(free, at, soon, 0, end) || at.touching[end.contact] != end.side) return none;
+    return detail::finish_flight(system, at, end);
 }
 
 // Apply the impact that ends a quick flight, in every lane where it was proved. `before` is what the

@@ -37,6 +37,9 @@ struct lane_slot {
     long version = 0;    // of what `system` points to: another number, another system
 };
 
+// Of one lane, one after the other, before all others go on.
+inline constexpr int most_hops = 64;
+
 // For every round that a busy lane flies, as much of one may pass an idle one that waits.
 inline constexpr double waiting_share = 1.0 / 16;
 
@@ -50,10 +53,12 @@ class lane_pack {
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
-    // Lane i of the pack is lane first + i of the host, and lane beside + i of the look.
-    void board(Host& host, int first, lane_look<T, Shape>& look, int beside) {
+    // Lane i of the pack is lane first + i of the host, and lane beside + i of the look. Hops are added
+    // to `work`.
+    void board(Host& host, int first, lane_look<T, Shape>& look, int beside, long& work) {
         host_ = &host;
         first_ = first;
+        work_ = &work;
         look_ = &look;
         beside_ = beside;
         for (int i = 0; i < N; ++i)
@@ -206,65 +211,83 @@ private:
         set_lane(tangents_, i, tangent);
     }
 
-    // The certified step of a lane that is stuck, from `at` on and back into the lane.
-    event<alone, Shape> step_from(int i, trajectory<alone, Shape>& at, double left) {
-        const auto& slot = slots_[i];
-        auto& all = flight_.all;
-        const int earlier = static_cast<int>(lane(all.applications, i));
-        const auto e = detail::go_on(*slot.system, at, lane(all.flown, i), earlier, left);
-        if (e.what != status::missing_mode && e.what != status::paused) {
-            count(slot.run->so_far, e);
-            if constexpr (has_tangent) follow_tangent(i, e, at);
-        }
-        resume(i, at);
-        if (e.what == status::paused) {
-            set_lane(all.flown, i, e.duration);
-            set_lane(all.applications, i, e.code);
-        }
-        return e;
-    }
-
-    // The same from the slot, which holds the trajectory without its tangent.
-    event<double, Shape> step_alone(int i, double left) {
-        auto& slot = slots_[i];
-        if constexpr (has_tangent) {
-            const int n = slot.system->dimension(), contacts = slot.system->contacts();
-            trajectory<alone, Shape> at{};
-            take_trajectory(flight_.all, i, n, contacts, at);
-            const auto e = step_from(i, at, left);
-            slot.run->at = detail::values(at, n, contacts);
-            return detail::values(e, n);
-        } else {
-            return step_from(i, slot.run->at, left);
-        }
-    }
-
     [[gnu::noinline]] void attend(const pack_mask<N>& lanes) {
         for (int i = 0; i < N; ++i)
             if (lane(lanes, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
     }
 
-    // The event of one lane, as in run().
+    // One lane. The slot holds a trajectory without its tangent.
     void attend(int i, double left) {
-        const auto& slot = slots_[i];
-        const auto& [at, so_far] = *slot.run;
+        auto& at = slots_[i].run->at;
         suspend(i, lane(end_.landed, i));
-        event<double, Shape> e;
-        if (lane(flight_.stuck, i))
-            e = step_alone(i, left);
-        else
+        if (!lane(flight_.stuck, i)) {
+            event<double, Shape> e;
             take_landing(i, e);
-        if (e.what == status::paused) return;
-        if (e.what == status::missing_mode) {
-            if (e.code < 0 || !host_->build(first_ + i, e.code)) finish(i, run_end::missing);
+            tell(i, e, left);
+        } else if constexpr (has_tangent) {
+            const auto& system = *slots_[i].system;
+            trajectory<alone, Shape> with_tangent{};
+            take_trajectory(flight_.all, i, system.dimension(), system.contacts(), with_tangent);
+            certify(i, with_tangent, left);
+        } else {
+            certify(i, at, left);
+        }
+    }
+
+    // The certified step of a lane that is stuck, from `at` on, and hops that follow; back into the lane.
+    void certify(int i, trajectory<alone, Shape>& at, double left) {
+        const auto& slot = slots_[i];
+        auto& all = flight_.all;
+        const int earlier = static_cast<int>(lane(all.applications, i));
+        auto e = detail::go_on(*slot.system, at, lane(all.flown, i), earlier, left);
+        if (e.what == status::paused) {
+            resume(i, at);
+            set_lane(all.flown, i, e.duration);
+            set_lane(all.applications, i, e.code);
             return;
         }
+        for (int hops = 0; e.what != status::paused; ++hops) {
+            if (e.what == status::missing_mode) {
+                resume(i, at);
+                return want(i, e.code);
+            }
+            count(slot.run->so_far, e);
+            if (!tell_certified(i, e, at, left)) return;
+            if (hops == most_hops) break;
+            ++*work_;
+            left = slot.limit.t_max - slot.run->so_far.now.time();
+            e = hop_step(*slot.system, at, left);
+        }
+        resume(i, at);
+    }
+
+    bool tell_certified(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at,
+                        double left) {
+        if constexpr (has_tangent) {
+            const auto& system = *slots_[i].system;
+            follow_tangent(i, e, at);
+            slots_[i].run->at = detail::values(at, system.dimension(), system.contacts());
+            return tell(i, detail::values(e, system.dimension()), left);
+        } else {
+            return tell(i, e, left);
+        }
+    }
+
+    // An event that is counted, as in run(); false if it is the last.
+    bool tell(int i, const event<double, Shape>& e, double left) {
+        const auto& slot = slots_[i];
+        const auto& [at, so_far] = *slot.run;
         const bool seen = so_far.now.time() >= slot.watch;
         const bool go_on = !seen || host_->see(first_ + i, e, at, so_far.now);
-        const run_end why = end_of_run(so_far, e, slot.limit, left);
-        if (why != run_end::none) return finish(i, why);
-        if (!go_on) return finish(i, run_end::observer);
-        if (so_far.events >= slot.limit.events) finish(i, run_end::events);
+        run_end why = end_of_run(so_far, e, slot.limit, left);
+        if (why == run_end::none && !go_on) why = run_end::observer;
+        if (why == run_end::none && so_far.events >= slot.limit.events) why = run_end::events;
+        if (why != run_end::none) finish(i, why);
+        return why == run_end::none;
+    }
+
+    void want(int i, int code) {
+        if (code < 0 || !host_->build(first_ + i, code)) finish(i, run_end::missing);
     }
 
     void finish(int i, run_end why) {
@@ -283,6 +306,7 @@ private:
     Host* host_ = nullptr;
     lane_look<T, Shape>* look_ = nullptr;
     int first_ = 0, beside_ = 0;
+    long* work_ = nullptr;
     lane_slot<Flow> slots_[N];
     const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
     long versions_[N] = {};
@@ -315,9 +339,9 @@ public:
 
     void run() {
         for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].board(host_, i * N, looks_[i / 2], i % 2 * N);
-        for (long round = 1; busy(); ++round) {
-            if (round % between_questions == 0 && host_.interrupted()) return interrupt();
+            packs_[i].board(host_, i * N, looks_[i / 2], i % 2 * N, work_);
+        while (busy()) {
+            if (asks() && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
             look_ahead();
             pack_type::each_stage([&](const auto& stage) VI_WITHIN {
@@ -330,6 +354,11 @@ public:
 private:
     using pack_type = lane_pack<T, Flow, Host>;
 
+    bool asks() {
+        if (++work_ < between_questions) return false;
+        work_ = 0;
+        return true;
+    }
     bool busy() const {
         for (const auto& pack : packs_)
             if (pack.busy()) return true;
@@ -363,6 +392,7 @@ private:
     }
 
     Host& host_;
+    long work_ = 0; // rounds, and hops of lanes, since the host was asked
     pack_type packs_[packs_in_turn<T>];
     lane_look<T, Shape> looks_[packs_in_turn<T> / 2];
 };

@@ -217,9 +217,11 @@ VI_HD inline landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
     return out;
 }
 
-// Hops up to so long, in steps, are told by polynomials of lower order: (7/10 / 4)^13 / 13! < 2^-64.
-inline constexpr double longest_hop = 0.25;
-inline constexpr int hop_order = 12;
+// Hops up to so long, in steps, are told by polynomials of lower order: of the terms of u
+// (7/10 / 4)^13 / 13! < 2^-64 is cut off, and of the height of a hop, w its fastest rate and a its bend,
+// (7/10 / 4)^11 8 / 13! or (7/10 / 1024)^5 8 / 7!, both below 2^-57, times w^2 u / a.
+inline constexpr double longest_hop = 0.25, shortest_hop = 1.0 / 1024;
+inline constexpr int hop_order = 12, short_hop_order = 6;
 
 // A quarter beyond the first return to a stop that is being left.
 template <class T, class Mode, class Shape>
@@ -234,6 +236,28 @@ VI_HD inline double end_of_hop(const Mode& m, const trajectory<T, Shape>& start)
     return end;
 }
 
+template <int N, class T, class Mode, class Shape>
+VI_HD inline bool find_hop(const Mode& m, const trajectory<T, Shape>& start, double span,
+                           int earlier, landing<T, Shape>& out) {
+    earliest<N> first;
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        bool still = true;
+        inspect_contact(m, i, start.y, start, still, 0, earlier, span, first);
+    }
+    if (first.what != finding::root) return false;
+    out = land_on<N, T, Mode, Shape>(m, first, start.y, 0.0);
+    return true;
+}
+
+// Whether a flight that may hop until `soon` meets a stop by then; `out` is where.
+template <class T, class Mode, class Shape>
+VI_HD inline bool hop(const Mode& m, const trajectory<T, Shape>& start, double soon, int earlier,
+                      landing<T, Shape>& out) {
+    return soon <= shortest_hop * m.flow.step
+               ? find_hop<short_hop_order>(m, start, soon, earlier, out)
+               : find_hop<hop_order>(m, start, soon, earlier, out);
+}
+
 } // namespace detail
 
 template <class T, class Mode, class Shape>
@@ -241,6 +265,10 @@ VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<
                                                 double horizon, bool may_pause, int earlier) {
     using namespace detail;
     const auto& flow = m.flow;
+    landing<T, Shape> landed;
+    const double soon = end_of_hop(m, start);
+    if (soon <= min(longest_hop * flow.step, horizon) && hop(m, start, soon, earlier, landed))
+        return landed;
     bool still[Shape::max_contacts];
     for (bool& s : still)
         s = true;
@@ -248,13 +276,6 @@ VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<
         for (int i = 0; i < flow.contacts(); ++i)
             inspect_contact(m, i, y, start, still[i], applications, earlier, span, first);
     };
-    const double soon = end_of_hop(m, start);
-    if (soon <= min(longest_hop * flow.step, horizon)) {
-        earliest<hop_order> first;
-        look(first, start.y, 0, soon);
-        if (first.what == finding::root)
-            return land_on<hop_order, T, Mode, Shape>(m, first, start.y, 0.0);
-    }
     ladder<T, typename Mode::flow_type> at(start.y);
     earliest<taylor_order> first;
     double left = horizon;

@@ -38,6 +38,7 @@ struct wide_guard {
 template <class L, class Shape>
 struct wide_view : sizes<Shape> {
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
+    static_assert(D <= 32); // n of the margin
 
     bool pushed = false;    // as modal_flow says
     bool bends[D / 2] = {}; // likewise
