@@ -196,15 +196,17 @@ hop_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& a
     using Shape = typename Flow::shape_type;
     const auto& free = system.modes[0];
     const int contacts = system.contacts();
-    const auto none = detail::plain_event<T, Shape>(status::paused, -1, 0, T(0.0), at.y);
-    if (at.mode != 0 || at.held != 0) return none;
-    if (approached(at, contacts) >= 0 || detail::any_at_rest(at, contacts)) return none;
+    const auto none = [&] {
+        return detail::plain_event<T, Shape>(status::paused, -1, 0, T(0.0), at.y);
+    };
+    if (at.mode != 0 || at.held != 0) return none();
+    if (approached(at, contacts) >= 0 || detail::any_at_rest(at, contacts)) return none();
     const double soon = detail::end_of_hop(free, at);
-    if (!(soon <= min(detail::longest_hop * free.flow.step, horizon))) return none;
+    if (!(soon <= min(detail::longest_hop * free.flow.step, horizon))) return none();
     const rest<T> r = settle(system, at, horizon);
     if (r.what != settled::nothing) return detail::event_of_rest(system, at, r);
     landing<T, Shape> end;
-    if (!detail::hop(free, at, soon, 0, end) || at.touching[end.contact] != end.side) return none;
+    if (!detail::hop(free, at, soon, 0, end) || at.touching[end.contact] != end.side) return none();
     return detail::finish_flight(system, at, end);
 }
 

@@ -107,10 +107,10 @@ inline void fill_rows(rows_ahead<L, D>& to, const rows_ahead<R, D>& from, int n,
     to.shifted = to.shifted | from.shifted;
 }
 
-template <class L, class R, int D>
-inline void fill_wide(wide_guard<L, D>& to, const wide_guard<R, D>& from, int n, int i) {
+// What looks along either grid read of a contact: of a guard, or of a wide_guard.
+template <class To, class From>
+inline void fill_look(To& to, const From& from, int n, int i) {
     for (int j = 0; j < n; ++j) {
-        set_lane(to.rows[0][j], i, from.rows[0][j]);
         set_lane(to.third[j], i, from.third[j]);
         set_lane(to.fourth[j], i, from.fourth[j]);
         set_lane(to.weights[j], i, from.weights[j]);
@@ -120,35 +120,33 @@ inline void fill_wide(wide_guard<L, D>& to, const wide_guard<R, D>& from, int n,
         set_lane(to.fourth_push[j], i, from.fourth_push[j]);
     }
     fill_rows(to.ahead, from.ahead, n, i);
-    set_lane(to.gains[0], i, from.gains[0]);
-    set_lane(to.least_terms, i, from.least_terms);
-    set_lane(to.least_fourth, i, from.least_fourth);
     set_lane(to.lower, i, from.lower);
     set_lane(to.upper, i, from.upper);
+    set_lane(to.least_terms, i, from.least_terms);
+    set_lane(to.least_fourth, i, from.least_fourth);
+}
+
+// Row m and the gain of u^(m), for m < orders.
+template <class To, class From>
+inline void fill_derivatives(To& to, const From& from, int orders, int n, int i) {
+    for (int m = 0; m < orders; ++m) {
+        for (int j = 0; j < n; ++j)
+            set_lane(to.rows[m][j], i, from.rows[m][j]);
+        set_lane(to.gains[m], i, from.gains[m]);
+    }
+}
+
+template <class L, class R, int D>
+inline void fill_guard(wide_guard<L, D>& to, const wide_guard<R, D>& from, int n, int i) {
+    fill_derivatives(to, from, 1, n, i);
+    fill_look(to, from, n, i);
 }
 
 template <int N, int D, int Orders>
 inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D, Orders>& from,
                        int n, int i) {
-    for (int m = 0; m <= lane_orders; ++m) {
-        for (int j = 0; j < n; ++j)
-            set_lane(to.rows[m][j], i, from.rows[m][j]);
-        set_lane(to.gains[m], i, from.gains[m]);
-    }
-    for (int j = 0; j < n; ++j) {
-        set_lane(to.third[j], i, from.third[j]);
-        set_lane(to.fourth[j], i, from.fourth[j]);
-        set_lane(to.weights[j], i, from.weights[j]);
-    }
-    for (int j = 0; j < n / 2; ++j) {
-        set_lane(to.third_push[j], i, from.third_push[j]);
-        set_lane(to.fourth_push[j], i, from.fourth_push[j]);
-    }
-    fill_rows(to.ahead, from.ahead, n, i);
-    set_lane(to.lower, i, from.lower);
-    set_lane(to.upper, i, from.upper);
-    set_lane(to.least_terms, i, from.least_terms);
-    set_lane(to.least_fourth, i, from.least_fourth);
+    fill_derivatives(to, from, lane_orders + 1, n, i);
+    fill_look(to, from, n, i);
     set_lane(to.least_sixth, i, from.least_sixth);
     set_lane(to.reach, i, from.reach);
     to.closed = from.closed;
@@ -236,7 +234,7 @@ public:
             view_.bends[j] = view_.bends[j] | from.bends[j];
         set_lane(view_.spacing, i, from.spacing);
         for (int k = 0; k < from.contacts(); ++k)
-            detail::fill_wide(view_.guards[k], from.guards[k], from.dimension(), i);
+            detail::fill_guard(view_.guards[k], from.guards[k], from.dimension(), i);
     }
     VI_HOT void look(const trajectory<T, Shape>& a, const trajectory<T, Shape>& b) {
         vec<L, D> y;

@@ -106,7 +106,7 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
     }
     const R room = half < infinity() ? half : max(forced, R(1.0));
     const R moved = forced > 0.0 ? min(forced, room) : room;
-    return flow.grid_error[0] * (fourth + squares * moved) / room;
+    return flow.grid_error[wide_grid] * (fourth + squares * moved) / room;
 }
 
 // What the quick flight reads, but for the wide grid.

@@ -241,13 +241,13 @@ struct modal_flow : sizes<Shape> {
     VI_HD void set_spacing(int parts)
         requires is_same<R, double>
     {
-        spacing[0] = parts;
-        spacing[1] = parts / narrower;
+        spacing[wide_grid] = parts;
+        spacing[narrow_grid] = parts / narrower;
         for (int i = 0; i < grids; ++i) {
             const double square = grid_step(i) * grid_step(i);
             grid_error[i] = 5.0 / 96 * (square * square);
         }
-        sight = grid_times * grid_step(0);
+        sight = grid_times * grid_step(wide_grid);
     }
     // Times of the table are so far apart, those of a grid so far.
     VI_HOT constexpr R part() const { return step * (1.0 / parts_of_step); }

@@ -185,7 +185,7 @@ struct floats {
 
     friend floats fma(const floats& a, const floats& b, const floats& c) { return fused(a, b, c); }
     friend floats fnma(const floats& a, const floats& b, const floats& c) {
-        return fused_away(a, b, c);
+        return fused(-a, b, c);
     }
     friend floats select(const mask& m, const floats& a, const floats& b) {
         return chosen(m, a, b);
@@ -238,17 +238,6 @@ floats<N> fused(const floats<N>& a, const floats<N>& b, const floats<N>& c) {
     for (int i = 0; i < N; ++i)
         sum.v[i] = fma(lane(a, i), lane(b, i), lane(c, i)).v;
     return sum;
-}
-template <int N>
-floats<N> fused_away(const floats<N>& a, const floats<N>& b, const floats<N>& c) {
-#if defined(__FMA__)
-    if constexpr (N == 4) return floats<N>(_mm_fnmadd_ps(a.v, b.v, c.v));
-    if constexpr (N == 8) return floats<N>(_mm256_fnmadd_ps(a.v, b.v, c.v));
-#endif
-#if defined(__AVX512F__)
-    if constexpr (N == 16) return floats<N>(_mm512_fnmadd_ps(a.v, b.v, c.v));
-#endif
-    return fused(-a, b, c);
 }
 
 template <int N>
