@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <random>
 #include <vector>
 
-#include "vibroimpact/assemble.hpp"
+#include "drawn_flow.hpp"
 #include "vibroimpact/event/lookahead.hpp"
 
 namespace {
@@ -15,25 +14,14 @@ using shape = vi::fixed<6, 1, 1>;
 using flow = vi::modal_flow<double, shape>;
 using mode = vi::mode<double, flow>;
 using state = vi::vec<double, 6>;
-constexpr double fastest = 1.2, step = 0.5; // at most 7/10 of the fastest rate
-constexpr int samples = 60;                 // of an interval: extremes are refined
+constexpr int samples = 60; // of an interval: extremes are refined
+using drawn::fastest, drawn::step, drawn::uniform;
 
-std::mt19937 random_numbers(11);
-double uniform(double low, double high) {
-    return low + (high - low) * (random_numbers() / 4294967296.0);
+double push_or_none() {
+    return uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(-0.5, 0.5);
 }
 
-// A damped oscillator, a block that is free, braked or pushed, and a forcing line. All of it in units
-// of `unit`.
-void draw_system(mode& m) {
-    const double zeta = uniform(0.0, 1.5), rate = uniform(0.1, fastest), omega = fastest;
-    const double brake = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(0.0, 0.5);
-    const double push = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(-0.5, 0.5);
-    const double k[] = {rate * rate, 0.0, omega * omega}, c[] = {2.0 * zeta * rate, brake, 0.0};
-    const double a[] = {push, -push, 0.0};
-    vi::set_flow(m.flow, {step, k, c, a, nullptr, nullptr});
-}
-
+// In units of `unit`.
 void set_stops(mode& m, double lower, double upper, double unit) {
     const double row[] = {unit, 0.0, -unit, 0.0, 0.4 * unit, -0.3 * unit};
     vi::set_guard(m.guards[0], {row, 0.1 * unit, lower, upper, 0}, m.flow);
@@ -91,7 +79,7 @@ void check_look(mode& m, double size, double unit, tally& all) {
     const bool above = uniform(0, 1) < 0.5, furthest = uniform(0, 1) < 0.5;
     const auto [least, most] = std::minmax_element(
         turns.begin(), turns.end(), [](const turn& a, const turn& b) { return a.u < b.u; });
-    const turn& some = turns[1 + random_numbers() % (turns.size() - 1)];
+    const turn& some = turns[1 + drawn::numbers() % (turns.size() - 1)];
     const turn& one = !furthest ? some : above ? *most : *least;
     const double near = uniform(-1, 1) * (big + 1.0) * unit * std::pow(10.0, uniform(-8.0, 1.0));
     const double stop = one.u + near, room = 1e2 * size * std::pow(1e10, uniform(0.0, 1.0));
@@ -127,7 +115,7 @@ void check_look(mode& m, double size, double unit, tally& all) {
 int said_out_of_range() {
     int said = 0;
     mode m{};
-    draw_system(m);
+    drawn::draw(m.flow, push_or_none);
     for (const double unit : {1e-30, 1e30}) {
         set_stops(m, -unit, unit, unit);
         const auto seen = look(m, {{0.1, 0.0, 0.1, 0.0, 0.0, fastest}});
@@ -144,10 +132,11 @@ int said_out_of_range() {
 } // namespace
 
 int main() {
+    drawn::numbers.seed(11);
     tally all;
     for (int system = 0; system < 400; ++system) {
         mode m{};
-        draw_system(m);
+        drawn::draw(m.flow, push_or_none);
         const double size = system % 2 ? 1.0 : 1e3, unit = system % 3 ? 1.0 : 1e-9;
         for (int i = 0; i < 25; ++i)
             check_look(m, size, unit, all);

@@ -2,14 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <random>
 
-#include "vibroimpact/assemble.hpp"
+#include "drawn_flow.hpp"
 #include "vibroimpact/event/repetition.hpp"
 
 namespace {
 
-// A damped oscillator, a block that is free, braked or pushed, and a forcing line.
 #ifndef MIXED
 #define MIXED false // repetition_test_mixed.cpp
 #endif
@@ -17,20 +15,11 @@ using flow = vi::modal_flow<double, vi::fixed<6, 1, 1, MIXED>>;
 using mode = vi::mode<double, flow>;
 using state = vi::vec<double, 6>;
 using point = vi::detail::flight_point<double>;
-constexpr double fastest = 1.2, step = 0.5; // at most 7/10 of the fastest rate
 constexpr int samples = 400;
-
-std::mt19937 random_numbers(7);
-double uniform(double low, double high) {
-    return low + (high - low) * (random_numbers() / 4294967296.0);
-}
+using drawn::fastest, drawn::uniform;
 
 void draw_system(mode& m) {
-    const double zeta = uniform(0.0, 1.5), rate = uniform(0.1, fastest), omega = fastest;
-    const double brake = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(0.0, 0.5);
-    const double k[] = {rate * rate, 0.0, omega * omega}, c[] = {2.0 * zeta * rate, brake, 0.0};
-    const double a[] = {uniform(-0.5, 0.5), uniform(-0.5, 0.5), 0.0};
-    vi::set_flow(m.flow, {step, k, c, a, nullptr, nullptr});
+    drawn::draw(m.flow, [] { return uniform(-0.5, 0.5); });
     const auto lag = [] { return MIXED ? uniform(-1.0, 1.0) : 0.0; };
     const double row[] = {1.0, lag(), -1.0, lag(), uniform(-1.0, 1.0), uniform(-1.0, 1.0)};
     vi::set_guard(m.guards[0], {row, 0.1, -1.0, 1.0, 0}, m.flow);
@@ -111,6 +100,7 @@ void check_flight(mode& m, tally& all) {
 } // namespace
 
 int main() {
+    drawn::numbers.seed(7);
     tally all;
     for (int system = 0; system < 200; ++system) {
         mode m{};

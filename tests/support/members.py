@@ -62,6 +62,14 @@ def run(
     return run_members(batch, members, resolve(list(observers)))
 
 
+def alone_like(found: Arrays, i: int, system: Any, state: vi.State, length: float) -> vi.Run:
+    """The motion of member i simulated alone; it ends with the member's bits."""
+    run = vi.simulate(system, state, impacts=100_000, t_max=length)
+    assert run.position[-1].tobytes() == found["final_position"][i].tobytes(), i
+    assert run.velocity_after[-1].tobytes() == found["final_velocity"][i].tobytes(), i
+    return run
+
+
 def chain() -> vi.Mechanism:
     """Three masses, classically damped, with a gap between neighbours."""
     return vi.Mechanism(
