@@ -28,13 +28,13 @@ void set_stops(mode& m, double lower, double upper, double unit) {
     vi::prepare_quick(m);
 }
 
-vi::detail::sight<double> look(const mode& m, const state& y) {
+vi::detail::sight<double> look(const mode& m, const state& y, double touching = 0.0) {
     using L = vi::floats<1>;
     vi::vec<L, 6> z;
     for (int j = 0; j < 6; ++j)
         z[j] = L(y[j]);
     vi::wide_look<L, shape> wide;
-    wide.look(m.wide, z, {{L(0.0)}});
+    wide.look(m.wide, z, {{L(touching)}});
     wide.cross(m.wide);
     return wide.seen_by<0>();
 }
@@ -64,16 +64,46 @@ std::vector<turn> turns_of(const mode& m, const state& y) {
 }
 
 struct tally {
-    int looks = 0, clear = 0, crossings = 0, undecided = 0, wrong = 0, close = 0;
+    int looks = 0, clear = 0, crossings = 0, returns = 0, undecided = 0, wrong = 0, close = 0;
 };
+
+state draw_state(double big) {
+    const double theta = uniform(0.0, 6.3), q = uniform(-1, 1) * big;
+    return {{q + uniform(-2, 2), uniform(-2, 2), q + uniform(-2, 2), uniform(-2, 2),
+             std::sin(theta), fastest * std::cos(theta)}};
+}
+
+// What a look said of a flight that begins between its stops, or leaves one; its place is to be `near`.
+void judge(const mode& m, const state& y, const std::vector<turn>& turns,
+           const vi::detail::sight<double>& seen, bool above, double stop, double near,
+           tally& all) {
+    const double part = m.flow.part(), tiny = 1e-9 * step;
+    const double from = seen.begin * part, to = (seen.begin + seen.length) * part;
+    bool wrong = false, was_out = false;
+    int changes = 0;
+    for (std::size_t i = 1; i < turns.size() && turns[i].time <= to + tiny; ++i) {
+        const bool out = above ? turns[i].u >= stop : turns[i].u <= stop;
+        if (out && !seen.found && turns[i].time <= from + tiny) wrong = true;
+        changes += out != was_out;
+        was_out = out;
+    }
+    if (seen.found) {
+        wrong = wrong || changes != 1 || (seen.stop.side > 0.0) != above;
+        const auto there = m.flow.flight(y, seen.place * part);
+        all.close += std::fabs(vi::watch_distance(m.guards[0], there, m.flow) - stop) < near;
+    }
+    ++all.looks;
+    all.clear += seen.clear;
+    all.crossings += seen.found;
+    all.undecided += !seen.clear && !seen.found;
+    all.wrong += wrong;
+}
 
 // Stops next to an extreme, by so small a part of what adds up to u that single precision is too coarse
 // to tell the side.
 void check_look(mode& m, double size, double unit, tally& all) {
-    const double theta = uniform(0.0, 6.3), big = std::pow(size, uniform(0.0, 1.0));
-    const double q = uniform(-1, 1) * big;
-    const state y{{q + uniform(-2, 2), uniform(-2, 2), q + uniform(-2, 2), uniform(-2, 2),
-                   std::sin(theta), fastest * std::cos(theta)}};
+    const double big = std::pow(size, uniform(0.0, 1.0));
+    const auto y = draw_state(big);
     set_stops(m, -1e3 * unit, 1e3 * unit, unit);
     const auto turns = turns_of(m, y);
     const bool above = uniform(0, 1) < 0.5, furthest = uniform(0, 1) < 0.5;
@@ -86,29 +116,20 @@ void check_look(mode& m, double size, double unit, tally& all) {
     const double far = turns[0].u + (above ? -1.0 : 1.0) * room * unit;
     if (above ? turns[0].u >= stop : turns[0].u <= stop) return;
     set_stops(m, above ? far : stop, above ? stop : far, unit);
-    const auto beyond = [&](double u) { return above ? u >= stop : u <= stop; };
+    judge(m, y, turns, look(m, y), above, stop, 0.05 * (big + 1.0) * unit, all);
+}
 
-    const auto seen = look(m, y);
-    const double part = m.flow.part(), tiny = 1e-9 * step;
-    const double from = seen.begin * part, to = (seen.begin + seen.length) * part;
-    bool wrong = false;
-    int changes = 0;
-    for (std::size_t i = 1; i < turns.size(); ++i) {
-        const bool out = beyond(turns[i].u), before = turns[i].time <= from + tiny;
-        if ((seen.clear || before) && out) wrong = true;
-        if (!before && turns[i].time <= to + tiny) changes += out != beyond(turns[i - 1].u);
-    }
-    if (seen.found) {
-        wrong = wrong || changes != 1 || (seen.stop.side > 0.0) != above;
-        const auto there = m.flow.flight(y, seen.place * part);
-        const double miss = vi::watch_distance(m.guards[0], there, m.flow) - stop;
-        all.close += std::fabs(miss) < 0.05 * (big + 1.0) * unit;
-    }
-    ++all.looks;
-    all.clear += seen.clear;
-    all.crossings += seen.found;
-    all.undecided += !seen.clear && !seen.found;
-    all.wrong += wrong;
+// Of a flight that leaves a stop, often to come back onto it soon.
+void check_departure(mode& m, tally& all) {
+    const auto y = draw_state(1.0);
+    set_stops(m, -1e3, 1e3, 1.0);
+    const auto turns = turns_of(m, y);
+    const double stop = turns[0].u;
+    const bool above = vi::watch_speed(m.guards[0], y, m.flow) < 0.0;
+    set_stops(m, above ? stop - 1e2 : stop, above ? stop : stop + 1e2, 1.0);
+    const auto seen = look(m, y, above ? 1.0 : -1.0);
+    judge(m, y, turns, seen, above, stop, 0.1, all);
+    all.returns += seen.found && seen.begin == vi::detail::soonest_landing;
 }
 
 // Numbers that might leave the range of single precision: nothing is said, and nothing wrong.
@@ -140,12 +161,16 @@ int main() {
         const double size = system % 2 ? 1.0 : 1e3, unit = system % 3 ? 1.0 : 1e-9;
         for (int i = 0; i < 25; ++i)
             check_look(m, size, unit, all);
+        for (int i = 0; i < 25; ++i)
+            check_departure(m, all);
     }
     const int said = said_out_of_range();
-    std::printf(
-        "%d looks: %d clear, %d cross, %d undecided; %d wrong, %d places close; %d said out "
-        "of range\n",
-        all.looks, all.clear, all.crossings, all.undecided, all.wrong, all.close, said);
-    const bool decides = all.clear > all.looks / 10 && all.crossings > all.looks / 10;
+    std::printf("%d looks: %d clear, %d cross, %d of them back, %d undecided; %d wrong, %d places "
+                "close; %d said out "
+                "of range\n",
+                all.looks, all.clear, all.crossings, all.returns, all.undecided, all.wrong,
+                all.close, said);
+    const bool decides = all.clear > all.looks / 10 && all.crossings > all.looks / 10 &&
+                         all.returns > all.looks / 50;
     return all.wrong == 0 && decides && all.close > 0.95 * all.crossings && said == 0 ? 0 : 1;
 }

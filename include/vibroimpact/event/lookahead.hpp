@@ -3,15 +3,18 @@
 // Method      u at each time of a grid of the flow is one row times the state, so all of them are
 //             known after one product. With D_k = u_{k+1} - 2 u_k + u_{k-1}, over the interval from
 //             time k to k + 1, of length h,
-//               u'' h^2 lies between min(D_k, D_{k+1}) - e and max(D_k, D_{k+1}) + e,
-//               e = 5/24 M h^4,  M >= |u''''| over the flight                             (1)
+//               u'' h^2 is the straight line from D_k to D_{k+1} within e = 5/24 M h^4,
+//               M >= |u''''| over the flight                                             (1)
 //             (theory T16a); u_{-1} is chosen such that D_0 is u'' h^2 at the start. Such a curve
 //             stays between its limits if its ends do and, by e/4, its two corners:
 //               u_k + (u_{k+1} - u_{k-1})/4  and  u_{k+1} - (u_{k+2} - u_k)/4             (2)
-//             (theory T15). On a stop u0 is that limit exactly.
-//               It crosses once if u0 is between the limits, u1 past one, and u' or u'' keeps its
-//             sign: 2 |u1 - u0| > max(-lo, hi), or lo > 0, or hi < 0, where lo, hi are the bounds
-//             (1); it keeps away from the other limit meanwhile if its corners (2) do.         (3)
+//             (theory T15). On a stop u0 is that limit exactly. The first interval for which this does
+//             not hold is looked at once more, by the inner Bezier points of the cubic with D_k and
+//             D_{k+1}: they lie closer to the curve, and have to keep away by e/6 only (theory T16h).
+//               u crosses once if u0 is between the limits, u1 past one, and u' or u'' keeps its
+//             sign; u' does if the Bezier points of its parabola do, by e/2 (theory T16i). It comes
+//             back once onto the stop that it leaves if u1 is past that and u'' keeps its sign. It
+//             keeps away from the other limit meanwhile if its inner points do.             (3)
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
 //             energy decays, so |w''''| <= sqrt(a^2 + b^2), a = w''''(0), b = sqrt(k) w'''(0):
 //             at most max(|a|, |b|) + (sqrt 2 - 1) min(|a|, |b|).                         (4)
@@ -79,9 +82,9 @@ struct stop_hit {
     }
 };
 
-// What is seen along a grid, in parts of a step: all is clear up to `begin`, or to the end of the grid;
-// in the interval after it, of some `length`, a contact crosses its limit on some side once, next to
-// `place`, where that is found.
+// What is seen along a grid, in parts of a step: all is clear up to `begin`. Either nothing is known
+// of what follows, as the grid or the proof ends there (`clear`), or in the interval after it, of some
+// `length`, a contact crosses its limit on some side once, next to `place`: `found`. Or neither.
 template <class R>
 struct sight {
     R begin, length, place;
@@ -170,56 +173,115 @@ struct open_interval {
     distances<R> apart;
 };
 
-// Where in (0, 1) the cubic through four times of the grid, as Everett writes it, is so far above its
-// value at 0: x = ahead / rise + x (1 - x) bend(x), bend(x) = b0 + b1 x, to third order in bend.
+// Its cubic, with h = 1: how far it rises, u'' at the ends, and 6 u' there and between, as Bezier points.
 template <class R>
-VI_HOT R crossing_point(const R& ahead, const R& rise, const R& bend0, const R& bend1) {
-    const R scale = 1.0 / rise, sixth = (1.0 / 6) * scale;
-    const R b0 = fma(2.0, bend0, bend1) * sixth, b1 = (bend1 - bend0) * sixth;
+struct cubic {
+    R rise, bend0, bend1, start, end;
+    VI_HOT explicit cubic(const interval<R>& u)
+        : rise(u.last - u.first), bend0(rise - (u.first - u.before)),
+          bend1((u.after - u.last) - rise) {
+        const R sum = bend0 + bend1;
+        start = fma(6.0, rise, -(sum + bend0));
+        end = fma(6.0, rise, sum + bend1);
+    }
+    // The least |u''|, the least 6 |u'|; negative where that changes its sign.
+    VI_HOT R bends() const { return max(min(bend0, bend1), -max(bend0, bend1)); }
+    VI_HOT R steepness() const {
+        const R middle = fma(6.0, rise, bend0 - bend1);
+        return max(min(min(start, end), middle), -max(max(start, end), middle));
+    }
+};
+
+// Its inner points.
+template <class R>
+struct inner_points {
+    R low, high;
+    VI_HOT inner_points(const interval<R>& u, const cubic<R>& c) {
+        const R near = fma(1.0 / 18, c.start, u.first), far = fnma(1.0 / 18, c.end, u.last);
+        low = min(near, far);
+        high = max(near, far);
+    }
+};
+
+// Where in (0, 1) a cubic, as Everett writes it, is so far above its value at 0:
+// x = ahead / rise + x (1 - x) bend(x), bend(x) = b0 + b1 x, to third order in bend.
+template <class R>
+VI_HOT R crossing_point(const R& ahead, const cubic<R>& u) {
+    const R scale = 1.0 / u.rise, sixth = (1.0 / 6) * scale;
+    const R b0 = fma(2.0, u.bend0, u.bend1) * sixth, b1 = (u.bend1 - u.bend0) * sixth;
     const R x = ahead * scale, width = fnma(x, x, x), bend = fma(b1, x, b0);
     const R slope = fma(width, b1, bend * fnma(2.0, x, 1.0));
     return fma(width * bend, fma(slope, slope, 1.0 + slope), x);
 }
 
-// (3) for one contact: whether it crosses.
-template <class R, class G>
-VI_HOT mask_t<R> note_crossing(const G& g, int i, const open_interval<R>& at, sight<R>& s) {
-    const auto& u = at.u;
-    const R &slack = at.apart.slack, &margin = at.apart.margin;
-    const R rise = u.last - u.first, four = 4.0 * slack;
-    const R bend0 = rise - (u.first - u.before), bend1 = (u.after - u.last) - rise;
-    const R least = min(bend0, bend1), most = max(bend0, bend1);
-    const auto corners = u.corners();
-    const R steep = fma(2.0, abs(rise), -max(most, -least)), bent = max(least, -most);
-    const mask_t<R> once = (max(steep, bent) > four) & (u.first < g.upper) & (u.first > g.lower);
-    const mask_t<R> up = once & (u.last > g.upper + margin) & (corners.low > g.lower + slack);
-    const mask_t<R> down = once & (u.last < g.lower - margin) & (corners.high < g.upper - slack);
-    const mask_t<R> mine = up | down;
-    const R limit = select(down, R(g.lower), R(g.upper));
-    const R x = crossing_point(limit - u.first, rise, bend0, bend1);
-    const auto note = [&](R& to, const R& found)
-                          VI_WITHIN { to = i == 0 ? found : select(mine, found, to); };
-    note(s.stop.side, select(down, R(-1.0), R(1.0)));
-    note(s.place, fma(s.length, x, s.begin));
-    if (i > 0) s.stop.contact = select(mine, R(static_cast<double>(i)), s.stop.contact);
-    return mine;
+// Where it is back at its value at 0: two Newton steps on 6 (its change) / x = c + b x + a x^2.
+template <class R>
+VI_RARE R point_of_return(const cubic<R>& u) {
+    const R c = u.start, b = 3.0 * u.bend0, a = u.bend1 - u.bend0;
+    R x = -c / b;
+    for (int i = 0; i < 2; ++i)
+        x = fma(a, x * x, -c) / fma(2.0 * a, x, b);
+    return x;
 }
 
-// Whether exactly one contact crosses in the interval that is not clear, the others being clear.
-template <class R, class Guards, class Flow, int K>
-VI_HOT mask_t<R> crosses_alone(const Guards& guards, const Flow& flow,
-                               const vec<open_interval<R>, K>& all, sight<R>& s) {
-    const auto clear = [&](int i) { return all[i].apart.kept(guards[i], all[i].u); };
-    mask_t<R> once = note_crossing(guards[0], 0, all[0], s);
-    if (flow.contacts() == 1) return once;
-    s.stop.contact = R(0.0);
-    mask_t<R> single = once | clear(0);
-    for (int i = 1; i < flow.contacts(); ++i) {
-        const mask_t<R> mine = note_crossing(guards[i], i, all[i], s);
-        single = single & (clear(i) | (mine & !once));
-        once = once | mine;
+// In parts of a step. A return that is guessed sooner is not landed on, nor one that turns out to be
+// sooner: the start is a root, too.
+inline constexpr double soonest_return = 2.0, soonest_landing = 1.0;
+
+// What a contact does in the interval that is not clear by its corners: it crosses by (3), perhaps back
+// onto the stop that it leaves, or is clear by the inner points.
+template <class R>
+struct meeting {
+    mask_t<R> crosses, back, clear;
+};
+template <class R, class G>
+VI_HOT meeting<R> meet(const G& g, int i, const open_interval<R>& at, sight<R>& s) {
+    const auto& u = at.u;
+    const R e = 4.0 * at.apart.slack, apart = (1.0 / 6) * e;
+    const R& margin = at.apart.margin;
+    const cubic<R> c(u);
+    const inner_points<R> inner(u, c);
+    const mask_t<R> above = inner.low > g.lower + apart, below = inner.high < g.upper - apart;
+    const mask_t<R> down = below & (u.last < g.lower - margin);
+    const mask_t<R> past = down | (above & (u.last > g.upper + margin));
+    const R ahead = select(down, R(g.lower), R(g.upper)) - u.first;
+    const mask_t<R> leaves = past & (ahead == 0.0), bent = c.bends() > e;
+    meeting<R> out;
+    out.crosses = past & !leaves & (bent | (c.steepness() > 3.0 * e));
+    out.back = leaves & bent;
+    out.clear = above & below & at.apart.between(g, u.last);
+    R x = crossing_point(ahead, c);
+    if (any(out.back)) {
+        const R later = point_of_return(c);
+        x = select(out.back, later, x);
+        out.back = out.back & (s.length * later >= soonest_return);
+        out.crosses = out.crosses | out.back;
     }
-    return once & single;
+    const auto note = [&](R& to, const R& found)
+                          VI_WITHIN { to = i == 0 ? found : select(out.crosses, found, to); };
+    note(s.stop.side, select(down, R(-1.0), R(1.0)));
+    note(s.place, fma(s.length, x, s.begin));
+    if (i > 0) s.stop.contact = select(out.crosses, R(static_cast<double>(i)), s.stop.contact);
+    return out;
+}
+
+// Of all contacts: whether exactly one crosses, the others being clear, or all are clear.
+template <class R, class Guards, class Flow, int K>
+VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
+                             const vec<open_interval<R>, K>& all, sight<R>& s) {
+    auto out = meet(guards[0], 0, all[0], s);
+    if (flow.contacts() == 1) return out;
+    s.stop.contact = R(0.0);
+    mask_t<R> single = out.crosses | out.clear;
+    for (int i = 1; i < flow.contacts(); ++i) {
+        const auto mine = meet(guards[i], i, all[i], s);
+        single = single & (mine.clear | (mine.crosses & !out.crosses));
+        out.crosses = out.crosses | mine.crosses;
+        out.back = out.back | mine.back;
+        out.clear = out.clear & mine.clear;
+    }
+    out.crosses = out.crosses & single;
+    return out;
 }
 
 // A look along a grid, in two stages: how far all is clear, and what happens in the interval after that.
@@ -254,7 +316,16 @@ public:
     }
     template <class Guards, class Flow>
     VI_HOT void cross(const Guards& guards, const Flow& flow) {
-        seen.found = crosses_alone(guards, flow, open_, seen) & !seen.clear & inside_;
+        const auto open = meet_alone(guards, flow, open_, seen);
+        const mask_t<R> undecided = inside_ & !seen.clear;
+        seen.found = open.crosses & undecided;
+        const mask_t<R> kept = open.clear & undecided;
+        seen.begin = plus_where(kept, seen.begin, seen.length);
+        seen.clear = seen.clear | kept;
+        const mask_t<R> back = open.back & seen.found;
+        if (!any(back)) return;
+        seen.begin = plus_where(back, seen.begin, R(soonest_landing));
+        seen.length = plus_where(back, seen.length, R(-soonest_landing));
     }
 
 private:

@@ -1,11 +1,13 @@
 // What the look along the wide grid reads: in single precision, as it decides with a margin.
 //
-// Method      event/lookahead.hpp, with rows, bounds and limits rounded. The error of a sum of n products
-//             of rounded factors is below (n + 3) 2^-24 T, T being at least the sum of its terms, that of
-//             (2) there and e/4 together, for n <= 32, below half of a margin of 2^-16 T. The other half is
-//             that of a limit up to 64 T; larger ones are not reached.
+// Method      event/lookahead.hpp, with rows, bounds and limits rounded. Let T be at least the sum of the
+//             terms of u, of what corners and inner points are made of, and of e/4. In units of 2^-24 T
+//             a sum of n products of rounded factors errs by less than n + 3, a corner by 9/4 (n + 3) + 8,
+//             an inner point by 4/3 (n + 3) + 8, e/4 by n + 5: all together by less than half of a
+//             margin of 13/2 n + 46. The other half is that of a limit up to 10 T; larger ones are not
+//             reached.
 //             L is the single precision of one system, or of those in the lanes of two packs.
-// Accuracy    a crossing is proved with a margin of 2^-16 T; its place is a guess, landed on in double
+// Accuracy    a crossing is proved with that margin; its place is a guess, landed on in double
 // Fails       leaves to the narrow grid what is closer; everything, where numbers are so large or small
 //             that products might leave the range of single precision
 // Reference   theory.md, "First contact"
@@ -15,7 +17,9 @@
 
 namespace vi {
 
-inline constexpr double wide_margin = 0x1p-16;
+VI_HD constexpr double wide_margin(int n) {
+    return 0x1p-24 * (6.5 * n + 46.0);
+}
 // Weights that are not zero lie between 2^-60 and 2^60. What is smaller than 2^-126 is rounded by up to
 // 2^-150; so much, weighed, of all terms is far below the margin of the floor.
 inline constexpr double wide_range = 0x1p60, wide_floor = 0x1p-64;
@@ -38,7 +42,7 @@ struct wide_guard {
 template <class L, class Shape>
 struct wide_view : sizes<Shape> {
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
-    static_assert(D <= 32); // n of the margin
+    static_assert(D <= 32);
 
     bool pushed = false;    // as modal_flow says
     bool bends[D / 2] = {}; // likewise
@@ -109,7 +113,7 @@ VI_HD inline double constant_terms(const rows_ahead<double, D>& ahead, const G& 
 template <int D, class G, class Flow>
 VI_HD inline void prepare_wide(wide_guard<floats<1>, D>& to, const G& g, const Flow& flow) {
     const int n = flow.dimension();
-    const double error = flow.grid_error[wide_grid];
+    const double error = flow.grid_error[wide_grid], margin = wide_margin(n);
     rows_ahead<double, D> ahead;
     look_ahead(ahead, g, flow, wide_grid);
     round_rows(to, ahead, g, n);
@@ -119,11 +123,11 @@ VI_HD inline void prepare_wide(wide_guard<floats<1>, D>& to, const G& g, const F
     for (int j = 0; j < n; ++j) {
         const double weight = wide_weight(ahead, g, j, error);
         fits = fits && (weight == 0.0 || (weight >= 1.0 / wide_range && weight <= wide_range));
-        to.weights[j] = wide_margin * weight;
+        to.weights[j] = margin * weight;
         if (j >= 2 * flow.oscillators()) // (sin, omega cos)
             terms = terms + weight * (j % 2 == 0 ? 1.0 : sqrt(flow.k[j / 2]));
     }
-    to.least_terms = fits ? wide_margin * terms : infinity();
+    to.least_terms = fits ? margin * terms : infinity();
 }
 
 } // namespace detail

@@ -158,6 +158,21 @@ struct float_mask {
 };
 
 template <int N>
+bool any(const float_mask<N>& mask) {
+#if defined(__AVX__)
+    if constexpr (N == 8) return _mm256_movemask_ps(__m256(mask.v)) != 0;
+#endif
+    if constexpr (float_mask<N>::has_bit_per_lane) {
+        return mask.v != 0;
+    } else {
+        int joined = 0;
+        for (int i = 0; i < N; ++i)
+            joined |= mask.v[i];
+        return joined != 0;
+    }
+}
+
+template <int N>
 struct floats {
     using enum comparison;
     static_assert(N == 4 || N == 8 || N == 16);
