@@ -19,3 +19,10 @@ def test_every_lane_has_the_bits_of_a_single_number(tmp_path: Path, build: str) 
 @pytest.mark.parametrize("build", ["gcc", "clang"])
 def test_a_look_in_single_precision_says_nothing_wrong(tmp_path: Path, build: str) -> None:
     output(tmp_path, "look_test", build)
+
+
+@pytest.mark.parametrize("build", ["gcc", "clang"])
+def test_what_is_said_of_an_interval_holds_for_all_curves_that_may_be_there(
+    tmp_path: Path, build: str
+) -> None:
+    output(tmp_path, "meet_test", build)

@@ -165,9 +165,8 @@ int main() {
             check_departure(m, all);
     }
     const int said = said_out_of_range();
-    std::printf("%d looks: %d clear, %d cross, %d of them back, %d undecided; %d wrong, %d places "
-                "close; %d said out "
-                "of range\n",
+    std::printf("%d looks: %d clear, %d cross, %d of them back, %d undecided; %d wrong, "
+                "%d places close; %d said out of range\n",
                 all.looks, all.clear, all.crossings, all.returns, all.undecided, all.wrong,
                 all.close, said);
     const bool decides = all.clear > all.looks / 10 && all.crossings > all.looks / 10 &&

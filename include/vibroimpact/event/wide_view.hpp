@@ -42,7 +42,7 @@ struct wide_guard {
 template <class L, class Shape>
 struct wide_view : sizes<Shape> {
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
-    static_assert(D <= 32);
+    static_assert(D <= 32); // the margin leaves out products of rounding errors
 
     bool pushed = false;    // as modal_flow says
     bool bends[D / 2] = {}; // likewise
