@@ -142,12 +142,14 @@ struct outlook {
     mask_t<R> inside;
 };
 template <class R, class G, class Flow, int D>
-VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
-                           const distances<R>& apart) {
+VI_HOT void look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
+                     const R& slack, const R& margin, outlook<R>& out) {
     const R free = watch_distance(g, y, flow);
     const mask_t<R> open = side == 0.0;
-    const R u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
-    return {u, apart, mask_t<R>(!open | apart.between(g, free))};
+    out.apart.slack = slack;
+    out.apart.margin = margin;
+    out.u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
+    out.inside = mask_t<R>(!open | out.apart.between(g, free));
 }
 
 // A contact along a grid.
@@ -294,7 +296,7 @@ public:
     VI_HOT void look(const Guards& guards, const Flow& flow, const R& spacing,
                      const vec<outlook<R>, K>& from, const vec<R, D>& y) {
         along_grid<R> all[K];
-        inside_ = R(0.0) == R(0.0);
+        inside_ = mask_t<R>(true);
         flow.each_contact([&](auto i) VI_WITHIN {
             all[i].begin(guards[i], flow, from[i].u, y);
             open_[i] = {all[i].after_time(0), from[i].apart};
@@ -349,7 +351,7 @@ struct wide_look {
             const auto& g = view.guards[i];
             const L margin = detail::terms_of(g, view, y);
             const L slack = detail::fourth_of(g, view, y) + margin;
-            from[i] = detail::look_out(g, view, y, touching[i], {slack, margin});
+            detail::look_out(g, view, y, touching[i], slack, margin, from[i]);
         });
         along.look(view.guards, view, L(view.spacing), from, y);
     }

@@ -51,8 +51,8 @@ VI_HOT R nearby_root(const expansion<R>& u) {
     return fnma(miss, fma(q, q, 1.0 - q), s);
 }
 
-// A state of the table next to the root, so many parts of a step on, and the root beyond it. Where
-// no crossing was found, the state is where the flight goes on to, and s is zero.
+// A state of the table next to the root, so many parts of a step on, and the root beyond it, to which
+// the state then goes. Where no crossing was found, it is where the flight goes on to, and s is zero.
 template <class T, class R, int D>
 struct neighbour {
     R part;
@@ -91,17 +91,16 @@ VI_RARE void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
     }
 }
 
-// Where the inverse series leads to, and what is left there.
-template <class T, class R, int D>
+// What is left when the state has gone by s.
+template <class R>
 struct prediction {
-    vec<T, D> y;
     R left, scale; // scale: 1 / u'
 };
 template <class T, class Mode, class R, int D>
-VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, R, D>& near,
-                         prediction<T, R, D>& to) {
-    to.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
-    const auto& z = values_of(to.y, m.flow.dimension());
+VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, neighbour<T, R, D>& near,
+                         prediction<R>& to) {
+    near.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
+    const auto& z = values_of(near.y, m.flow.dimension());
     to.left = left_to(m, z, hit.stop);
     to.scale = 1.0 / speed_at(m, z, hit.stop);
 }
@@ -110,7 +109,7 @@ VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, const neighbour<T, 
 // that go on move.
 template <class T, class Mode, int D>
 VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
-                 const prediction<T, real_t<T>, D>& at, const sight<real_t<T>>& hit,
+                 const prediction<real_t<T>>& at, const sight<real_t<T>>& hit,
                  const vec<T, D>& start, const T& flown, quick_landing<T>& out, vec<T, D>& y) {
     using R = real_t<T>;
     const auto& flow = m.flow;
@@ -120,7 +119,7 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
     const R s = near.s + shift, begin = (hit.begin - near.part) * part;
     out.landed =
         hit.found & near.close & on.exact & (s >= begin) & (s <= fma(hit.length, part, begin));
-    y = flow.nudge(at.y, shift);
+    y = flow.nudge(near.y, shift);
     out.rate = -hit.stop.side * speed_at(m, y, hit.stop);
     const mask_t<R> gone = out.landed | out.moved;
     if (!all(gone)) select_state(!gone, y, start, flow);
@@ -147,7 +146,7 @@ VI_RARE void look_closely(const Mode& m, const vec<R, D>& y, const vec<R, K>& to
         const auto& g = m.guards[i];
         const R margin = proof_margin * terms_of(g, m.flow, y);
         const R slack = fma(fourth_of(g, m.flow, y), m.flow.grid_error[narrow_grid], margin);
-        from[i] = look_out(g, m.flow, y, touching[i], {slack, margin});
+        look_out(g, m.flow, y, touching[i], slack, margin, from[i]);
     }
     look.look(m.guards, m.flow, m.flow.spacing[narrow_grid], from, y);
     look.cross(m.guards, m.flow);
@@ -334,7 +333,7 @@ private:
     bool looks_, repeats_; // whether any lane does
     detail::sight<R> seen_;
     detail::neighbour<T, R, D> near_;
-    detail::prediction<T, R, D> predicted_;
+    detail::prediction<R> predicted_;
     repeated again_;
 };
 

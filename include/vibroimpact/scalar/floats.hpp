@@ -144,6 +144,7 @@ struct float_mask {
     values v;
 
     float_mask() = default;
+    explicit float_mask(bool b) : v(static_cast<values>(values{} - static_cast<int>(b))) {}
     explicit float_mask(const values& lanes) : v(lanes) {}
 
     friend float_mask operator&(const float_mask& a, const float_mask& b) {
@@ -280,6 +281,9 @@ floats<N> only(const float_mask<N>& m, const floats<N>& x) {
 }
 template <int N>
 floats<N> plus_where(const float_mask<N>& m, const floats<N>& x, const floats<N>& y) {
+#if defined(__AVX512F__)
+    if constexpr (N == 16) return floats<N>(_mm512_mask_add_ps(x.v, m.v, x.v, y.v));
+#endif
     return x + only(m, y);
 }
 template <int N>
@@ -318,6 +322,9 @@ floats<2 * N> joined(const pack<N>& a, const pack<N>& b) {
     using vector = typename float_vector<N>::type;
     const vector x = __builtin_convertvector(a.v, vector);
     const vector y = __builtin_convertvector(b.v, vector);
+#if defined(__AVX512F__)
+    if constexpr (N == 8) return floats<16>(_mm512_insertf32x8(_mm512_castps256_ps512(x), y, 1));
+#endif
     if constexpr (N == 2)
         return floats<4>(__builtin_shufflevector(x, y, 0, 1, 2, 3));
     else if constexpr (N == 4)
@@ -344,6 +351,9 @@ auto half_of(const Vector& x) {
 template <int Which, int N>
 pack<N / 2> half(const floats<N>& x) {
     using vector = typename pack<N / 2>::vector;
+#if defined(__AVX512F__)
+    if constexpr (N == 16) return pack<8>(_mm512_cvtps_pd(_mm512_extractf32x8_ps(x.v, Which)));
+#endif
     return pack<N / 2>(vector(__builtin_convertvector(half_of<Which>(x.v), vector)));
 }
 template <int Which, int N>
