@@ -97,6 +97,13 @@ VI_HD T abs(const T& x) {
     return from_bits<T>(bits(x) & ~detail::sign_bit);
 }
 
+#if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
+// The same: GCC would take the bits to another register and back.
+constexpr double abs(double x) {
+    return __builtin_fabs(x);
+}
+#endif
+
 template <Scalar T>
     requires(!Real<T>)
 VI_HD T abs(const T& x) {

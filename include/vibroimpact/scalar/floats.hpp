@@ -71,7 +71,11 @@ struct floats<1> {
     VI_HD friend floats fnma(floats a, floats b, floats c) { return fma(-a, b, c); }
     VI_HD friend floats select(bool mask, floats a, floats b) { return mask ? a : b; }
     VI_HD friend floats abs(floats x) {
+#if defined(__CUDACC__) || defined(__CUDACC_RTC__)
         return of(__builtin_bit_cast(float, __builtin_bit_cast(unsigned, x.v) & 0x7fffffffu));
+#else
+        return of(__builtin_fabsf(x.v));
+#endif
     }
     VI_HD friend floats min(floats a, floats b) { return b < a ? b : a; }
     VI_HD friend floats max(floats a, floats b) { return b > a ? b : a; }
