@@ -21,6 +21,13 @@ def test_a_look_in_single_precision_says_nothing_wrong(tmp_path: Path, build: st
     output(tmp_path, "look_test", build)
 
 
+@pytest.mark.parametrize("build", ["gcc", "clang", "gcc, avx2"])
+def test_flights_that_return_soon_have_the_same_bits_in_lanes_and_alone(
+    tmp_path: Path, build: str
+) -> None:
+    output(tmp_path, "return_test", build)
+
+
 @pytest.mark.parametrize("build", ["gcc", "clang"])
 def test_what_is_said_of_an_interval_holds_for_all_curves_that_may_be_there(
     tmp_path: Path, build: str

@@ -188,8 +188,8 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
 }
 
 // The next event if it is the end of a hop, or of the chatter that it belongs to: no round could have
-// brought that flight on, as the contact that hops is back on its stop before the first time that is
-// looked at. Otherwise paused, and nothing is changed.
+// brought that flight on, as none lands so soon on the stop that it leaves (event/lookahead.hpp).
+// Otherwise paused, and nothing is changed.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 hop_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {

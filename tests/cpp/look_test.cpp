@@ -129,7 +129,7 @@ void check_departure(mode& m, tally& all) {
     set_stops(m, above ? stop - 1e2 : stop, above ? stop : stop + 1e2, 1.0);
     const auto seen = look(m, y, above ? 1.0 : -1.0);
     judge(m, y, turns, seen, above, stop, 0.1, all);
-    all.returns += seen.found && seen.begin == vi::detail::soonest_landing;
+    all.returns += seen.found && seen.begin == vi::detail::soonest_return;
 }
 
 // Numbers that might leave the range of single precision: nothing is said, and nothing wrong.

@@ -89,7 +89,7 @@ void check(const drawn_interval& at, const stops& g, tally& all) {
 // Ends and differences of all kinds; half of them begin on a stop.
 drawn_interval draw(const stops& g) {
     drawn_interval at{};
-    const double kind = uniform(0.0, 1.0), size = std::pow(10.0, uniform(-1.0, 0.7));
+    const double kind = uniform(0.0, 1.0), size = std::pow(10.0, uniform(-1.0, 1.5));
     at.u.first = kind < 0.25 ? g.lower : kind < 0.5 ? g.upper : uniform(g.lower, g.upper);
     at.u.last = at.u.first + uniform(-size, size);
     at.u.before = 2.0 * at.u.first - at.u.last + uniform(-size, size);

@@ -226,9 +226,9 @@ VI_RARE R point_of_return(const cubic<R>& u) {
     return x;
 }
 
-// In parts of a step. A return that is guessed sooner is not landed on, nor one that turns out to be
-// sooner: the start is a root, too.
-inline constexpr double soonest_return = 2.0, soonest_landing = 1.0;
+// In parts of a step: no hop takes longer. A return that is guessed sooner is not landed on, nor one that
+// turns out to be sooner: those are left to hops, and the start is a root, too.
+inline constexpr double soonest_return = longest_hop * parts_of_step;
 
 // What a contact does in the interval that is not clear by its corners: it crosses by (3), perhaps back
 // onto the stop that it leaves, or is clear by the inner points.
@@ -326,8 +326,8 @@ public:
         seen.clear = seen.clear | kept;
         const mask_t<R> back = open.back & seen.found;
         if (!any(back)) return;
-        seen.begin = plus_where(back, seen.begin, R(soonest_landing));
-        seen.length = plus_where(back, seen.length, R(-soonest_landing));
+        seen.begin = plus_where(back, seen.begin, R(soonest_return));
+        seen.length = plus_where(back, seen.length, R(-soonest_return));
     }
 
 private:

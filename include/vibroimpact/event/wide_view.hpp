@@ -4,7 +4,7 @@
 //             terms of u, of what corners and inner points are made of, and of e/4. In units of 2^-24 T
 //             a sum of n products of rounded factors errs by less than n + 3, a corner by 9/4 (n + 3) + 8,
 //             an inner point by 4/3 (n + 3) + 8, e/4 by n + 5: all together by less than half of a
-//             margin of 13/2 n + 46. The other half is that of a limit up to 10 T; larger ones are not
+//             margin of 13/2 n + 46. The other half is that of a limit up to 9 T; larger ones are not
 //             reached.
 //             L is the single precision of one system, or of those in the lanes of two packs.
 // Accuracy    a crossing is proved with that margin; its place is a guess, landed on in double
