@@ -230,13 +230,13 @@ VI_HOT void quick_impact(const Mode& m, const Law* laws, const Rates& rates,
                                    : end.landed & (end.stop.contact == static_cast<double>(i));
         const auto r =
             select(end.stop.side > 0.0, laws[i].restitution_upper, laws[i].restitution_lower);
-        const T rate = select(mine, end.rate, T(0.0));
-        const T along = end.stop.side * (((1.0 + r) * rate) * laws[i].effective_mass);
+        const T speed = select(mine, end.speed, T(0.0));
+        const T back = ((1.0 + r) * speed) * laws[i].effective_mass;
         flow.each_oscillator([&](auto j) VI_WITHIN {
-            y[2 * j + 1] = fma(laws[i].impulse[2 * j + 1], along, y[2 * j + 1]);
-            if (flow.mixed()) y[2 * j] = fma(laws[i].impulse[2 * j], along, y[2 * j]);
+            y[2 * j + 1] = fnma(laws[i].impulse[2 * j + 1], back, y[2 * j + 1]);
+            if (flow.mixed()) y[2 * j] = fnma(laws[i].impulse[2 * j], back, y[2 * j]);
         });
-        const T leaving = -r * rate;
+        const T leaving = end.stop.side * (r * speed);
         at.touching[i] =
             select(end.landed, select(mine, end.stop.side, real_t<T>(0.0)), at.touching[i]);
         at.rate[i] = select(end.landed, leaving, at.rate[i]);
@@ -268,7 +268,7 @@ VI_HOT event<T, Shape> quick_event(const hybrid<Flow>& system, trajectory<T, Sha
     e.side = static_cast<int>(plain(end.stop.side));
     e.code = 0;
     e.duration = end.duration;
-    e.rate_before = end.rate;
+    e.rate_before = -end.stop.side * end.speed;
     const auto y = at.y;
     quick_impact(system.modes[0], system.laws, system.inverse_omega_squared, end, y, at, before);
     e.rate_after = at.rate[e.contact];

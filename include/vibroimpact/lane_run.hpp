@@ -195,7 +195,7 @@ private:
         e.side = static_cast<int>(lane(end_.stop.side, i));
         e.code = 0;
         e.duration = lane(value(end_.duration), i);
-        e.rate_before = lane(value(end_.rate), i);
+        e.rate_before = -lane(end_.stop.side, i) * lane(value(end_.speed), i);
         e.rate_after = at.rate[e.contact];
         const auto& system = *slots_[i].system;
         vec<double, Shape::max_dimension> before;
@@ -393,7 +393,7 @@ private:
 
     Host& host_;
     long work_ = 0; // rounds, and hops of lanes, since the host was asked
-    pack_type packs_[packs_in_turn<T>];
+    spaced<pack_type> packs_[packs_in_turn<T>];
     lane_look<T, Shape> looks_[packs_in_turn<T> / 2];
 };
 

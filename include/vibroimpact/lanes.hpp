@@ -17,11 +17,18 @@ namespace vi {
 
 inline constexpr int lane_orders = 1; // derivatives of u that the quick flight reads as rows
 
+// Of an array whose elements are worked on in turn: an odd number of cache lines apart. Else the same work
+// on several of them is done in the same few places of the nearest cache.
+template <class T>
+struct spaced : T {
+    char apart[64 * (sizeof(T) / 64 % 2 == 0 ? 1 : 2)];
+};
+
 // The table entry of every lane at its place.
 template <int N, class Entry>
 VI_HOT table_rows<N, Entry> rows_at(const Entry* const (&entry)[N], const pack<N>& place) {
     table_rows<N, Entry> rows;
-    places_of(entry, place * static_cast<double>(sizeof(Entry)), rows.of);
+    places_of(entry, place, rows.of);
     return rows;
 }
 

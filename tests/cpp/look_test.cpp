@@ -73,24 +73,30 @@ state draw_state(double big) {
              std::sin(theta), fastest * std::cos(theta)}};
 }
 
-// What a look said of a flight that begins between its stops, or leaves one; its place is to be `near`.
+// What a look said of a flight that begins between its stops, or leaves one; the place is to be one
+// next to the crossing.
 void judge(const mode& m, const state& y, const std::vector<turn>& turns,
-           const vi::detail::sight<double>& seen, bool above, double stop, double near,
-           tally& all) {
+           const vi::detail::sight<double>& seen, bool above, double stop, tally& all) {
     const double part = m.flow.part(), tiny = 1e-9 * step;
     const double from = seen.begin * part, to = (seen.begin + seen.length) * part;
+    const bool back = seen.found && seen.begin == vi::detail::soonest_return;
     bool wrong = false, was_out = false;
     int changes = 0;
     for (std::size_t i = 1; i < turns.size() && turns[i].time <= to + tiny; ++i) {
         const bool out = above ? turns[i].u >= stop : turns[i].u <= stop;
-        if (out && !seen.found && turns[i].time <= from + tiny) wrong = true;
+        if (out && !back && turns[i].time <= from - tiny) wrong = true;
         changes += out != was_out;
         was_out = out;
     }
     if (seen.found) {
         wrong = wrong || changes != 1 || (seen.stop.side > 0.0) != above;
-        const auto there = m.flow.flight(y, seen.place * part);
-        all.close += std::fabs(vi::watch_distance(m.guards[0], there, m.flow) - stop) < near;
+        const auto out_at = [&](double place) {
+            const auto there = m.flow.flight(y, std::fmax(place, 0.0) * part);
+            const double u = vi::watch_distance(m.guards[0], there, m.flow);
+            return above ? u >= stop : u <= stop;
+        };
+        const bool whole = seen.place == std::round(seen.place);
+        all.close += whole && !out_at(seen.place - 1.0) && out_at(seen.place + 1.0);
     }
     ++all.looks;
     all.clear += seen.clear;
@@ -116,7 +122,7 @@ void check_look(mode& m, double size, double unit, tally& all) {
     const double far = turns[0].u + (above ? -1.0 : 1.0) * room * unit;
     if (above ? turns[0].u >= stop : turns[0].u <= stop) return;
     set_stops(m, above ? far : stop, above ? stop : far, unit);
-    judge(m, y, turns, look(m, y), above, stop, 0.05 * (big + 1.0) * unit, all);
+    judge(m, y, turns, look(m, y), above, stop, all);
 }
 
 // Of a flight that leaves a stop, often to come back onto it soon.
@@ -128,7 +134,7 @@ void check_departure(mode& m, tally& all) {
     const bool above = vi::watch_speed(m.guards[0], y, m.flow) < 0.0;
     set_stops(m, above ? stop - 1e2 : stop, above ? stop : stop + 1e2, 1.0);
     const auto seen = look(m, y, above ? 1.0 : -1.0);
-    judge(m, y, turns, seen, above, stop, 0.1, all);
+    judge(m, y, turns, seen, above, stop, all);
     all.returns += seen.found && seen.begin == vi::detail::soonest_return;
 }
 

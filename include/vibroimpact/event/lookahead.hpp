@@ -84,7 +84,9 @@ struct stop_hit {
 
 // What is seen along a grid, in parts of a step: all is clear up to `begin`. Either nothing is known
 // of what follows, as the grid or the proof ends there (`clear`), or in the interval after it, of some
-// `length`, a contact crosses its limit on some side once, next to `place`: `found`. Or neither.
+// `length`, a contact crosses its limit on some side once: `found`. Or neither. `place` is that of the
+// table next to the crossing, or `begin`. Of a flight that comes back onto the stop that it leaves, only
+// that it meets it once, up to the end of the interval, is known; it is landed on from `begin` on.
 template <class R>
 struct sight {
     R begin, length, place;
@@ -149,7 +151,7 @@ VI_HOT void look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& 
     out.apart.slack = slack;
     out.apart.margin = margin;
     out.u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
-    out.inside = mask_t<R>(!open | out.apart.between(g, free));
+    out.inside = mask_t<R>((!open) | out.apart.between(g, free));
 }
 
 // A contact along a grid.
@@ -286,6 +288,18 @@ VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
     return out;
 }
 
+// The whole number nearest to x in [0, 2^51], or 2^22 in single precision.
+template <class R>
+VI_HOT R nearest(const R& x) {
+    constexpr double shift = is_single<R> ? 0x1.8p23 : 0x1.8p52;
+    return (x + shift) - shift;
+}
+// The place of the table nearest to x; 0 for NaN.
+template <class R>
+VI_HOT R nearest_place(const R& x) {
+    return nearest(min(max(R(0.0), x), R(places - 1.0)));
+}
+
 // A look along a grid, in two stages: how far all is clear, and what happens in the interval after that.
 template <class R, int K>
 class grid_look {
@@ -324,6 +338,7 @@ public:
         const mask_t<R> kept = open.clear & undecided;
         seen.begin = plus_where(kept, seen.begin, seen.length);
         seen.clear = seen.clear | kept;
+        seen.place = select(seen.found, nearest_place(seen.place), seen.begin);
         const mask_t<R> back = open.back & seen.found;
         if (!any(back)) return;
         seen.begin = plus_where(back, seen.begin, R(soonest_return));

@@ -28,7 +28,7 @@ inline constexpr int applications_of_round = 2; // that add as much as a round: 
 template <class T>
 struct quick_landing {
     mask_t<T> landed, moved;
-    T duration, rate;
+    T duration, speed; // u' at the stop
     detail::stop_hit<real_t<T>> stop;
 };
 
@@ -55,7 +55,6 @@ VI_HOT R nearby_root(const expansion<R>& u) {
 // the state then goes. Where no crossing was found, it is where the flight goes on to, and s is zero.
 template <class T, class R, int D>
 struct neighbour {
-    R part;
     vec<T, D> y;
     expansion<R> u;
     R s;
@@ -63,7 +62,7 @@ struct neighbour {
 
     template <class Mode>
     VI_HOT void go(const Mode& m, const vec<T, D>& from, const sight<R>& hit) {
-        y = m.flow.apply_ahead(part, from);
+        y = m.flow.apply_ahead(hit.place, from);
         u = expand_hit(m, values_of(y, m.flow.dimension()), hit.stop);
     }
     template <class Mode>
@@ -73,19 +72,12 @@ struct neighbour {
     }
 };
 
-// The place of the table nearest to x; 0 for NaN.
-template <class R>
-VI_HOT R nearest_place(const R& x) {
-    return nearest(min(max(R(0.0), x), R(places - 1.0)));
-}
-
 // From a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
-VI_RARE void go_nearer(const Mode& m, const vec<T, D>& y, const sight<R>& hit,
-                       neighbour<T, R, D>& near) {
+VI_RARE void go_nearer(const Mode& m, const vec<T, D>& y, sight<R>& hit, neighbour<T, R, D>& near) {
     for (int tries = 0; tries < most_tries && any(!near.close); ++tries) {
-        const R better = nearest_place(near.part + near.s / m.flow.part());
-        near.part = select(near.close, near.part, better);
+        const R better = nearest_place(hit.place + near.s / m.flow.part());
+        hit.place = select(near.close, hit.place, better);
         near.go(m, y, hit);
         near.predict(m, hit);
     }
@@ -116,25 +108,24 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
     const R part = flow.part(), bend = fma(3.0 * near.u.twist, near.s, near.u.bend);
     const last_step<R> on(at.left, bend, at.scale, flow.step);
     const R shift = only(hit.found, on.shift);
-    const R s = near.s + shift, begin = (hit.begin - near.part) * part;
+    const R s = near.s + shift, begin = (hit.begin - hit.place) * part;
     out.landed =
         hit.found & near.close & on.exact & (s >= begin) & (s <= fma(hit.length, part, begin));
     y = flow.nudge(near.y, shift);
-    out.rate = -hit.stop.side * speed_at(m, y, hit.stop);
+    out.speed = speed_at(m, y, hit.stop);
     const mask_t<R> gone = out.landed | out.moved;
     if (!all(gone)) select_state(!gone, y, start, flow);
-    out.duration = select(gone, (flown + near.part * part) + s, flown);
+    out.duration = select(gone, (flown + hit.place * part) + s, flown);
 }
 
 // Series cut off cost jets some digits of their derivatives: dt = -dg / g' again, exactly.
 template <class T, class Mode, int D>
 VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
     const auto& hit = at.stop;
-    const T gap = hit.side * left_to(m, y, hit);
-    const T shift = with_value(-gap / value(at.rate), real_t<T>(0.0));
+    const T shift = with_value(left_to(m, y, hit) / value(at.speed), real_t<T>(0.0));
     select_state(at.landed, y, m.flow.template short_flight<3>(y, shift), m.flow);
     at.duration = select(at.landed, at.duration + shift, at.duration);
-    at.rate = with_value(-hit.side * speed_at(m, y, hit), value(at.rate));
+    at.speed = with_value(speed_at(m, y, hit), value(at.speed));
 }
 
 // From the state y along the narrow grid.
@@ -276,11 +267,7 @@ private:
         detail::select_sight(stuck_, seen_, close.seen, m_.flow);
     }
     // Next to the crossing, or to the end of what is clear.
-    VI_HOT void approach() {
-        const R crossing = detail::nearest_place(seen_.place);
-        near_.part = only(going_, select(seen_.found, crossing, seen_.begin));
-        near_.go(m_, at_.y, seen_);
-    }
+    VI_HOT void approach() { near_.go(m_, at_.y, seen_); }
     VI_HOT void predict() { near_.predict(m_, seen_); }
     VI_HOT void close_in() {
         if (!all(near_.close)) detail::go_nearer(m_, at_.y, seen_, near_);
@@ -289,9 +276,9 @@ private:
     VI_HOT void go_as_recalled(repeated& flight) { flight.go(m_, memory_, at_); }
     VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
         const auto& hit = flight.hit;
-        T duration, rate;
+        T duration, speed;
         if (!looks_) {
-            const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, rate);
+            const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, speed);
             end.landed = landed;
             end.moved = mask_t<T>(false);
             end.duration = duration;
@@ -299,17 +286,17 @@ private:
                 detail::select_state(!landed, y, at_.y, m_.flow);
                 end.duration = select(landed, duration, flown_);
             }
-            end.rate = rate;
+            end.speed = speed;
             end.stop = hit;
             return;
         }
         vec<T, D> there;
-        const mask_t<T> landed = recalled_ & flight.land(m_, at_, there, duration, rate);
+        const mask_t<T> landed = recalled_ & flight.land(m_, at_, there, duration, speed);
         const auto take = [&](auto& to, const auto& x) VI_WITHIN { to = select(landed, x, to); };
         detail::select_state(landed, y, there, m_.flow);
         end.landed = end.landed | landed;
         take(end.duration, duration);
-        take(end.rate, rate);
+        take(end.speed, speed);
         end.stop.take(landed, hit, m_.flow);
     }
     template <bool Some>

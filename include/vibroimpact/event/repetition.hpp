@@ -22,12 +22,6 @@
 
 namespace vi {
 
-// The whole number nearest to x in [0, 2^51].
-template <class R>
-VI_HOT R nearest(const R& x) {
-    return (x + 0x1.8p52) - 0x1.8p52;
-}
-
 // Durations that differ by so little, in steps, are alike: the next one is expected there, too.
 inline constexpr double alike_within = 0x1p-20;
 
@@ -110,7 +104,7 @@ private:
     // By value: what this read from elsewhere would have to stand in memory always.
     VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, detail::stop_hit<R> on) {
         const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
-        const R place = only(alike, nearest(duration / flow.part()));
+        const R place = only(alike, detail::nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
         const stored itself = flow.template later<nearby_order>(flow.pick(place), beyond);
         const auto put = [&](known_end<Flow>& to, const mask_t<R>& mine) VI_WITHIN {
@@ -214,12 +208,11 @@ public:
     // Onto the stop; y is the state there. Where that is proved:
     template <class Mode, class Shape>
     VI_APART mask_t<R> land(const Mode& m, const trajectory<T, Shape>& start, vec<T, D>& y,
-                            T& duration, T& rate) {
+                            T& duration, T& speed) {
         const last_step<R> on(u_.left, u_.bend, scale_, m.flow.step);
         y = m.flow.nudge(y_, on.shift);
-        rate = -hit.side * speed_at(m, y, hit);
+        speed = speed_at(m, y, hit);
         duration = T(time_ + on.shift);
-        const R slope = -(hit.side * value(rate));
         const R bend = 2.0 * fma(3.0 * u_.twist, on.shift, u_.bend);
         const auto& z = values_of(y, m.flow.dimension());
         mask_t<R> proved = on.exact;
@@ -228,7 +221,7 @@ public:
             const auto& g = m.guards[i];
             const auto from = departure(g, m.flow, x, start.touching[i], value(start.rate[i]));
             const R slack = slack_of_flight(g, m.flow, x, time_);
-            const flight_point<R> end{hit.limit, slope, bend};
+            const flight_point<R> end{hit.limit, value(speed), bend};
             if (m.flow.contacts() == 1) {
                 proved = proved & keeps_between(g, from, end, value(duration), slack);
                 return;

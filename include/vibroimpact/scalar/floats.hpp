@@ -18,6 +18,11 @@ namespace vi {
 template <int N>
 struct floats;
 
+template <class R>
+inline constexpr bool is_single = false;
+template <int N>
+inline constexpr bool is_single<floats<N>> = true;
+
 // One --------------------------------------------------------------------------------------------
 
 namespace detail {
@@ -283,6 +288,7 @@ floats<N> only(const float_mask<N>& m, const floats<N>& x) {
 #endif
         return floats<N>(vector(bit_vector(x.v) & m.v));
 }
+// As math.hpp says: no negative zero.
 template <int N>
 floats<N> plus_where(const float_mask<N>& m, const floats<N>& x, const floats<N>& y) {
 #if defined(__AVX512F__)
@@ -327,7 +333,10 @@ floats<2 * N> joined(const pack<N>& a, const pack<N>& b) {
     const vector x = __builtin_convertvector(a.v, vector);
     const vector y = __builtin_convertvector(b.v, vector);
 #if defined(__AVX512F__)
-    if constexpr (N == 8) return floats<16>(_mm512_insertf32x8(_mm512_castps256_ps512(x), y, 1));
+    if constexpr (N == 8) {
+        const __m512d first = _mm512_castps_pd(_mm512_castps256_ps512(x));
+        return floats<16>(_mm512_castpd_ps(_mm512_insertf64x4(first, _mm256_castps_pd(y), 1)));
+    }
 #endif
     if constexpr (N == 2)
         return floats<4>(__builtin_shufflevector(x, y, 0, 1, 2, 3));
@@ -356,7 +365,10 @@ template <int Which, int N>
 pack<N / 2> half(const floats<N>& x) {
     using vector = typename pack<N / 2>::vector;
 #if defined(__AVX512F__)
-    if constexpr (N == 16) return pack<8>(_mm512_cvtps_pd(_mm512_extractf32x8_ps(x.v, Which)));
+    if constexpr (N == 16) {
+        const __m256d mine = _mm512_extractf64x4_pd(_mm512_castps_pd(x.v), Which);
+        return pack<8>(_mm512_cvtps_pd(_mm256_castpd_ps(mine)));
+    }
 #endif
     return pack<N / 2>(vector(__builtin_convertvector(half_of<Which>(x.v), vector)));
 }

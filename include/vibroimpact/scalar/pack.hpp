@@ -243,13 +243,14 @@ pack<N> sqrt(const pack<N>& x) {
     return root;
 }
 
-// What each lane finds so many bytes, a whole number, behind its own address: of the sum with 2^52 it is
-// the last bits.
+// The entry at each lane's own place in a table of its own: the distance in bytes, a whole number, is the
+// last bits of its sum with 2^52.
 template <int N, class Entry>
-VI_HOT void places_of(const Entry* const (&from)[N], const pack<N>& bytes, const Entry* (&to)[N]) {
+VI_HOT void places_of(const Entry* const (&from)[N], const pack<N>& place, const Entry* (&to)[N]) {
     using vector = typename pack<N>::bit_vector;
     constexpr double offset = 0x1p52;
-    const vector distance = vector((bytes + offset).v) - vector(pack<N>(offset).v);
+    constexpr double size = sizeof(Entry);
+    const vector distance = vector(fma(place, size, offset).v) - vector(pack<N>(offset).v);
     if constexpr (sizeof(vector) == sizeof from) {
         vector first;
         __builtin_memcpy(&first, from, sizeof first);
