@@ -201,6 +201,7 @@ public:
     VI_HOT void see(const detail::sight<R>& wide) {
         seen_ = wide;
         seen_.found = seen_.found & going_;
+        seen_.place = only(going_, seen_.place); // an idle lane may have a table of one entry
         stuck_ = going_ & !seen_.found & !seen_.clear;
         if (any(stuck_)) look_again();
         seen_.stop.limit = detail::limit_of(m_, seen_.stop);
