@@ -20,8 +20,8 @@ inline constexpr int lane_orders = 1; // derivatives of u that the quick flight 
 // Of an array whose elements are worked on in turn: an odd number of cache lines apart. Else the same work
 // on several of them is done in the same few places of the nearest cache.
 template <class T>
-struct spaced : T {
-    char apart[64 * (sizeof(T) / 64 % 2 == 0 ? 1 : 2)];
+struct alignas(64) spaced : T {
+    char apart[64 * ((sizeof(T) / 64 + 1) | 1) - sizeof(T)];
 };
 
 // The table entry of every lane at its place.

@@ -84,9 +84,10 @@ struct stop_hit {
 
 // What is seen along a grid, in parts of a step: all is clear up to `begin`. Either nothing is known
 // of what follows, as the grid or the proof ends there (`clear`), or in the interval after it, of some
-// `length`, a contact crosses its limit on some side once: `found`. Or neither. `place` is that of the
-// table next to the crossing, or `begin`. Of a flight that comes back onto the stop that it leaves, only
-// that it meets it once, up to the end of the interval, is known; it is landed on from `begin` on.
+// `length`, a contact crosses its limit on some side once: `found`. Or neither. `place`, rounded when all
+// is seen, is that of the table next to the crossing, or `begin`. Where a flight comes back onto the stop
+// that it leaves, it is proved to do so once up to the end of the interval, perhaps before `begin`; it is
+// landed on from there on only.
 template <class R>
 struct sight {
     R begin, length, place;
@@ -144,14 +145,12 @@ struct outlook {
     mask_t<R> inside;
 };
 template <class R, class G, class Flow, int D>
-VI_HOT void look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
-                     const R& slack, const R& margin, outlook<R>& out) {
+VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
+                           const distances<R>& apart) {
     const R free = watch_distance(g, y, flow);
     const mask_t<R> open = side == 0.0;
-    out.apart.slack = slack;
-    out.apart.margin = margin;
-    out.u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
-    out.inside = mask_t<R>((!open) | out.apart.between(g, free));
+    const R u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
+    return {u, apart, mask_t<R>((!open) | apart.between(g, free))};
 }
 
 // A contact along a grid.
@@ -229,7 +228,8 @@ VI_RARE R point_of_return(const cubic<R>& u) {
 }
 
 // In parts of a step: no hop takes longer. A return that is guessed sooner is not landed on, nor one that
-// turns out to be sooner: those are left to hops, and the start is a root, too.
+// turns out to be sooner: those are left to hops, and the start is a root, too. Intervals of the narrow
+// grid of lively motions are as short as this: returns are not landed on in their first one.
 inline constexpr double soonest_return = longest_hop * parts_of_step;
 
 // What a contact does in the interval that is not clear by its corners: it crosses by (3), perhaps back
@@ -288,7 +288,7 @@ VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
     return out;
 }
 
-// The whole number nearest to x in [0, 2^51], or 2^22 in single precision.
+// The whole number nearest to x in [0, 2^51]; in single precision in [0, 2^22].
 template <class R>
 VI_HOT R nearest(const R& x) {
     constexpr double shift = is_single<R> ? 0x1.8p23 : 0x1.8p52;
@@ -366,7 +366,7 @@ struct wide_look {
             const auto& g = view.guards[i];
             const L margin = detail::terms_of(g, view, y);
             const L slack = detail::fourth_of(g, view, y) + margin;
-            detail::look_out(g, view, y, touching[i], slack, margin, from[i]);
+            from[i] = detail::look_out(g, view, y, touching[i], {slack, margin});
         });
         along.look(view.guards, view, L(view.spacing), from, y);
     }

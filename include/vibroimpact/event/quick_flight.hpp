@@ -51,8 +51,8 @@ VI_HOT R nearby_root(const expansion<R>& u) {
     return fnma(miss, fma(q, q, 1.0 - q), s);
 }
 
-// A state of the table next to the root, so many parts of a step on, and the root beyond it, to which
-// the state then goes. Where no crossing was found, it is where the flight goes on to, and s is zero.
+// The state at the place of the table that a look named, and the root next to it, to which it then
+// goes. Where no crossing was found, it is where the flight goes on to, and s is zero.
 template <class T, class R, int D>
 struct neighbour {
     vec<T, D> y;
@@ -137,7 +137,7 @@ VI_RARE void look_closely(const Mode& m, const vec<R, D>& y, const vec<R, K>& to
         const auto& g = m.guards[i];
         const R margin = proof_margin * terms_of(g, m.flow, y);
         const R slack = fma(fourth_of(g, m.flow, y), m.flow.grid_error[narrow_grid], margin);
-        look_out(g, m.flow, y, touching[i], slack, margin, from[i]);
+        from[i] = look_out(g, m.flow, y, touching[i], {slack, margin});
     }
     look.look(m.guards, m.flow, m.flow.spacing[narrow_grid], from, y);
     look.cross(m.guards, m.flow);
