@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import UNIT
-from support.members import Case, beating, cases, chain, run
+from support.members import Case, alone_like, beating, cases, chain, run
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
@@ -165,6 +165,22 @@ def test_a_member_has_the_same_bits_alone_in_any_order_and_in_any_thread() -> No
     with ThreadPoolExecutor(2) as pool:
         for found, rows in zip(pool.map(members, parts), parts, strict=True):
             check(found, rows)
+
+
+def test_a_pack_with_another_system_in_all_lanes_does_not_read_that_of_the_others() -> None:
+    """First runs of the first lanes are short, of the others long; then systems come in turn."""
+    damper = paper_damper("A", 1.2)
+    clearances = np.array([5.0, 4.0, 6.0])
+    system = np.concatenate([np.repeat([0, 1, 2], (32, 60, 60)), np.tile([0, 1, 2], 30)])
+    rng = np.random.default_rng(14)
+    starts = [vi.State((0.0, x), (v, -1.0), p) for x, v, p in rng.normal(size=(len(system), 3))]
+    lengths = rng.uniform(20.0, 60.0, len(system))
+    lengths[8:32] = 400.0
+    batch = batch_of(damper, {"half_clearance": clearances})
+    found = run(batch, starts, 0.0, lengths, [known.Final()], system=system)
+    for i, (k, start) in enumerate(zip(system, starts, strict=True)):
+        one = replace(damper, half_clearance=float(clearances[k]))
+        alone_like(found, i, one, start, float(lengths[i]))
 
 
 # ---- options and variables -----------------------------------------------------------------------

@@ -4,10 +4,9 @@
 //             and an impact that nobody watches costs nothing beyond them. An event that is to be
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
 //             Packs of lanes take turns at the stages of a round, and two look along the wide grid
-//             together. T is a pack, or a jet of packs: then every run carries a tangent along, whose
-//             growth (observe/growth.hpp) is followed in all lanes at once. A lane whose run has
-//             ended takes the next one, or waits a while for lanes that repeat their flights
-//             (event/repetition.hpp).
+//             together. T is a pack, or a jet of packs: then every run carries a tangent, whose growth
+//             is followed in all lanes at once. A lane whose run has ended takes the next one, or waits
+//             a while for lanes that repeat their flights (event/repetition.hpp).
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none, for good and for
 //                                       all lanes. Flights are limited by slot.limit.t_max alone.
@@ -16,13 +15,12 @@
 //               void end(i, slot, why)  the run of lane i has ended, or had no event left to begin with
 //               bool interrupted()      asked now and then; true ends all runs
 //             It shows events without derivatives; slot.tangent begins and ends with the slot. slot.run
-//             is the host's and stays where it is from next() to end(); it is up to date in see() and
-//             end() only.
+//             is the host's and stays from next() to end(); it is up to date in see() and end() only.
 // Accuracy    bits of run(), with growth as its observer in lanes of jets: the same operations for
 //             each trajectory in the same order
 #pragma once
 
-#include "vibroimpact/lanes.hpp"
+#include "vibroimpact/common_system.hpp"
 #include "vibroimpact/observe/growth.hpp"
 
 namespace vi {
@@ -53,16 +51,13 @@ class lane_pack {
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
-    // Lane i of the pack is lane first + i of the host, and lane beside + i of the look. Hops are added
-    // to `work`.
-    void board(Host& host, int first, lane_look<T, Shape>& look, int beside, long& work) {
-        host_ = &host;
-        first_ = first;
-        work_ = &work;
-        look_ = &look;
-        beside_ = beside;
+    // Lane i of the pack is lane first + i of the host, beside + i of the look. Hops add to `work`.
+    void board(Host& host, int first, lane_look<T, Shape>& look, int beside,
+               common_system<N, Flow>& common, long& work) {
+        host_ = &host, look_ = &look, common_ = &common, work_ = &work;
+        first_ = first, beside_ = beside;
         for (int i = 0; i < N; ++i)
-            flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
+            flight_.own.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
         fill();
     }
     bool busy() const { return runs_ > 0; }
@@ -81,7 +76,7 @@ public:
         flight_.strike(busy_, end, before);
         count_landed(end);
         if constexpr (has_tangent) {
-            const auto& flow = flight_.systems.free.flow;
+            const auto& flow = flight_.flow();
             tangents_.see(end.landed, flight_.all.at, high_ + low_, flow.dimension(),
                           flow.contacts());
         }
@@ -155,11 +150,12 @@ private:
     }
 
     void put_system(int i, const hybrid<Flow>& system, long version) {
-        if (&system == systems_[i] && version == versions_[i]) return;
-        systems_[i] = &system;
-        versions_[i] = version;
-        vi::put_system(flight_.systems, i, system);
+        if (!systems_.put(i, system, version)) return;
+        vi::put_system(flight_.own, i, system);
         look_->put(beside_ + i, system.modes[0].wide);
+        if (shares_) common_->leave();
+        shares_ = common_->enter(systems_, flight_.own);
+        flight_.read_from(shares_ ? common_->numbers() : flight_.own);
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -305,11 +301,12 @@ private:
 
     Host* host_ = nullptr;
     lane_look<T, Shape>* look_ = nullptr;
-    int first_ = 0, beside_ = 0;
+    common_system<N, Flow>* common_ = nullptr;
+    bool shares_ = false; // reads what is common
     long* work_ = nullptr;
+    int first_ = 0, beside_ = 0;
     lane_slot<Flow> slots_[N];
-    const hybrid<Flow>* systems_[N] = {}; // whose numbers the lanes hold
-    long versions_[N] = {};
+    lane_keys<N, Flow> systems_; // whose numbers the lanes hold
     lane_flight<T, Shape> flight_;
     quick_landing<T> end_; // of the last round in which a lane needed attention
     state before_;
@@ -339,7 +336,7 @@ public:
 
     void run() {
         for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].board(host_, i * N, looks_[i / 2], i % 2 * N, work_);
+            packs_[i].board(host_, i * N, looks_[i / 2], i % 2 * N, common_, work_);
         while (busy()) {
             if (asks() && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
@@ -393,6 +390,7 @@ private:
 
     Host& host_;
     long work_ = 0; // rounds, and hops of lanes, since the host was asked
+    common_system<N, Flow> common_;
     spaced<pack_type> packs_[packs_in_turn<T>];
     lane_look<T, Shape> looks_[packs_in_turn<T> / 2];
 };

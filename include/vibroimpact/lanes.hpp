@@ -270,17 +270,23 @@ struct lane_flight {
     static constexpr int N = scalar_traits<T>::lanes;
     using real = real_t<T>;
     using state = vec<T, Shape::max_dimension>;
-    lane_systems<N, Shape> systems{};
+    lane_systems<N, Shape> own{}; // the system of every lane
     lane_states<T, Shape> all{};
     pack_mask<N> stuck;
 
     quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{
-        systems.free, all.at, all.flown, all.memory};
+        own.free, all.at, all.flown, all.memory};
+
+    // The numbers of `own` are read there from now on.
+    void read_from(const lane_systems<N, Shape>& same) {
+        systems_ = &same;
+        round.read_from(same.free);
+    }
+    VI_HOT const auto& flow() const { return systems_->free.flow; }
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void begin(const real& horizon, const pack_mask<N>& going) {
-        const auto& flow = systems.free.flow;
-        round.begin(going & all.quick & may_go_on(flow, value(all.flown), horizon));
+        round.begin(going & all.quick & may_go_on(flow(), value(all.flown), horizon));
     }
     // After the last one; `before` as quick_impact() says.
     VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
@@ -293,7 +299,6 @@ struct lane_flight {
 private:
     template <bool Some>
     VI_HOT void finish(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
-        const auto& flow = systems.free.flow;
         state y;
         round.template land<Some>(end, y);
         stuck = going & !end.landed & !end.moved;
@@ -304,12 +309,14 @@ private:
             const real more = plus_where(end.moved, all.applications, real(applications_of_round));
             all.applications = only(!end.landed, more);
         }
-        flow.each_contact([&](auto k) VI_WITHIN {
+        flow().each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         });
-        quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end, y, all.at,
-                     before);
+        quick_impact(systems_->free, systems_->laws, systems_->inverse_omega_squared, end, y,
+                     all.at, before);
     }
+
+    const lane_systems<N, Shape>* systems_ = &own; // or equal numbers elsewhere
 };
 
 } // namespace vi
