@@ -35,21 +35,20 @@ class common_system {
     using numbers_type = lane_systems<N, typename Flow::shape_type>;
 
 public:
-    // Whether a pack with these systems is to read here, from now until it leaves: not if its lanes have
-    // several, nor where other packs read another one.
-    bool enter(const lane_keys<N, Flow>& keys, const numbers_type& numbers) {
-        if (!keys.all_are(keys.system[0], keys.version[0])) return false;
+    // Where a pack is to read: here, until it leaves; its own numbers if its lanes have several systems,
+    // or where other packs read another one here.
+    const numbers_type* enter(const lane_keys<N, Flow>& keys, const numbers_type& own) {
+        if (!keys.all_are(keys.system[0], keys.version[0])) return &own;
         if (readers_ == 0) {
-            numbers_ = numbers;
+            numbers_ = own;
             system_ = keys.system[0];
             version_ = keys.version[0];
         }
-        const bool here = keys.all_are(system_, version_);
-        readers_ += here;
-        return here;
+        if (!keys.all_are(system_, version_)) return &own;
+        ++readers_;
+        return &numbers_;
     }
     void leave() { --readers_; }
-    const numbers_type& numbers() const { return numbers_; }
 
 private:
     numbers_type numbers_{};

@@ -54,8 +54,12 @@ public:
     // Lane i of the pack is lane first + i of the host, beside + i of the look. Hops add to `work`.
     void board(Host& host, int first, lane_look<T, Shape>& look, int beside,
                common_system<N, Flow>& common, long& work) {
-        host_ = &host, look_ = &look, common_ = &common, work_ = &work;
-        first_ = first, beside_ = beside;
+        host_ = &host;
+        first_ = first;
+        look_ = &look;
+        beside_ = beside;
+        common_ = &common;
+        work_ = &work;
         for (int i = 0; i < N; ++i)
             flight_.own.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
         fill();
@@ -153,9 +157,8 @@ private:
         if (!systems_.put(i, system, version)) return;
         vi::put_system(flight_.own, i, system);
         look_->put(beside_ + i, system.modes[0].wide);
-        if (shares_) common_->leave();
-        shares_ = common_->enter(systems_, flight_.own);
-        flight_.read_from(shares_ ? common_->numbers() : flight_.own);
+        if (!flight_.reads_own()) common_->leave();
+        flight_.read_from(*common_->enter(systems_, flight_.own));
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -302,7 +305,6 @@ private:
     Host* host_ = nullptr;
     lane_look<T, Shape>* look_ = nullptr;
     common_system<N, Flow>* common_ = nullptr;
-    bool shares_ = false; // reads what is common
     long* work_ = nullptr;
     int first_ = 0, beside_ = 0;
     lane_slot<Flow> slots_[N];

@@ -277,11 +277,12 @@ struct lane_flight {
     quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{
         own.free, all.at, all.flown, all.memory};
 
-    // The numbers of `own` are read there from now on.
+    // The numbers of `own`, read there from now on.
     void read_from(const lane_systems<N, Shape>& same) {
         systems_ = &same;
         round.read_from(same.free);
     }
+    bool reads_own() const { return systems_ == &own; }
     VI_HOT const auto& flow() const { return systems_->free.flow; }
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
