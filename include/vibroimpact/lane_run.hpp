@@ -104,6 +104,7 @@ public:
 
 private:
     real time_left() const { return until_ - (high_ + low_); }
+    double time_left(int i) const { return lane(until_, i) - (lane(high_, i) + lane(low_, i)); }
 
     // Events that are not simply counted: shown to the host, or at a limit.
     pack_mask<N> watched(const quick_landing<T>& end) const {
@@ -193,12 +194,13 @@ private:
         e.contact = static_cast<int>(lane(end_.stop.contact, i));
         e.side = static_cast<int>(lane(end_.stop.side, i));
         e.code = 0;
-        e.duration = lane(value(end_.duration), i);
-        e.rate_before = -lane(end_.stop.side, i) * lane(value(end_.speed), i);
+        e.duration = take_lane<double>(end_.duration, i);
+        e.rate_before = -lane(end_.stop.side, i) * take_lane<double>(end_.speed, i);
         e.rate_after = at.rate[e.contact];
         const auto& system = *slots_[i].system;
         vec<double, Shape::max_dimension> before;
-        system.each_coordinate([&](auto j) VI_WITHIN { before[j] = lane(value(before_[j]), i); });
+        system.each_coordinate([&](auto j)
+                                   VI_WITHIN { before[j] = take_lane<double>(before_[j], i); });
         detail::put_before(at.y, before, system, e.before);
         so_far.at_once = e.duration > 0.0 ? 0 : so_far.at_once + 1;
     }
@@ -212,7 +214,7 @@ private:
 
     [[gnu::noinline]] void attend(const pack_mask<N>& lanes) {
         for (int i = 0; i < N; ++i)
-            if (lane(lanes, i)) attend(i, lane(flight_.stuck, i) ? lane(time_left(), i) : 0.0);
+            if (lane(lanes, i)) attend(i, lane(flight_.stuck, i) ? time_left(i) : 0.0);
     }
 
     // One lane. The slot holds a trajectory without its tangent.

@@ -202,11 +202,11 @@ inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<la
     }
 }
 
-// Lane i of x, or its value alone where S is double.
+// Lane i of x, or its value alone where S is double: not that of value(x), which copies the pack.
 template <class S, class T>
 inline S take_lane(const T& x, int i) {
     if constexpr (is_same<S, double>)
-        return lane(value(x), i);
+        return value(lane(x, i));
     else
         return lane(x, i);
 }

@@ -119,6 +119,7 @@ public:
         if (!vi::board(built_->arrays(), i, built_->in(), {points_.data(), kept_.data()}, here_))
             return false;
         here_.window.interrupted = ask_;
+        until_ = b_.arrays.exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
         return true;
     }
 
@@ -130,16 +131,13 @@ public:
     bool build(int code) { return (*built_)(code); }
 
     // When tangents begin.
-    double until() const {
-        return b_.arrays.exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
-    }
+    double until() const { return until_; }
 
     // Run the member up to there.
     vi::run_end run() {
-        const double begin = until();
-        return begin > 0.0 ? vi::run_until(hybrid(), here_.now, here_.window, here_.observers,
-                                           begin, *built_)
-                           : vi::run_end::observer;
+        return until_ > 0.0 ? vi::run_until(hybrid(), here_.now, here_.window, here_.observers,
+                                            until_, *built_)
+                            : vi::run_end::observer;
     }
 
     // After a run: carry tangents through what is left of the window, and write down what was seen.
@@ -175,6 +173,7 @@ private:
     std::vector<vi::section_point<Shape>> points_;
     std::vector<vi::kept_impact<Shape>> kept_;
     long long i_ = 0;
+    double until_ = 0.0;
     vi::passage<Flow> here_{};
 };
 
