@@ -28,7 +28,7 @@ Arrays = dict[str, Any]
 WINDOW = 1e9  # units of time: no member reaches it
 COMPARED_IMPACTS, COMPARED_MEMBERS = 5, 64
 WITNESS_TOLERANCE = 1e-6  # of SciPy's impact times, as in peers/scipy_dop853.py
-SHORTEST = 0.1  # seconds: shorter runs are repeated, until a cold start no longer counts
+SHORTEST = 0.1  # seconds: shorter runs are repeated, until a cold start hardly counts
 CHUNKS = 8  # pieces of work for each thread, so that none waits long for the last
 
 

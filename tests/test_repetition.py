@@ -14,7 +14,7 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.ensembles.batch import batch_of
-from vibroimpact.ensembles.observers import Final
+from vibroimpact.ensembles.observers import Final, Lyapunov, Symbol
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -107,6 +107,25 @@ def test_runs_of_any_length_end_as_alone_though_lanes_wait_for_those_that_repeat
         damper = replace(DAMPER, half_clearance=5000.0) if system[i] else DAMPER
         alone = alone_like(found, i, damper, state, lengths[i])
         assert alone.time[-1] == found["time"][i]
+
+
+def test_members_say_the_same_beside_others_that_repeat_their_flights_or_do_not_yet() -> None:
+    steady = STEADY["damper"][1]
+    rng = np.random.default_rng(4)
+    starts = [
+        steady
+        if i % 3 == 0
+        else vi.State((0.0, rng.uniform(-4.0, 4.0)), tuple(rng.uniform(-2.0, 2.0, 2)), phase=i)
+        for i in range(150)
+    ]
+    settle, observe = 900.0, rng.uniform(50.0, 400.0, len(starts))
+    observers = [Final(), Symbol(), Lyapunov()]
+    batch = batch_of(DAMPER, {})
+    found = run_members(batch, starts, settle, observe, observers)
+    for i, state in enumerate(starts):
+        alone = run_members(batch, [state], settle, observe[i], observers)
+        for name, values in found.items():
+            np.testing.assert_array_equal(values[i], alone[name][0], err_msg=f"{name} of {i}")
 
 
 def loaded(brake: float, pull: float, row: float) -> vi.Mechanism:

@@ -15,7 +15,7 @@
 //               void end(i, slot, why)  the run of lane i has ended, or had no event left to begin with
 //               bool interrupted()      asked now and then; true ends all runs
 //             It shows events without derivatives; slot.tangent begins and ends with the slot. slot.run
-//             is the host's and stays from next() to end(); it is up to date in see() and end() only.
+//             is the host's and stays where it is from next() to end(), up to date in see() and end() only.
 // Accuracy    bits of run(), with growth as its observer in lanes of jets: the same operations for
 //             each trajectory in the same order
 #pragma once
@@ -155,11 +155,14 @@ private:
     }
 
     void put_system(int i, const hybrid<Flow>& system, long version) {
-        if (!systems_.put(i, system, version)) return;
-        vi::put_system(flight_.own, i, system);
-        look_->put(beside_ + i, system.modes[0].wide);
-        if (!flight_.reads_own()) common_->leave();
-        flight_.read_from(*common_->enter(systems_, flight_.own));
+        if (keys_.put(i, system, version)) {
+            vi::put_system(flight_.own, i, system);
+            look_->put(beside_ + i, system.modes[0].wide);
+            if (!flight_.reads_own()) common_->leave();
+        } else if (!flight_.reads_own()) {
+            return;
+        }
+        flight_.read_from(*common_->enter(keys_, flight_.own));
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -310,7 +313,7 @@ private:
     long* work_ = nullptr;
     int first_ = 0, beside_ = 0;
     lane_slot<Flow> slots_[N];
-    lane_keys<N, Flow> systems_; // whose numbers the lanes hold
+    lane_keys<N, Flow> keys_; // of the systems whose numbers the lanes hold
     lane_flight<T, Shape> flight_;
     quick_landing<T> end_; // of the last round in which a lane needed attention
     state before_;
@@ -334,6 +337,7 @@ class lane_run {
     using Shape = typename Flow::shape_type;
     static constexpr int N = scalar_traits<T>::lanes;
     static_assert(packs_in_turn<T> % 2 == 0);
+    static_assert(sizeof(spaced<lane_pack<T, Flow, Host>>) / 64 % 2 == 1);
 
 public:
     explicit lane_run(Host& host) : host_(host) {}

@@ -279,11 +279,11 @@ struct lane_flight {
 
     // The numbers of `own`, read there from now on.
     void read_from(const lane_systems<N, Shape>& same) {
-        systems_ = &same;
+        numbers_ = &same;
         round.read_from(same.free);
     }
-    bool reads_own() const { return systems_ == &own; }
-    VI_HOT const auto& flow() const { return systems_->free.flow; }
+    bool reads_own() const { return numbers_ == &own; }
+    VI_HOT const auto& flow() const { return numbers_->free.flow; }
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void begin(const real& horizon, const pack_mask<N>& going) {
@@ -313,11 +313,11 @@ private:
         flow().each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         });
-        quick_impact(systems_->free, systems_->laws, systems_->inverse_omega_squared, end, y,
+        quick_impact(numbers_->free, numbers_->laws, numbers_->inverse_omega_squared, end, y,
                      all.at, before);
     }
 
-    const lane_systems<N, Shape>* systems_ = &own; // or equal numbers elsewhere
+    const lane_systems<N, Shape>* numbers_ = &own; // or equal numbers elsewhere
 };
 
 } // namespace vi

@@ -24,10 +24,11 @@ ARM = platform.machine() in {"aarch64", "arm64"}
 
 
 def flags_of(target: str) -> tuple[str, ...]:
-    """Flags of an instruction set, as the package is built with them."""
-    found = re.search(rf"^set\(flags_{target} (.*)\)$", (ROOT / "CMakeLists.txt").read_text(), re.M)
-    assert found
-    return tuple(found[1].split())
+    """Flags of an instruction set, as any GCC builds the package with them."""
+    text = (ROOT / "CMakeLists.txt").read_text()
+    found = re.findall(rf"^(?:set\(|  list\(APPEND )flags_{target} (-.*)\)$", text, re.M)
+    assert len(found) > 1
+    return tuple(" ".join(found).split())
 
 
 @dataclass(frozen=True)
