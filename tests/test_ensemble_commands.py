@@ -175,6 +175,14 @@ def test_basins_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> 
     assert vi.attractor_state(opened("b.nc"), "1-1-1 a") == state
 
 
+def test_basins_say_how_many_starts_are_left(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["basins", CASE, "--omega", "1.2", "--over", "x1=-2:2:4", "--over", "v1=-1:1:3"]
+    out = said([*argv, "--settle", "1", "--periods", "3", "--most", "1"], capsys)
+    assert "% of the starts. Raise --settle, or --most." in out
+    out = said([*argv, "--settle", "3000"], capsys)
+    assert "not matched" not in out
+
+
 @pytest.mark.parametrize("variable", ["v1", "phase", "lyapunov"])
 def test_diagram_is_that_of_the_library(variable: str, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["diagram", CASE, "--over", OMEGA, "--way", "down", "--points", "4", *SHORT]

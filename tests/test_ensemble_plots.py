@@ -413,6 +413,11 @@ def test_exponents_of_random_starts_share_a_colour() -> None:
     np.testing.assert_array_equal(points.get_ydata(), [-0.1, -0.1, 0.02, -0.2, np.nan, -0.3])
 
 
+def test_a_diagram_of_another_number_names_it() -> None:
+    ax = plotting.plot_bifurcation_diagram(some_ways(), variable="lyapunov")
+    assert ax.get_ylabel() == plotting.plot_along(some_ways()).get_ylabel()
+
+
 def test_a_diagram_names_any_parameter() -> None:
     ax = plotting.plot_bifurcation_diagram(some_ways())
     assert ax.get_xlabel() == r"half clearance $\delta$"

@@ -12,7 +12,8 @@ import xarray as xr
 import vibroimpact as vi
 from vibroimpact.ensembles.attractors import labelled
 from vibroimpact.ensembles.motions import flags
-from vibroimpact.ensembles.outcome import Outcome
+from vibroimpact.ensembles.outcome import NOT_COMPUTED, Outcome
+from vibroimpact.ensembles.plane import with_motions
 from vibroimpact.plotting import plot_basins, plot_plane
 
 SET_A = vi.ImpactDamper(
@@ -105,6 +106,24 @@ def test_a_stored_plane_is_drawn_when_it_is_opened_again(tmp_path: Path) -> None
     pictures = [plot_plane(one, variable="impacts") for one in (plane, again)]
     one, other = (ax.collections[0].get_array() for ax in pictures)
     np.testing.assert_array_equal(one, other)
+
+
+def test_what_a_store_does_not_hold_yet_is_not_computed(tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    over = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
+    options = {"over": over, "start": START, "settle": 50, "progress": False}
+    vi.plane(SET_A, store=tmp_path / "plane.zarr", tile=2, observe="lyapunov", **options)
+    (tmp_path / "plane.zarr" / "end" / "c" / "0" / "0").unlink()
+    partial = xr.open_zarr(tmp_path / "plane.zarr", consolidated=False)
+    here = with_motions(partial, ["motion"]).motion
+    words = np.vectorize(flags(here).get)(here.values)
+    lost = partial.end.values == NOT_COMPUTED
+    assert lost.any()
+    assert not lost.all()
+    np.testing.assert_array_equal(words == "not_computed", lost)
+    assert flags(partial.end)[NOT_COMPUTED] == "not_computed"
+    legend = plot_plane(partial).get_legend()
+    assert "not computed" in [text.get_text() for text in legend.get_texts()]
 
 
 def test_the_attributes_say_how_attractors_and_ways_were_asked_for() -> None:

@@ -373,6 +373,12 @@ def test_two_names_of_one_number_are_refused():
         vi.sweep(DAMPER.mechanism, over=over, start=PLAIN, **SHORT)
 
 
+def test_a_value_that_a_mechanism_refuses_is_named():
+    over = {"mass[1][1]": [0.3, -0.2], "omega": [1.0, 1.2]}
+    with pytest.raises(vi.InvalidParameterError, match=r"mass\[1\]\[1\] = -0.2, omega = 1.0"):
+        vi.sweep(DAMPER.mechanism, over=over, start=PLAIN, **SHORT)
+
+
 def test_a_parameter_named_like_a_result_is_refused():
     def build(n):
         return paper_damper("A", 1.2, half_clearance=n).mechanism

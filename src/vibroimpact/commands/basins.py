@@ -7,6 +7,7 @@ import argparse
 import xarray as xr
 
 from vibroimpact.commands import common, ensemble, members
+from vibroimpact.ensembles.attractors import NOT_MATCHED
 from vibroimpact.ensembles.basins import attractor_state, basins
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_basins
@@ -44,9 +45,13 @@ def run(arguments: argparse.Namespace) -> str:
 
 
 def _listed(found: xr.Dataset) -> list[str]:
-    """A line per attractor."""
-    return [
+    """A line per attractor, and one for the starts that are left."""
+    lines = [
         f"{name}: {row['kind'].item()}, {100.0 * row['share'].item():.3g}% of the starts, "
         f"for example {attractor_state(found, str(name))}"
         for name, row in ((n, found.isel(label=i)) for i, n in enumerate(found["name"].values))
     ]
+    left = float((found["attractor"] == NOT_MATCHED).mean())
+    if left:
+        lines.append(f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle, or --most.")
+    return lines

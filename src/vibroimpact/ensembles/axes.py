@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import parameter_value, with_parameters
 from vibroimpact.simulate import System, mechanism_of
 
@@ -75,8 +76,19 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
     _refuse_twins(system, axes)
     corners = itertools.product(*({float(a.min()), float(a.max())} for a in axes.values()))
     for corner in corners:
-        mechanism_of(with_parameters(system, dict(zip(axes, corner, strict=True))))
+        _build(system, dict(zip(axes, corner, strict=True)))
     return axes
+
+
+def _build(system: System, values: Mapping[str, float]) -> None:
+    """Refuse values with which there is no system; an error of a mechanism does not name them."""
+    try:
+        mechanism_of(with_parameters(system, values))
+    except InvalidParameterError as error:
+        if not isinstance(system, Mechanism):
+            raise
+        which = ", ".join(f"{name} = {value!r}" for name, value in values.items())
+        raise InvalidParameterError(f"{error} System: {which}.") from error
 
 
 def _refuse_twins(system: System, axes: Mapping[str, Floats]) -> None:

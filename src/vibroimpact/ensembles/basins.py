@@ -48,7 +48,8 @@ def basins(
         Periodic orbits nearer than this, in units of the largest position and velocity, are one;
         in (0, 1).
     most
-        Attractors that are classified, >= 1; members left then are "not matched".
+        Members that are classified, >= 1; those that are like none of them are "not matched": give
+        a longer ``settle``, or classify more.
     **options
         Of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers, progress.
 

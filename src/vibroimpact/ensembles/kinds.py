@@ -99,6 +99,8 @@ class Section:
 class Symbol:
     """The symbol n-p-q of a periodic motion: forcing periods, impacts at stops A and B.
 
+    p and q are those of all contacts together.
+
     Parameters
     ----------
     tolerance
@@ -126,7 +128,7 @@ class Symbol:
 
     def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
         """``n``, ``p``, ``q``."""
-        texts = ("forcing periods", "impacts at stops A", "impacts at stops B")
+        texts = ("forcing periods", *(f"impacts at stops {stop} of all contacts" for stop in "AB"))
         return {
             name: whole("symbol", f"{text} until the motion repeats itself", i, "int16")
             for i, (name, text) in enumerate(zip("npq", texts, strict=True))

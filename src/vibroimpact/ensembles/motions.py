@@ -7,6 +7,7 @@ not periodic    within the tolerance and the window of the symbol: a closed curv
                 still settling; without the exponent any chaos
 no impacts      none while observed: flights, or rest on a stop
 (an outcome)    the end of its window was not reached; the words are those of ``end``
+not computed    of a store: the tile is not there yet
 """
 
 from __future__ import annotations
@@ -17,13 +18,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibroimpact.ensembles.outcome import NOT_COMPUTED
 from vibroimpact.iterates import LEAST_GROWTH
 
 Integers = NDArray[np.int64]
 
 NOT_PERIODIC, CHAOTIC, NO_IMPACTS = -1, -2, -3
 BELOW = -3  # outcomes have the codes below: BELOW - end
+ABSENT = -99
 WORDS = {NOT_PERIODIC: "not periodic", NO_IMPACTS: "no impacts", CHAOTIC: "chaotic"}
+WORDS |= {ABSENT: "not computed"}
 FULL = 0  # value of ``end`` where the whole window was observed
 
 
@@ -59,8 +63,9 @@ def motions(members: xr.Dataset) -> xr.DataArray:
     codes = np.where((p + q == 0) & _grows(members), CHAOTIC, codes)
     codes = np.where((p + q == 0) & _silent(members), NO_IMPACTS, codes)
     codes = np.where(end == FULL, codes, BELOW - end)
+    codes = np.where(end == NOT_COMPUTED, ABSENT, codes)
     words = {i: symbol(*symbols[k].tolist()) for i, k in enumerate(order)} | WORDS
-    words |= {BELOW - end: said for end, said in flags(members["end"]).items() if end != FULL}
+    words |= {BELOW - end: said for end, said in flags(members["end"]).items() if end > FULL}
     present = [int(code) for code in np.unique(codes)]
     return xr.DataArray(
         codes.astype(np.int32),

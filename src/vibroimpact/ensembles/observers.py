@@ -29,7 +29,7 @@ from vibroimpact.ensembles.kinds import (
     Speeds,
     Symbol,
 )  # fmt: skip
-from vibroimpact.ensembles.outcome import Outcome
+from vibroimpact.ensembles.outcome import NOT_COMPUTED, Outcome
 from vibroimpact.ensembles.outputs import Output, Table
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
@@ -189,10 +189,10 @@ def _moved(output: Output, by: int) -> Output:
 def _end() -> Output:
     attrs = {
         "long_name": "why the run ended",
-        "flag_values": np.array(list(Outcome), dtype=np.int8),
-        "flag_meanings": " ".join(one.name.lower() for one in Outcome),
+        "flag_values": np.array([NOT_COMPUTED, *Outcome], dtype=np.int8),
+        "flag_meanings": " ".join(["not_computed", *(one.name.lower() for one in Outcome)]),
     }
-    return Output((), (), np.dtype(np.int8), -1, attrs, "end")
+    return Output((), (), np.dtype(np.int8), NOT_COMPUTED, attrs, "end")
 
 
 def _time() -> Output:

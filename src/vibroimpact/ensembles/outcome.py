@@ -5,6 +5,9 @@ from __future__ import annotations
 from enum import IntEnum
 
 
+NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
+
+
 class Outcome(IntEnum):
     """Why the run of a member ended; ``sentence`` says it in words."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import symbol
-from vibroimpact.plotting.variables import variable_of
+from vibroimpact.plotting.variables import label_of, variable_of
 
 # Drawn in this order: large and light below, small and dark above, so that both are seen where
 # they agree.
@@ -22,6 +23,7 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
 }
 OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
 BESIDE = ("direction", "start", "point")  # dims beside that of the parameter
+COORDINATE = re.compile(r"[xv]\d+|phase")
 
 
 def plot_bifurcation_diagram(
@@ -36,7 +38,7 @@ def plot_bifurcation_diagram(
         of starts) each is drawn in its own colour; with a dim ``start`` all in one. NaN points are
         left out.
     variable
-        Name of the data variable: "x1", "v1", "phase", ...
+        Name of the data variable: "x1", "v1", "phase", or another number of each member.
     ax
         Where to draw; a new figure if not given.
 
@@ -54,7 +56,8 @@ def plot_bifurcation_diagram(
             for name, looks in looks_of(array).items():
                 _draw(ax, array.sel(direction=name), parameter, **looks)
             style.legend_outside(ax)
-        ax.set(xlabel=parameter_label(parameter), ylabel=symbol(variable))
+        along = symbol(variable) if COORDINATE.fullmatch(variable) else label_of(array)
+        ax.set(xlabel=parameter_label(parameter), ylabel=along)
     return ax
 
 

@@ -25,6 +25,7 @@ COLOURS = (
 OTHER = "other periodic"
 SYMBOL = re.compile(r"\d+-\d+-\d+")
 PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF"}
+PLAIN |= {"not computed": style.NOTHING}
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
 
 
