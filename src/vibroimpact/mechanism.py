@@ -226,7 +226,7 @@ class Mechanism:
             raise InvalidParameterError(f"mass has {n} coordinates: must be 1 to {MAX_DEGREES}.")
         if linear.cholesky(mass) is None:
             raise InvalidParameterError(
-                "mass: must be positive definite. Remove massless coordinates, or mend negative masses."
+                "mass: must be positive definite. Remove massless coordinates, and negative masses."
             )
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "damping", _square("damping", self.damping, n))

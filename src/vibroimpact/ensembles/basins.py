@@ -58,10 +58,10 @@ def basins(
     Dataset
         ``attractor``: the label of every start, 0 for the most frequent; below zero an outcome, as
         ``flag_meanings`` says. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b", "no impacts"),
-        ``kind``, ``share`` of the starts, ``exponent``, and a state on it to go on from,
-        ``attractor_position``, ``attractor_velocity``, ``attractor_phase``:
-        :func:`~vibroimpact.attractor_state`. Where no start leads to an attractor, ``label`` has
-        length 0. Beside them what the sweep observed.
+        ``kind``, ``share`` of the starts, ``exponent`` (NaN of motions that never hit this stop),
+        and a state on it to go on from, ``attractor_position``, ``attractor_velocity``,
+        ``attractor_phase``: :func:`~vibroimpact.attractor_state`. Where no start leads to an
+        attractor, ``label`` has length 0. Beside them what the sweep observed.
 
     Raises
     ------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-
 NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
 
 

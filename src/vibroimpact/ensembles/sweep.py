@@ -108,8 +108,9 @@ def sweep(
     -------
     Dataset
         Dimensions: the parameters, then "start" or the coordinates of the starts, then those of
-        the observers. Always with ``end``, why each run ended. Attributes repeat the sweep. From
-        a store, it is read only where it is used.
+        the observers. Always with ``end``, why each run ended. Attributes repeat the sweep; those
+        of a :class:`~vibroimpact.Family` name its code, and do not hold it. From a store, it is
+        read only where it is used.
 
     Raises
     ------
@@ -237,8 +238,6 @@ def _sink(
 class Memory:
     """Results in memory, taken as :class:`~vibroimpact.ensembles.store.Store` takes them."""
 
-    kept = "nothing is kept. With a store (store=..., --store) the same call would go on."
-
     def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
         size = math.prod(schema.grid.values()) * schema.member_bytes
         if size > memory_of_machine():
@@ -248,6 +247,11 @@ class Memory:
             )
         self.schema, self.arrays = schema, schema.empty()
         self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))
+        self.kept = "nothing is kept. " + (
+            "With a store (store=..., --store) the same call would go on."
+            if len(self.missing) > 1
+            else "It was one tile, which no store keeps in part."
+        )
 
     def write(self, tile: Tile, results: Arrays) -> None:
         """Take the results of a tile."""

@@ -14,6 +14,7 @@ from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.variables import label_of, variable_of
 
 SIZE = 1.8  # points
+DIRECTION_SIZE = 1.4  # times the size in a diagram, where more points are beside each other
 
 
 def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None = None) -> Axes:
@@ -59,7 +60,8 @@ def _lines(ax: Axes, array: xr.DataArray, parameter: str) -> None:
 
 def _points(ax: Axes, value: Any, numbers: Any, **looks: Any) -> None:
     numbers = np.asarray(numbers)
-    style.points(ax, value, numbers, **(looks | {"markersize": SIZE}))
+    size = DIRECTION_SIZE * looks["markersize"] if "markersize" in looks else SIZE
+    style.points(ax, value, numbers, **(looks | {"markersize": size}))
     below = np.asarray(value)[np.isneginf(numbers)]
     if below.size:
         looks |= {"label": "_", "marker": "v", "markersize": 2.0 * SIZE, "clip_on": False}

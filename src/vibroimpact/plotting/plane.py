@@ -123,7 +123,10 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | in
         rotation_look.draw(ax, plane, label)
     else:
         low, high = maps.ends(field.values)
-        maps.numbers(ax, field, colormaps[RISING], Normalize(low, high), label)
+        arrows = {0: "neither", 1: "min", 2: "max", 3: "both"}  # where numbers are beyond
+        beyond = int((field < low).any()) + 2 * int((field > high).any())
+        scale = Normalize(low, high)
+        maps.numbers(ax, field, colormaps[RISING], scale, label, extend=arrows[beyond])
 
 
 def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
