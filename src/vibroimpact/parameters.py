@@ -133,6 +133,12 @@ def with_parameters(system: System, values: Mapping[str, Any]) -> System:
     return cast(System, replace(cast(Any, system), **values))
 
 
+def with_values(message: str, values: Mapping[str, float]) -> str:
+    """What is said of a system that is refused, with the values of its parameters."""
+    which = ", ".join(f"{name} = {value!r}" for name, value in values.items())
+    return f"{message} System: {which}." if which else message
+
+
 def expanded(system: System, name: str) -> Mechanism:
     """The mechanism with jets seeded in one parameter: derivatives are coefficients 1, 3, 7.
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import parameter_value, with_parameters
+from vibroimpact.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]
@@ -87,8 +87,7 @@ def _build(system: System, values: Mapping[str, float]) -> None:
     except InvalidParameterError as error:
         if not isinstance(system, Mechanism):
             raise
-        which = ", ".join(f"{name} = {value!r}" for name, value in values.items())
-        raise InvalidParameterError(f"{error} System: {which}.") from error
+        raise InvalidParameterError(with_values(str(error), values)) from error
 
 
 def _refuse_twins(system: System, axes: Mapping[str, Floats]) -> None:

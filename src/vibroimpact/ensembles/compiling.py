@@ -25,7 +25,7 @@ from vibroimpact.ensembles.tables import Floats, Runs, Stacks, joined, stacks_of
 from vibroimpact.errors import InvalidParameterError, ResonanceError, VibroImpactError
 from vibroimpact.hybrid import Hybrid
 from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import with_parameters
+from vibroimpact.parameters import with_parameters, with_values
 from vibroimpact.simulate import System, mechanism_of
 
 Values = dict[str, NDArray[np.float64]]
@@ -232,5 +232,4 @@ def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stac
         return None
     except Exception as error:
         what = str(error) if isinstance(error, InvalidParameterError) else repr(error)
-        which = ", ".join(f"{name} = {x!r}" for name, x in numbers.items())
-        raise InvalidParameterError(f"{what} System: {which}." if which else what) from error
+        raise InvalidParameterError(with_values(what, numbers)) from error

@@ -26,8 +26,12 @@ Integers = NDArray[np.int64]
 NOT_PERIODIC, CHAOTIC, NO_IMPACTS = -1, -2, -3
 BELOW = -3  # outcomes have the codes below: BELOW - end
 ABSENT = -99
-WORDS = {NOT_PERIODIC: "not periodic", NO_IMPACTS: "no impacts", CHAOTIC: "chaotic"}
-WORDS |= {ABSENT: "not computed"}
+WORDS = {
+    NOT_PERIODIC: "not periodic",
+    NO_IMPACTS: "no impacts",
+    CHAOTIC: "chaotic",
+    ABSENT: "not computed",
+}
 FULL = 0  # value of ``end`` where the whole window was observed
 
 

@@ -24,8 +24,12 @@ COLOURS = (
 )  # fmt: skip
 OTHER = "other periodic"
 SYMBOL = re.compile(r"\d+-\d+-\d+")
-PLAIN = {"not periodic": "#6F6F6F", "chaotic": "#1A1A1A", "no impacts": "#FFFFFF"}
-PLAIN |= {"not computed": style.NOTHING}
+PLAIN = {
+    "not periodic": "#6F6F6F",
+    "chaotic": "#1A1A1A",
+    "no impacts": "#FFFFFF",
+    "not computed": style.NOTHING,
+}
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
 
 
