@@ -135,6 +135,24 @@ def test_a_slow_approach_to_a_point_is_not_taken_for_a_period():
     assert find_period(points)[0] == 0
 
 
+@pytest.mark.parametrize("of", [1, 3])
+def test_a_spiral_that_comes_back_after_67_turns_is_not_taken_for_67_points(of):
+    # The radius, 1e-8, changes by less than 1e-9 in the last third: lag 67 of returns to each of
+    # the ``of`` points is within the tolerance, no shorter one is.
+    turns = np.exp(2j * math.pi * np.arange(4000) / (67 * of)) ** of
+    spiral = 1e-8 * (1.0 - 1e-5) ** np.arange(4000) * turns
+    places = np.exp(2j * math.pi * np.arange(4000) / of)
+    points = np.column_stack([spiral.real + places.real, spiral.imag + places.imag])
+    assert find_period(points)[0] == 0
+    assert not classify_points(points).settled
+
+
+def test_an_orbit_with_neighbours_next_to_each_other_has_its_period():
+    # the impacts of a chatter come closer and closer
+    cycle = np.column_stack([0.5 ** np.arange(40), np.zeros(40)])
+    assert find_period(np.tile(cycle, (100, 1)))[0] == 40
+
+
 @pytest.mark.parametrize("k", [1, 2, 3, 8])
 def test_k_closed_curves_are_counted(k):
     rho = GOLDEN / k

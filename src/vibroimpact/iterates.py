@@ -1,7 +1,9 @@
 """What the iterates of a map lie on: a periodic orbit, closed curves, or a chaotic set.
 
 Method      period p        the smallest p with  max |x_n - x_m| <= 1e-9  over the last third of
-                            the record, m in the last p iterates, m = n (mod p)             (1)
+                            the record, m in the last p iterates, m = n (mod p); none where it
+                            nearly, within 1e-6, returns after a part of p: a slow spiral into a
+                            point that turns by 1/p comes back after p iterates, too        (1)
             pieces k        the largest k that divides the time lags between near neighbours  (2)
             chaos           exponent above three errors, and more e-folds of stretching than any
                             smooth curve can hold                                           (3)
@@ -31,6 +33,7 @@ LONGEST_PERIOD = 256  # iterates; longer orbits are undecided, and contracting
 # (1): rounding of 1e-16 per iterate, amplified by 1 / (1 - |multiplier|), stays below for every
 # orbit that contracts by more than 1e-6 per period; a torus of this size is not told from a point.
 RETURN_TOLERANCE = 1e-9
+NEARLY = 1e-6
 # (2): six neighbours reach both ways along a curve, so that their lags are not all alike; one in a
 # thousand may be wrong, at the ends of a chaotic band.
 NEIGHBOURS, STRAY = 6, 1e-3
@@ -179,9 +182,16 @@ def find_period(points: Floats) -> tuple[int, float]:
     for period in range(1, min(LONGEST_PERIOD, len(tail) // 2) + 1):
         distance = _return_distance(tail, period)
         if distance <= RETURN_TOLERANCE:
-            return period, distance
+            return (0 if _nearly_shorter(tail[-period:]) else period), distance
         smallest = min(smallest, distance)
     return 0, smallest
+
+
+def _nearly_shorter(orbit: Floats) -> bool:
+    """Whether an orbit of p points nearly closes after a part of p."""
+    p = len(orbit)
+    parts = (d for d in range(1, p // 2 + 1) if p % d == 0)
+    return any(np.linalg.norm(orbit - np.roll(orbit, d, 0), axis=1).max() <= NEARLY for d in parts)
 
 
 def _return_distance(tail: Floats, period: int) -> float:
