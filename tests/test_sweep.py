@@ -125,6 +125,21 @@ def test_a_grid_of_starts_is_the_same_starts_one_by_one():
                 np.testing.assert_array_equal(point[name], alone[name], err_msg=name)
 
 
+def test_listed_starts_go_on_where_another_sweep_ended():
+    first = vi.GridStarts({"v1": [-1.0, 0.5, 0.7]}, PLAIN)
+    ended = swept({}, first, observe="final")
+    listed = vi.ListedStarts(ended.final_position, ended.final_velocity, ended.final_phase)
+    found = swept({"omega": [1.1, 1.2]}, listed, tile=2)
+    assert found.end.dims == ("omega", "start")
+    for i, state in enumerate(zip(*listed.states(), strict=True)):
+        position, velocity, phase = state
+        alone = swept({"omega": [1.1, 1.2]}, vi.State(tuple(position), tuple(velocity), phase))
+        point = found.isel(start=i)
+        assert (point.x1, point.v2, point.phase) == (position[0], velocity[1], phase)
+        for name in alone:
+            np.testing.assert_array_equal(point[name], alone[name], err_msg=name)
+
+
 def test_a_start_behind_a_stop_is_an_outcome():
     starts = vi.GridStarts({"x2": [-7.0, 0.0, 7.0]}, PLAIN)
     found = swept({"half_clearance": [5.0, 8.0]}, starts)
@@ -344,6 +359,11 @@ def test_misuse_is_refused_by_name(options, said):
         (lambda: vi.GridStarts({"x3": [0.0]}, PLAIN), "'x3'"),
         (lambda: vi.GridStarts({"x1": [0.0, np.nan]}, PLAIN), "finite"),
         (lambda: vi.GridStarts({"x1": [0.0]}, (0.0, 0.0)), "must be a State"),
+        (lambda: vi.ListedStarts([0.0, 1.0], [0.0, 1.0]), r"position has shape \(2,\); .*\(k, n\)"),
+        (lambda: vi.ListedStarts([[0.0]], [[0.0], [1.0]]), r"velocity has .*expected \(1, 1\)"),
+        (lambda: vi.ListedStarts([[0.0]], [[0.0]], [0.0, 1.0]), r"phase has shape \(2,\)"),
+        (lambda: vi.ListedStarts([[0.0, np.inf]], [[0.0, 0.0]]), r"position\[0, 1\]: every number"),
+        (lambda: vi.ListedStarts([["a"]], [[0.0]]), "position: must be an array of numbers"),
     ],
 )
 def test_starts_that_are_none_are_refused_by_name(make, said):

@@ -111,6 +111,16 @@ def test_starts_and_followed_axes_are_stored(tmp_path: Path):
     xr.testing.assert_identical(found.load(), swept(**options))
 
 
+def test_a_store_knows_its_listed_starts(tmp_path: Path):
+    starts, others = (vi.ListedStarts([[0.0, 0.0], [0.0, x]], np.ones((2, 2))) for x in (1.0, 1.5))
+    store = tmp_path / "sweep.zarr"
+    found = swept(store, start=starts)
+    xr.testing.assert_identical(found.load(), swept(start=starts))
+    with pytest.raises(vi.InvalidParameterError, match=r"start\.sha256"):
+        swept(store, start=others)
+    xr.testing.assert_identical(swept(store, start=starts).load(), found)
+
+
 # --- after an end ---------------------------------------------------------------------------------
 
 

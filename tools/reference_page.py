@@ -41,8 +41,8 @@ GROUPS = {
         *("lyapunov_exponent", "LyapunovEstimate"),
     ],
     "Ensembles": [
-        *("sweep", "RandomStarts", "GridStarts", "plane", "bifurcation_sweep", "basins"),
-        *("attractor_state", "multistability"),
+        *("sweep", "RandomStarts", "GridStarts", "ListedStarts", "plane", "bifurcation_sweep"),
+        *("basins", "attractor_state", "multistability"),
     ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
     "Errors": [

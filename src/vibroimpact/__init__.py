@@ -16,6 +16,7 @@ from vibroimpact.derivatives import MapDerivative, map_derivative, section_jacob
 from vibroimpact.ensembles import kinds as observe  # noqa: F401 - observers with their options
 from vibroimpact.ensembles.basins import attractor_state, basins
 from vibroimpact.ensembles.diagram import bifurcation_sweep
+from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.plane import multistability, plane
 from vibroimpact.ensembles.starts import GridStarts, RandomStarts
 from vibroimpact.ensembles.sweep import sweep
@@ -61,6 +62,7 @@ __all__ = [
     "ImpactDamper",
     "InvalidParameterError",
     "Kind",
+    "ListedStarts",
     "LyapunovEstimate",
     "MapDerivative",
     "Mechanism",

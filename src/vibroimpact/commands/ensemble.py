@@ -13,10 +13,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact.commands import common
-from vibroimpact.commands.members import GRID, RANGE, Floats, Start
+from vibroimpact.commands.members import GRID, RANGE, Floats
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.ensembles.motions import flags
 from vibroimpact.ensembles.observers import OBSERVERS
+from vibroimpact.ensembles.starts import Start
 from vibroimpact.ensembles.store import store_path
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.files import Case, rehearse_picture, write

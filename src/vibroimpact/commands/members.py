@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from vibroimpact.commands import common
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.ensembles.observers import Observer, observer_of
-from vibroimpact.ensembles.starts import GridStarts, RandomStarts, names_of_state
+from vibroimpact.ensembles.starts import GridStarts, RandomStarts, Start
+from vibroimpact.ensembles.states import names_of_state
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import Case
 from vibroimpact.state import STATE, State
 
 Floats = NDArray[np.float64]
-Start = State | RandomStarts | GridStarts
 T = TypeVar("T")
 Parse = Callable[[str, str], T]  # of NAME=..., and the option that it was given to
 
@@ -59,7 +59,7 @@ def base_of(arguments: argparse.Namespace, case: Case) -> State:
     return MIDDLE if arguments.perturb is None else MIDDLE.perturbed(arguments.perturb)
 
 
-def start_of(arguments: argparse.Namespace, case: Case) -> State | RandomStarts | GridStarts:
+def start_of(arguments: argparse.Namespace, case: Case) -> Start:
     """One start or many."""
     base = base_of(arguments, case)
     random = common.given(arguments, ["starts", "seed"])

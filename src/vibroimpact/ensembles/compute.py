@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from vibroimpact.ensembles.batch import Arrays, Batch, Members, batch_of, run_members
 from vibroimpact.ensembles.observers import Final, Outcome
 from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.starts import States
+from vibroimpact.ensembles.states import States
 from vibroimpact.ensembles.tiles import Tile
 from vibroimpact.following import carried
 from vibroimpact.parameters import with_parameters

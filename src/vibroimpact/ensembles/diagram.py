@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact.ensembles.asked import Observe, check_axes, refuse, together
+from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
@@ -27,11 +28,11 @@ WAYS = ("up", "down", "both")
 
 
 def bifurcation_sweep(
-    system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts,
+    system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts | ListedStarts,
     way: Way = "both", stop: Stop = "A", contact: int = 0, points: int = 60,
     observe: Observe = (), **options: Any,
 ) -> xr.Dataset:  # fmt: skip
-    """Compute section points along a parameter, followed up and down or from random starts.
+    """Compute section points along a parameter, followed up and down or from many starts.
 
     Parameters
     ----------
@@ -40,10 +41,11 @@ def bifurcation_sweep(
     over
         Values of one parameter, such as ``{"omega": np.linspace(0.9, 1.1, 400)}``.
     start
-        A state at the first value, which is followed; or random starts, the same at every value.
+        A state at the first value, which is followed; or random or listed starts, the same at
+        every value.
     way
         "up", "down", or "both": up from ``start``, then down from where that ended, or from
-        ``start`` again if nothing ran at the last value. Random starts are not followed.
+        ``start`` again if nothing ran at the last value. Several starts are not followed.
     stop, contact
         The section, as in :func:`~vibroimpact.impact_section`.
     points
@@ -88,14 +90,14 @@ def bifurcation_sweep(
     check_axes(over, 1, "one parameter with its values", '{"omega": np.linspace(0.9, 1.1, 400)}')
     if way not in WAYS:
         raise InvalidParameterError(f"way = {way!r}: must be one of {', '.join(WAYS)}.")
-    if not isinstance(start, State | RandomStarts):
+    if not isinstance(start, State | RandomStarts | ListedStarts):
         raise InvalidParameterError(
-            f"start = {start!r}: must be a State, which is followed, or RandomStarts."
+            f"start = {start!r}: must be a State, which is followed, RandomStarts or ListedStarts."
         )
     refuse(options, "follow", 'way = "up" or "down" follows the motion.')
     section = Section(points=points, contact=contact, stop=stop)
     asked = {"over": over, "observe": together([section, "final"], observe)} | options
-    if isinstance(start, RandomStarts):
+    if not isinstance(start, State):
         return _columns(sweep(system, start=start, **asked))
     return _columns(_followed(system, next(iter(over)), way, start, asked))
 
@@ -132,7 +134,7 @@ def _top(part: xr.Dataset, name: str, start: State) -> State:
 def _columns(members: xr.Dataset) -> xr.Dataset:
     """Each coordinate of the section under its own name."""
     drawn = [name for name in members.coords if name not in members.dims]
-    members = members.drop_vars(drawn)  # coordinates of random starts: x1, v1, ... themselves
+    members = members.drop_vars(drawn)  # coordinates of the starts: x1, v1, ... themselves
     columns = {"phase": members["section_phase"]}
     for kind, letter in (("position", "x"), ("velocity", "v")):
         array = members[f"section_{kind}"]

@@ -14,7 +14,7 @@ from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.matching import TOLERANCE, different, distinct, scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, motions
 from vibroimpact.ensembles.observers import Section
-from vibroimpact.ensembles.starts import GridStarts, RandomStarts
+from vibroimpact.ensembles.starts import Many
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Stop
@@ -102,7 +102,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
 
 
 def multistability(
-    system: System, *, over: Mapping[str, ArrayLike], start: RandomStarts | GridStarts,
+    system: System, *, over: Mapping[str, ArrayLike], start: Many,
     stop: Stop = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Count the attractors that some starts meet at every point of a grid of parameters.
@@ -143,8 +143,8 @@ def multistability(
     """
     if isinstance(start, State) or not over:
         raise InvalidParameterError(
-            f"start = {start!r}, over = {over!r}: must be RandomStarts or GridStarts, and at least "
-            "one parameter. Of one system: vi.basins."
+            f"start = {start!r}, over = {over!r}: must be RandomStarts, GridStarts or "
+            "ListedStarts, and at least one parameter. Of one system: vi.basins."
         )
     check_tolerance(tolerance)
     refuse(options, "observe", MATCHED)

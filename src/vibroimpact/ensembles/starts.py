@@ -1,4 +1,4 @@
-"""Where the members of a sweep start: one state, random states, or a grid of states.
+"""Where the members of a sweep start: one state, random states, a grid of states, or a list.
 
 Coordinates of a state have names: x1, x2, ... are positions, v1, v2, ... velocities, and phase is
 that of the first forcing line. Names that are not varied keep the value of the base state.
@@ -9,28 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vibroimpact.ensembles.axes import axis_of
+from vibroimpact.ensembles.listed_starts import ListedStarts
+from vibroimpact.ensembles.states import Floats, States, names_of_state, varied
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import check_count, real
 from vibroimpact.state import State
 
-Floats = NDArray[np.float64]
-
 LARGEST_SEED = 2**64 - 1
 UNIT = 2.0**-53  # spacing of random numbers in [0, 1): the upper 53 of 64 random bits
-
-
-class States(NamedTuple):
-    """Many states: position and velocity (k, n), phase (k,)."""
-
-    position: Floats
-    velocity: Floats
-    phase: Floats
 
 
 class Starts(Protocol):
@@ -58,12 +50,7 @@ class Starts(Protocol):
         """What repeats them, in plain numbers; values of the coordinates left out."""
 
 
-def names_of_state(degrees: int) -> list[str]:
-    """x1, ..., v1, ..., phase."""
-    return [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)] + ["phase"]
-
-
-def starts_of(start: State | RandomStarts | GridStarts, degrees: int) -> Starts:
+def starts_of(start: Start, degrees: int) -> Starts:
     """The starts that a user's argument means.
 
     Raises
@@ -73,11 +60,11 @@ def starts_of(start: State | RandomStarts | GridStarts, degrees: int) -> Starts:
     """
     if isinstance(start, State):
         start_of: Starts = OneStart(start)
-    elif isinstance(start, RandomStarts | GridStarts):
+    elif isinstance(start, RandomStarts | GridStarts | ListedStarts):
         start_of = start
     else:
         raise InvalidParameterError(
-            f"start = {start!r}: must be a State, RandomStarts or GridStarts."
+            f"start = {start!r}: must be a State, RandomStarts, GridStarts or ListedStarts."
         )
     have = len(start_of.base.position)
     if have != degrees:
@@ -109,7 +96,7 @@ class OneStart:
 
     def states(self) -> States:
         """The state."""
-        return _varied(self.base, {}, 1)
+        return varied(self.base, {}, 1)
 
     def describe(self) -> dict[str, Any]:
         """The numbers of the state."""
@@ -184,7 +171,7 @@ class RandomStarts:
 
     def states(self) -> States:
         """All of them."""
-        return _varied(self.base, self._drawn(), self.count)
+        return varied(self.base, self._drawn(), self.count)
 
     def describe(self) -> dict[str, Any]:
         """Seed, numbers, ranges and base."""
@@ -272,11 +259,15 @@ class GridStarts:
         axes = self._axes()
         mesh = np.meshgrid(*axes.values(), indexing="ij")
         drawn = {name: part.ravel() for name, part in zip(axes, mesh, strict=True)}
-        return _varied(self.base, drawn, math.prod(self.dims.values()))
+        return varied(self.base, drawn, math.prod(self.dims.values()))
 
     def describe(self) -> dict[str, Any]:
         """Names and base."""
         return {"kind": "grid", "over": list(self.over), "base": _plain(self.base)}
+
+
+Many = RandomStarts | GridStarts | ListedStarts
+Start = State | Many
 
 
 def _in_order(over: Any, base: Any) -> list[str]:
@@ -304,18 +295,6 @@ def _range(name: str, ends: Any) -> tuple[float, float]:
             f"over[{name!r}] = {ends!r}: must be (low, high), finite, with low < high."
         )
     return low, high
-
-
-def _varied(base: State, drawn: Mapping[str, Floats], count: int) -> States:
-    """``count`` copies of a state with some coordinates replaced."""
-    row = np.array([*base.position, *base.velocity, base.phase])
-    rows = np.tile(row, (count, 1))
-    n = len(base.position)
-    places = {name: i for i, name in enumerate(names_of_state(n))}
-    for name, values in drawn.items():
-        rows[:, places[name]] = values
-    parts = rows[:, :n], rows[:, n : 2 * n], rows[:, -1]
-    return States(*(np.ascontiguousarray(part) for part in parts))
 
 
 def _plain(state: State) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from vibroimpact.ensembles.observers import Observer, resolve, rounds
 from vibroimpact.ensembles.plan import Plan, Window
 from vibroimpact.ensembles.question import Question, question_of
 from vibroimpact.ensembles.schema import Schema, schema_of
-from vibroimpact.ensembles.starts import GridStarts, RandomStarts, starts_of
+from vibroimpact.ensembles.starts import Start, starts_of
 from vibroimpact.ensembles.store import Store, opened, store_path
 from vibroimpact.ensembles.tiles import (
     Tile,
@@ -34,7 +34,6 @@ from vibroimpact.mechanism import check_count, nonnegative, positive
 from vibroimpact.parameters import with_parameters
 from vibroimpact.progress import Progress
 from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import State
 
 MOST_PER_PERIOD = 100  # impacts per contact: chatter is summed, so more are rarely of interest
 FEWEST_IMPACTS = 1000  # that end a member by default
@@ -47,7 +46,7 @@ def sweep(
     system: System,
     *,
     over: Mapping[str, ArrayLike],
-    start: State | RandomStarts | GridStarts,
+    start: Start,
     observe: str | Observer | Sequence[str | Observer] = "symbol",
     follow: str | None = None,
     settle: float = 250,
@@ -71,8 +70,8 @@ def sweep(
         Values by name of a parameter (parameters.py), each (k,), finite, all different. May be
         empty if there are several starts.
     start
-        A :class:`~vibroimpact.State`, :class:`~vibroimpact.RandomStarts` or
-        :class:`~vibroimpact.GridStarts`.
+        A :class:`~vibroimpact.State`, :class:`~vibroimpact.RandomStarts`,
+        :class:`~vibroimpact.GridStarts` or :class:`~vibroimpact.ListedStarts`.
     observe
         What is computed (kinds.py): names, or observers with options such as
         ``vi.observe.Section(points=50)``, one or several.
@@ -173,7 +172,7 @@ def sweep(
 def plan_of(
     system: System,
     over: Mapping[str, ArrayLike],
-    start: State | RandomStarts | GridStarts,
+    start: Start,
     observe: str | Observer | Sequence[str | Observer],
     follow: str | None,
     settle: float,

@@ -1,0 +1,105 @@
+"""Starts one by one, for the members of a sweep."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibroimpact.ensembles.states import Floats, States, names_of_state
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class ListedStarts:
+    """Starts one by one, such as the states where the members of another sweep ended.
+
+    Parameters
+    ----------
+    position, velocity
+        Coordinates and their rates, shape (k, n).
+    phase
+        Of the first forcing line [rad], shape (k,); 0 if not given.
+
+    Raises
+    ------
+    InvalidParameterError
+        Other shapes, no starts, values that are not finite.
+
+    Notes
+    -----
+    One dimension, start. A start behind a stop is not moved: the member ends with the outcome
+    BEHIND_STOP.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> starts = vi.ListedStarts([[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [0.0, 0.5]])
+    >>> starts.dims
+    {'start': 2}
+    """
+
+    position: ArrayLike
+    velocity: ArrayLike
+    phase: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        position = _finite("position", self.position)
+        if position.ndim != 2 or not position.size:
+            raise InvalidParameterError(
+                f"position has shape {position.shape}; expected (k, n), k starts of n coordinates."
+            )
+        phase = np.zeros(len(position)) if self.phase is None else self.phase
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "velocity", _finite("velocity", self.velocity, position.shape))
+        object.__setattr__(self, "phase", _finite("phase", phase, position.shape[:1]))
+
+    @property
+    def base(self) -> State:
+        """The first of them."""
+        position, velocity, phase = self.states()
+        return State(tuple(position[0]), tuple(velocity[0]), float(phase[0]))
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """One: start."""
+        return {"start": len(self.states().phase)}
+
+    @property
+    def coords(self) -> dict[str, tuple[str, Floats]]:
+        """Every coordinate."""
+        position, velocity, phase = self.states()
+        names = names_of_state(position.shape[1])
+        columns = (*position.T, *velocity.T, phase)
+        return {name: ("start", values) for name, values in zip(names, columns, strict=True)}
+
+    def block(self, place: tuple[slice, ...]) -> ListedStarts:
+        """Those of a range of numbers."""
+        return ListedStarts(*(part[place[0]] for part in self.states()))
+
+    def states(self) -> States:
+        """All of them."""
+        return States(*map(np.asarray, (self.position, self.velocity, self.phase)))
+
+    def describe(self) -> dict[str, Any]:
+        """Their number and a digest of their values."""
+        digest = hashlib.sha256(b"".join(part.tobytes() for part in self.states()))
+        return {"kind": "listed", "count": self.dims["start"], "sha256": digest.hexdigest()}
+
+
+def _finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> Floats:
+    """Numbers that are all finite, copied."""
+    try:
+        copy = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise InvalidParameterError(f"{name}: must be an array of numbers.") from None
+    if shape not in (None, copy.shape):
+        raise InvalidParameterError(f"{name} has shape {copy.shape}; expected {shape}.")
+    if not np.isfinite(copy).all():
+        place = np.argwhere(~np.isfinite(copy))[0].tolist()
+        raise InvalidParameterError(f"{name}{place}: every number must be finite.")
+    return copy
