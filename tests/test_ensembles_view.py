@@ -200,7 +200,7 @@ def test_misuse_of_a_diagram_is_refused() -> None:
     with pytest.raises(vi.InvalidParameterError, match="follow = 'omega': must be left out"):
         vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=START, follow="omega")
     grid = vi.GridStarts({"x1": [0.0, 0.5]}, START)
-    with pytest.raises(vi.InvalidParameterError, match="must be a State, which is followed, or"):
+    with pytest.raises(vi.InvalidParameterError, match="must be a State, which is followed, R"):
         vi.bifurcation_sweep(SET_A, over={"omega": [1.0]}, start=grid)  # type: ignore[arg-type]
 
 
@@ -267,10 +267,14 @@ def test_the_state_of_an_attractor_leads_to_its_orbit(basins_b: xr.Dataset) -> N
         vi.attractor_state(basins_b, "9-9-9 a")
 
 
+def settled_already(*_: object) -> xr.Dataset:
+    raise AssertionError("no member was to go on")
+
+
 def test_labels_do_not_depend_on_the_order_of_the_members(basins_b: xr.Dataset) -> None:
     turned = basins_b.isel(x1=slice(None, None, -1), v1=slice(None, None, -1))
     own = turned.drop_vars(["attractor", *(v for v in turned if "label" in turned[v].dims)])
-    labels, found = labelled(SET_B, own, contact=0, stop="A")
+    labels, found = labelled(SET_B, own, settled_already, contact=0, stop="A")
     names = {one.word for one in found}
     assert names == set(basins_b.name.values)
     for code, one in enumerate(found):
@@ -319,6 +323,47 @@ def test_members_that_settle_slowly_make_no_attractor_of_their_own() -> None:
     axis = np.linspace(-6.0, 6.0, 4)
     found = vi.basins(SET_B, over={"x1": axis, "v1": axis}, start=START, settle=400, progress=False)
     assert sorted(found.name.values) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]
+
+
+def test_members_that_are_on_their_way_go_on_until_they_are_where_they_lead(
+    basins_b: xr.Dataset,
+) -> None:
+    """80 periods leave 0.9936^80 = 60% of the distance to 1-1-1; 2000 leave 3e-6."""
+    over = {name: basins_b[name].values for name in ("x1", "v1")}
+    early = vi.basins(SET_B, over=over, start=START, settle=30, progress=False)
+    assert sorted(early.name.values) == sorted(basins_b.name.values)
+    assert (early.attractor.values >= 0).all()
+    for i, name in enumerate(early.name.values):
+        here = early.attractor.values == i
+        others = np.unique(basins_b.attractor.values[here])
+        assert len(others) == 1
+        assert basins_b.name.values[others[0]][:-2] == name[:-2]
+
+
+def test_an_interruption_while_members_go_on_says_what_is_kept(tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    axis = np.linspace(-6.0, 6.0, 9)
+
+    def stop(_: int, total: int) -> None:
+        if total < axis.size**2:
+            raise KeyboardInterrupt
+
+    options = {"over": {"x1": axis, "v1": axis}, "start": START, "settle": 30, "progress": stop}
+    with pytest.raises(KeyboardInterrupt, match="towards their attractors; nothing is kept"):
+        vi.basins(SET_B, **options)
+    with pytest.raises(KeyboardInterrupt, match=r"the window is whole in .*basins\.zarr"):
+        vi.basins(SET_B, store=tmp_path / "basins.zarr", **options)
+
+
+def test_what_drifts_towards_its_next_impact_is_not_without_impacts() -> None:
+    """In 55 periods the free mass moves by 1.5 of the 8 to its stop."""
+    over = {"x1": [0.0, 0.1], "v1": [0.0, 0.1]}
+    options = {"over": over, "settle": 5, "progress": False}
+    slow, still = (vi.State((0.0, 0.0), (0.0, speed)) for speed in (4e-3, 0.0))
+    found = vi.basins(SET_B, start=slow, **options)
+    assert (found.impacts_a + found.impacts_b == 0).all()
+    assert "no impacts" not in found.name.values
+    assert vi.basins(SET_B, start=still, **options).name.values.tolist() == ["no impacts"]
 
 
 def one_sided(omega: float) -> vi.Mechanism:
@@ -438,7 +483,7 @@ def test_motion_without_impacts_counts_as_one() -> None:
 
 
 def test_counting_needs_several_starts() -> None:
-    with pytest.raises(vi.InvalidParameterError, match="must be RandomStarts or GridStarts"):
+    with pytest.raises(vi.InvalidParameterError, match="must be RandomStarts, GridStarts or"):
         vi.multistability(SET_A, over={"omega": [1.0]}, start=START)  # type: ignore[arg-type]
     several = vi.GridStarts({"v2": [0.5, 1.0]}, START)
     with pytest.raises(vi.InvalidParameterError, match="observe = 'power': must be left out"):

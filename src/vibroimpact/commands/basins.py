@@ -16,7 +16,7 @@ NAME = "basins"
 HELP = "find the attractors from a grid of starts, and which start leads to which"
 EXAMPLE = (
     "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
-    "--settle 1000 --out basins.png --out basins.nc"
+    "--out basins.png --out basins.nc"
 )
 MATCHING = ("stop", "contact", "tolerance", "most")
 

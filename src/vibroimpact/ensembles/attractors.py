@@ -3,9 +3,12 @@
 Method      The first member without a label is classified (:func:`vibroimpact.classify`) from its
             final state; the points of that attractor are compared with the last section points of
             every member without one (matching.py); and so on until all are labelled. An attractor
-            whose own points lie on a known one of its kind and type is that one.
+            whose own points lie on a known one of its kind and type is that one: its member was
+            still on the way there, as others may be, so that all without a label go on from where
+            they ended, 8, then 64 times as long, and are compared once more.
             Members that do not impact share a label, one for each set of stops that they rest on;
-            members that impact, but not on the section, share one per symbol.
+            those in flight only if 8 times as long without: a free mass may drift slowly towards
+            its next impact. Members that impact, but not on the section, share one per symbol.
 Assumes     members of one system
 Accuracy    that of matching.py
 Fails       after ``most`` classifications the members left have the label of "not matched"
@@ -13,9 +16,10 @@ Fails       after ``most`` classifications the members left have the label of "n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from string import ascii_lowercase
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,6 +28,7 @@ from numpy.typing import NDArray
 from vibroimpact.attractors import Attractor, classify
 from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional, scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol
+from vibroimpact.ensembles.states import States
 from vibroimpact.iterates import Kind
 from vibroimpact.motion import Stop
 from vibroimpact.sections import Scale
@@ -33,7 +38,11 @@ from vibroimpact.state import STATE, State
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+Longer = Callable[[States, int], xr.Dataset]  # members that go on, so many times as long
+
 NOT_MATCHED = -1
+FLYING = "no impacts"
+LONGER, OFTEN = 8, 2  # times as long each time, and how many times
 UNIT = 64.0 * np.finfo(float).eps  # a stop and a state on it agree within so much of their size
 
 
@@ -74,14 +83,25 @@ class Labels:
         """The members without a label."""
         return np.flatnonzero(self.values == NOT_MATCHED)
 
-    def add(self, found: Found, members: NDArray[np.intp]) -> None:
-        """A new attractor with its members."""
+    def add(self, found: Found, members: NDArray[np.intp]) -> int:
+        """A new attractor with its members; its label."""
         self.values[members] = len(self.found)
         self.found.append(found)
+        return len(self.found) - 1
+
+    def join(self, found: Found, members: NDArray[np.intp]) -> None:
+        """Members of an attractor that is known by its kind and its word, or is new."""
+        key = found.kind, found.word
+        same = (i for i, one in enumerate(self.found) if (one.kind, one.word) == key)
+        label = next(same, None)
+        if label is None:
+            self.add(found, members)
+        else:
+            self.values[members] = label
 
 
 def labelled(
-    system: System, members: xr.Dataset, *, contact: int, stop: Stop,
+    system: System, members: xr.Dataset, longer: Longer, *, contact: int, stop: Stop,
     tolerance: float = TOLERANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[Found, ...]]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
@@ -92,6 +112,8 @@ def labelled(
         What the members are motions of.
     members
         With the observers section, symbol, impacts and final.
+    longer
+        Runs members with the same observers from where they ended.
     contact, stop
         The section.
     tolerance
@@ -107,18 +129,13 @@ def labelled(
     tuple of Found
         The attractors in the order of the labels.
     """
-    codes = motions(members)
-    flat = codes.values.ravel().astype(np.int64)
-    labels = Labels(np.where(flat < NO_IMPACTS, flat, NOT_MATCHED))
     table = Table.of(system, members)
-    silent = np.flatnonzero(flat == NO_IMPACTS)
-    _by_key(labels, silent, table.resting(silent), table, Kind.SILENT)
-    elsewhere = labels.left[~table.seen[labels.left]]
-    returns = table.symbols[elsewhere, 1:].any(axis=1)
-    for some, kind in ((elsewhere[returns], Kind.PERIODIC), (elsewhere[~returns], Kind.UNDECIDED)):
-        _by_key(labels, some, table.symbol_words(some), table, kind)
-    _by_classes(labels, table, contact, stop, tolerance, most)
-    return _coded(labels, codes)
+    if (flying := table.flying).size:
+        table = table.gone_on(flying, longer, LONGER)
+    labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
+    _by_words(labels, table)
+    _by_classes(labels, table, longer, contact, stop, tolerance, most)
+    return _coded(labels, motions(members))
 
 
 @dataclass(frozen=True)
@@ -127,6 +144,7 @@ class Table:
 
     system: System
     scale: Scale
+    codes: Integers
     points: Floats
     symbols: Integers
     position: Floats
@@ -134,24 +152,42 @@ class Table:
     phase: Floats
 
     @classmethod
-    def of(cls, system: System, members: xr.Dataset) -> Table:
-        """The columns of an ensemble, in the order of ``end``."""
+    def of(cls, system: System, members: xr.Dataset, scale: Scale | None = None) -> Table:
+        """The columns of an ensemble, in the order of ``end``; in its own units if none given."""
         dims = members["end"].dims
 
         def column(name: str) -> Floats:
             array = members[name].transpose(*dims, ...).values
             return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
 
-        scale = scale_of(members)
+        scale = scale or scale_of(members)
+        codes = motions(members).values.ravel().astype(np.int64)
         section = (column(f"section_{kind}") for kind in STATE)
         symbols = np.stack([column(k) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
         final = (column(f"final_{kind}") for kind in STATE)
-        return cls(system, scale, scale.points(*section), symbols, *final)
+        return cls(system, scale, codes, scale.points(*section), symbols, *final)
+
+    def gone_on(self, rows: NDArray[np.intp], longer: Longer, times: int) -> Table:
+        """With these members so many times as long, where they reach the end of that."""
+        states = States(self.position[rows], self.velocity[rows], self.phase[rows])
+        more = Table.of(self.system, longer(states, times), self.scale)
+        through = more.codes >= NO_IMPACTS
+        names = ("codes", "points", "symbols", "position", "velocity", "phase")
+        columns = {name: getattr(self, name).copy() for name in names}
+        for name, column in columns.items():
+            column[rows[through]] = getattr(more, name)[through]
+        return replace(self, **columns)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
         """Which members have a point on the section."""
         return np.asarray(np.isfinite(self.points[:, 0]).all(axis=-1))
+
+    @property
+    def flying(self) -> NDArray[np.intp]:
+        """The members without impacts that do not rest on a stop."""
+        silent = np.flatnonzero(self.codes == NO_IMPACTS)
+        return np.compress(np.array(self.resting(silent)) == FLYING, silent)
 
     def state(self, member: int) -> State:
         """Where a member ended."""
@@ -170,7 +206,7 @@ class Table:
         for name, rests in _stops(self.system, self.position[members]):
             joined = (f"{before} and {name}" if before else name for before in stops)
             stops = [new if r else old for new, old, r in zip(joined, stops, rests, strict=True)]
-        return [f"at rest on stop {on}" if on else "no impacts" for on in stops]
+        return [f"at rest on stop {on}" if on else FLYING for on in stops]
 
 
 def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
@@ -185,20 +221,44 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
                 yield (name if len(contacts) == 1 else f"{name}{number}"), on
 
 
+def _by_words(labels: Labels, table: Table) -> None:
+    """Label the members that have no point on the section: by what they do instead."""
+    silent = labels.left[table.codes[labels.left] == NO_IMPACTS]
+    _by_key(labels, silent, table.resting(silent), table, Kind.SILENT)
+    elsewhere = labels.left[~table.seen[labels.left]]
+    returns = table.symbols[elsewhere, 1:].any(axis=1)
+    for some, kind in ((elsewhere[returns], Kind.PERIODIC), (elsewhere[~returns], Kind.UNDECIDED)):
+        _by_key(labels, some, table.symbol_words(some), table, kind)
+
+
 def _by_key(
     labels: Labels, members: NDArray[np.intp], words: list[str], table: Table, kind: Kind
 ) -> None:
     """One attractor per word."""
     for word in dict.fromkeys(words):
         here = members[np.array(words) == word]
-        labels.add(Found(str(kind), word, table.state(int(here[0]))), here)
+        labels.join(Found(str(kind), word, table.state(int(here[0]))), here)
+
+
+class Class(NamedTuple):
+    """What members of an attractor look like: its points, and the symbol of one of them."""
+
+    shape: Known
+    symbol: Integers
+
+    def among(self, table: Table, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Those of some members that are on it."""
+        alike = _alike(table.symbols[rows], self.symbol, self.shape)
+        return rows[alike & self.shape.holds(table.points[rows])]
 
 
 def _by_classes(
-    labels: Labels, table: Table, contact: int, stop: Stop, tolerance: float, most: int
-) -> None:
+    labels: Labels, table: Table, longer: Longer, contact: int, stop: Stop, tolerance: float,
+    most: int,
+) -> None:  # fmt: skip
     """Classify one member after another until all have a label."""
-    shapes: dict[int, Known] = {}
+    classes: dict[int, Class] = {}
+    times = 1
     for _ in range(most):
         left = labels.left
         if not left.size:
@@ -209,17 +269,27 @@ def _by_classes(
         if not len(own):
             _unseen(labels, attractor, table, first)
             continue
-        shape = known(own, attractor.kind is Kind.PERIODIC, tolerance)
-        here = _alike(table.symbols[left], table.symbols[first], shape)
-        here &= shape.holds(table.points[left])
-        here[0] = True
-        same = (i for i, other in shapes.items() if _one(labels.found[i], other, attractor, own))
+        here = Class(known(own, attractor.kind is Kind.PERIODIC, tolerance), table.symbols[first])
+        same = (i for i, c in classes.items() if _one(labels.found[i], c.shape, attractor, own))
         label = next(same, None)
         if label is None:
-            shapes[len(labels.found)] = shape
-            labels.add(_found(attractor), left[here])
-        else:
-            labels.values[left[here]] = label
+            label = labels.add(_found(attractor), left[:1])
+            classes[label] = here
+            labels.values[here.among(table, left)] = label
+            continue
+        labels.values[here.among(table, left)] = label
+        labels.values[first] = label
+        if times < LONGER**OFTEN and labels.left.size:
+            times *= LONGER
+            table = table.gone_on(labels.left, longer, times)
+            _match(labels, table, classes)
+
+
+def _match(labels: Labels, table: Table, classes: dict[int, Class]) -> None:
+    """Label the members that look like those of a known attractor, or do not come back."""
+    for label, one in classes.items():
+        labels.values[one.among(table, labels.left)] = label
+    _by_words(labels, table)
 
 
 def _unseen(labels: Labels, attractor: Attractor, table: Table, member: int) -> None:

@@ -10,11 +10,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact.ensembles.asked import MATCHED, check_axes, refuse
-from vibroimpact.ensembles.attractors import Found, labelled
+from vibroimpact.ensembles.attractors import Found, Longer, labelled
 from vibroimpact.ensembles.kinds import check_tolerance
+from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.matching import TOLERANCE
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import GridStarts
+from vibroimpact.ensembles.states import States
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import check_count
@@ -72,6 +74,9 @@ def basins(
     -----
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
     second or two where it stays undecided. At most ``most`` members are classified.
+    Where members are found to be still on their way to an attractor, those without a label go on
+    for 8, then 64 times ``settle + periods``; only the label tells, the other variables are
+    those of the window asked for.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
     ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
     are one. Motions that impact, but never at this stop, are told apart by their symbol only.
@@ -95,12 +100,11 @@ def basins(
     check_tolerance(tolerance)
     refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
-    members = sweep(
-        system, over={}, observe=[section, "symbol", "impacts", "final"],
-        start=GridStarts(over, start), **options,
-    )  # fmt: skip
+    asked = {"over": {}, "observe": [section, "symbol", "impacts", "final"]} | options
+    members = sweep(system, start=GridStarts(over, start), **asked)
+    longer = _longer(system, members, asked)
     labels, found = labelled(
-        system, members, contact=contact, stop=stop, tolerance=tolerance, most=most
+        system, members, longer, contact=contact, stop=stop, tolerance=tolerance, most=most
     )
     table = _table(labels, found, members.sizes["coordinate"])
     return members.assign(attractor=labels, **table).assign_attrs(tolerance=tolerance, most=most)
@@ -124,6 +128,25 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     row = basins.isel(label=names.index(name))
     position, velocity = (row[f"attractor_{kind}"].values for kind in ("position", "velocity"))
     return State(tuple(position), tuple(velocity), float(row["attractor_phase"]))
+
+
+def _longer(system: System, members: xr.Dataset, asked: dict[str, Any]) -> Longer:
+    """Members settle again, so many times as long as these did and were observed."""
+    again = {name: x for name, x in asked.items() if name not in ("store", "most_impacts")}
+    length = members.attrs["settle"] + members.attrs["periods"]
+
+    def run(states: States, times: int) -> xr.Dataset:
+        window = {"settle": times * length, "start": ListedStarts(*states)}
+        try:
+            return sweep(system, **again | window)
+        except KeyboardInterrupt:
+            store = asked.get("store")
+            kept = f"the window is whole in {store}" if store else "nothing is kept"
+            raise KeyboardInterrupt(
+                f"interrupted while members went on towards their attractors; {kept}."
+            ) from None
+
+    return run
 
 
 def _table(labels: xr.DataArray, found: tuple[Found, ...], degrees: int) -> dict[str, Any]:
