@@ -113,7 +113,7 @@ def counted(members: list[tuple[Floats, tuple[int, int, int]]], k: int = 16) -> 
         np.arange(len(members)),
         *np.random.default_rng(2).permuted([range(len(members))] * 3, axis=1),
     ]
-    (count,) = {distinct(points[order], symbols[order], "A") for order in orders}
+    (count,) = {distinct(points[order], symbols[order], 1) for order in orders}
     return count
 
 

@@ -251,9 +251,9 @@ def hashes() -> dict[str, str]:
 GOLDEN = {
     "chaotic": "d811982ee90329db",
     "chatter": "a4f27ac808177d67",
-    "two contacts": "33ab7787eb62c61b",
-    "coupled": "9c02ab6d9464611e",
-    "dense": "fc5f48c08d3736a4",
+    "two contacts": "1b7c335398721985",
+    "coupled": "2cd9cf682a3b147c",
+    "dense": "f33b87df770f47ec",
 }
 
 

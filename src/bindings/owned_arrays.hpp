@@ -151,7 +151,7 @@ public:
         want(sees(vi::sees_section), "section_velocity", &fields::section_velocity, points * n);
         want(sees(vi::sees_section), "section_phase", &fields::section_phase, points);
         want(sees(vi::sees_section), "section_time", &fields::section_time, points);
-        want(sees(vi::sees_symbol), "symbol", &fields::symbol, 3); // n, p, q
+        want(sees(vi::sees_symbol), "symbol", &fields::symbol, 1 + 2 * b.contacts); // n, p, q
         want(sees(vi::sees_impacts), "impacts", &fields::impacts,
              2);                                                   // at A, at B, per period
         want(sees(vi::sees_speeds), "speeds", &fields::speeds, 4); // mean, rms, smallest, largest

@@ -20,7 +20,7 @@ from vibroimpact.iterates import FEWEST_POINTS, Kind, Shape, classify_points
 from vibroimpact.lyapunov import LyapunovEstimate, exponent_from
 from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Motion, Stop
-from vibroimpact.orbit_type import OrbitType, is_symmetric, multipliers, orbit_type
+from vibroimpact.orbit_type import OrbitType, is_symmetric, multipliers, orbit_symbol, orbit_type
 from vibroimpact.rotation import Rotation, weighted_average
 from vibroimpact.sections import (
     IMPACTS_PER_POINT,
@@ -50,7 +50,11 @@ class Attractor:
     shape
         What the section points lie on: kind, period, pieces, curve, return distance, reason.
     type
-        n-p-q of a periodic motion, else None; completed chatter counts as one impact.
+        n-p-q of a periodic motion at the contact of the section, else None; completed chatter
+        counts as one impact.
+    symbol
+        n-p-q with a pair p-q for every contact that impacts, as of
+        :attr:`~vibroimpact.Orbit.symbol`; empty for other kinds.
     multipliers
         Floquet multipliers of a periodic motion, largest first; None for other kinds and for
         orbits that chatter or stick.
@@ -72,6 +76,7 @@ class Attractor:
 
     shape: Shape
     type: OrbitType | None
+    symbol: str
     multipliers: NDArray[np.complex128] | None
     symmetric: bool | None
     exponent: LyapunovEstimate
@@ -110,7 +115,7 @@ class Attractor:
         """Kind with n-p-q, number of curves or of pieces."""
         shape = self.shape
         if shape.kind is Kind.PERIODIC:
-            return f"{self.type} periodic"
+            return f"{self.symbol} periodic"
         if shape.kind is Kind.QUASIPERIODIC and shape.curve:
             turns = f" of {shape.curve.turns} turns" if shape.curve.turns > 1 else ""
             plural = "s" if shape.pieces > 1 else ""
@@ -255,6 +260,7 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
     return Attractor(
         shape=shape,
         type=orbit_type(shape, part, section),
+        symbol=orbit_symbol(shape, part, section),
         multipliers=multipliers(motion, shape, part, section),
         symmetric=is_symmetric(shape, part, section),
         exponent=exponent,

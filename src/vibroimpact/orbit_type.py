@@ -10,6 +10,7 @@ Method      n = elapsed forcing periods, p and q = impacts at stops A and B whil
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ MIRROR_GAPS = 2.0
 
 
 class OrbitType(NamedTuple):
-    """n-p-q: forcing periods, impacts at stop A, impacts at stop B, until the orbit closes."""
+    """n-p-q: forcing periods, impacts at stops A and B of one contact, until the orbit closes."""
 
     n_periods: int
     impacts_a: int
@@ -43,6 +44,24 @@ class OrbitType(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.n_periods or '?'}-{self.impacts_a}-{self.impacts_b}"
+
+
+def symbol_word(n: int | str, counts: Sequence[Sequence[int]]) -> str:
+    """n-p-q with a pair p-q for every contact that impacts: "1-1-1", "1-1-1,0-2".
+
+    Parameters
+    ----------
+    n
+        Forcing periods.
+    counts
+        Impacts at stops A and B of every contact, shape (contact, 2). Contacts are named unless
+        they are the first ones: "1-2-1 (contact 1)".
+    """
+    struck = [contact for contact, pair in enumerate(counts) if any(pair)]
+    pairs = ",".join("{}-{}".format(*counts[contact]) for contact in struck)
+    word = f"{n}-{pairs}"
+    first = struck == list(range(len(struck)))
+    return word if first else f"{word} (contact {', '.join(map(str, struck))})"
 
 
 def loop_of(shape: Shape, part: Impacts, section: Section) -> tuple[int, int]:
@@ -59,9 +78,23 @@ def orbit_type(shape: Shape, part: Impacts, section: Section) -> OrbitType | Non
     elapsed = (part.high[last] - part.high[first]) + (part.low[last] - part.low[first])
     periods = float(elapsed) * mechanism_of(section.system).omega / (2.0 * np.pi)
     whole = round(periods) if abs(periods - round(periods)) <= WHOLE_PERIODS * periods else 0
-    same = part.contact[first + 1 : last + 1] == section.contact
-    side = part.side[first + 1 : last + 1]
-    return OrbitType(whole, int((same & (side == 1)).sum()), int((same & (side == -1)).sum()))
+    return OrbitType(whole, *_counts(part, first, last, section.contact))
+
+
+def orbit_symbol(shape: Shape, part: Impacts, section: Section) -> str:
+    """n-p-q of all contacts of a periodic motion, empty for others."""
+    kind = orbit_type(shape, part, section)
+    if kind is None:
+        return ""
+    first, last = loop_of(shape, part, section)
+    contacts = range(len(mechanism_of(section.system).contacts))
+    return symbol_word(kind.n_periods or "?", [_counts(part, first, last, c) for c in contacts])
+
+
+def _counts(part: Impacts, first: int, last: int, contact: int) -> tuple[int, int]:
+    """Impacts at stops A and B of a contact in a closed loop."""
+    side = part.side[first + 1 : last + 1][part.contact[first + 1 : last + 1] == contact]
+    return int((side == 1).sum()), int((side == -1).sum())
 
 
 def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -> Complexes | None:

@@ -23,7 +23,7 @@ public:
         fill(b_.section_velocity, b_.last * n_, not_a_number());
         fill(b_.section_phase, b_.last, not_a_number());
         fill(b_.section_time, b_.last, not_a_number());
-        fill(b_.symbol, 3, 0.0);
+        fill(b_.symbol, 1 + 2 * b_.contacts, 0.0);
         fill(b_.impacts, 2, not_a_number());
         fill(b_.speeds, 4, not_a_number());
         fill(b_.power, 1, not_a_number());
@@ -44,10 +44,7 @@ public:
     VI_CALL void write(const observers<Flow>& all, double period, double observed) const {
         const double duration = observed > 0.0 ? observed : not_a_number();
         if (all.wants(sees_section)) write(all.section);
-        if (all.wants(sees_symbol)) {
-            const auto symbol = all.symbol.result();
-            put(b_.symbol, symbol.n, symbol.p, symbol.q);
-        }
+        if (all.wants(sees_symbol)) write(all.symbol.result());
         if (all.wants(sees_impacts)) {
             const double periods = duration / period;
             put(b_.impacts, all.impacts.upper / periods, all.impacts.lower / periods);
@@ -111,6 +108,15 @@ private:
             state(point.mode, point.y, b_.section_position + at * n_, b_.section_velocity + at * n_,
                   b_.section_phase + at);
             b_.section_time[at] = point.time;
+        }
+    }
+    VI_HD void write(const periodic_symbol<Shape::max_contacts>& symbol) const { // n, all p, all q
+        const long long contacts = b_.contacts;
+        double* to = b_.symbol + i_ * (1 + 2 * contacts);
+        to[0] = symbol.n;
+        for (long long c = 0; c < contacts; ++c) {
+            to[1 + c] = symbol.p[c];
+            to[1 + contacts + c] = symbol.q[c];
         }
     }
     VI_HD void write(const vi::extremes<Flow>& e) const {

@@ -34,7 +34,7 @@ struct last_impacts {
         ++seen;
     }
     VI_HD bool none() const {
-        const int impacts = orbit.result().impacts();
+        const int impacts = orbit.result().impacts;
         return impacts == 0 || impacts > longest;
     }
 };
@@ -52,7 +52,7 @@ struct settling {
     VI_HD bool see(const event<double, Shape>& e, const trajectory<double, Shape>& at,
                    const clock& now) {
         if (!counts_as_impact(e.what)) return true;
-        const long period = orbit.orbit.result().impacts();
+        const long period = orbit.orbit.result().impacts;
         const long later = (impacts - ++count) / period * period; // to the end, whole periods
         const auto& there =
             orbit.kept[(orbit.seen - 1 - (impacts - count - later)) % orbit.longest];

@@ -1,15 +1,16 @@
-// The symbol n-p-q of a periodic motion.
+// The symbol n-p-q of a periodic motion, p and q of every contact.
 //
 // Method      The first impact in the window is the reference; a later one is a return if the motion
 //             stands at the same contact and stop in the same state (state.hpp). The period is the
 //             smallest K such that the impacts K, 2 K, 3 K, ... after the reference are all
 //             returns, at least `returns` of them, to the end of the window.             (1)
-//             p of these K impacts are at upper stops (A), q at lower ones (B), and n is the time
-//             of the first return in forcing periods, rounded: its phase agrees already.
+//             Of these K impacts p are at the upper stop (A) of a contact, q at its lower one (B),
+//             and n is the time of the first return in forcing periods, rounded: its phase agrees
+//             already.
 //             One bit per impact says whether it is a return; (1) is decided at the end.
 // Assumes     completed chatter is one impact
 // Fails       n = p = q = 0: no impact; not periodic, or not settled within the tolerance; period
-//             too long for the window; K beyond the first 32 returns, or n, p, q beyond 16 bits.
+//             too long for the window; K beyond the first 32 returns, or n beyond 16 bits.
 //             The first 4096 impacts of a longer window decide. Without forcing n = 0.
 #pragma once
 
@@ -17,19 +18,18 @@
 
 namespace vi {
 
+template <int Contacts>
 struct periodic_symbol {
-    int n = 0, p = 0, q = 0;
-    VI_HD int impacts() const { return p + q; }
+    int impacts = 0;
+    int n = 0, p[Contacts] = {}, q[Contacts] = {};
 };
 
 template <class Shape>
 struct symbol {
     static constexpr int most_impacts = 4096, most_periods = 32, word = 64;
-    static constexpr double largest = 32767.0; // of n, p, q
-    struct period {
-        int impacts, upper;
-        double forcing_periods;
-    };
+    static constexpr int too_long = -1;
+    static constexpr double largest = 32767.0; // of n; p and q stay below most_impacts
+    using repeated = periodic_symbol<Shape::max_contacts>;
 
     double tolerance = 0.0;
     long returns = 0;
@@ -40,9 +40,9 @@ struct symbol {
     int contact = 0, side = 0;
     double since = 0.0;
     physical_state<Shape::max_dimension> reference{};
-    int impacts = 0, upper = 0; // after the reference; those at upper stops
+    repeated after{}; // the reference
     unsigned long long returned[most_impacts / word] = {};
-    period periods[most_periods]; // the first returns
+    repeated periods[most_periods]; // the first returns
     int candidates = 0;
 
     template <class Flow>
@@ -56,23 +56,21 @@ struct symbol {
             reference = physical(rows, s);
             return;
         }
-        if (impacts == most_impacts - 1) return;
-        ++impacts;
-        upper += s.e.side > 0;
+        if (after.impacts == most_impacts - 1) return;
+        ++after.impacts;
+        ++(s.e.side > 0 ? after.p : after.q)[s.e.contact];
         if (!is_back(s)) return;
-        returned[impacts / word] |= 1ULL << (impacts % word);
+        returned[after.impacts / word] |= 1ULL << (after.impacts % word);
         if (candidates == most_periods) return;
-        const double elapsed = (s.time - since) * omega / (2.0 * pi);
-        periods[candidates++] = {impacts, upper, nearbyint(elapsed)};
+        const double elapsed = nearbyint((s.time - since) * omega / (2.0 * pi));
+        after.n = elapsed <= largest ? static_cast<int>(elapsed) : too_long;
+        periods[candidates++] = after;
     }
 
-    VI_HD periodic_symbol result() const {
+    VI_HD repeated result() const {
         for (int i = 0; i < candidates; ++i)
-            if (always_returns(periods[i].impacts)) {
-                const auto& k = periods[i];
-                if (max(k.forcing_periods, static_cast<double>(k.impacts)) > largest) return {};
-                return {static_cast<int>(k.forcing_periods), k.upper, k.impacts - k.upper};
-            }
+            if (always_returns(periods[i].impacts))
+                return periods[i].n == too_long ? repeated{} : periods[i];
         return {};
     }
 
@@ -84,9 +82,9 @@ private:
     }
 
     VI_HD bool always_returns(int k) const { // (1)
-        for (int i = k; i <= impacts; i += k)
+        for (int i = k; i <= after.impacts; i += k)
             if (!(returned[i / word] >> (i % word) & 1)) return false;
-        return impacts / k >= returns;
+        return after.impacts / k >= returns;
     }
 };
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from vibroimpact.attractors import Attractor, classify
 from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional, scale_of
-from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol
+from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol, symbols_of
 from vibroimpact.ensembles.states import States
 from vibroimpact.iterates import Kind
 from vibroimpact.motion import Stop
@@ -163,7 +163,8 @@ class Table:
         scale = scale or scale_of(members)
         codes = motions(members).values.ravel().astype(np.int64)
         section = (column(f"section_{kind}") for kind in STATE)
-        symbols = np.stack([column(k) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
+        symbols = symbols_of(members)
+        symbols = symbols.reshape(-1, symbols.shape[-1])
         final = (column(f"final_{kind}") for kind in STATE)
         return cls(system, scale, codes, scale.points(*section), symbols, *final)
 
@@ -197,8 +198,7 @@ class Table:
 
     def symbol_words(self, members: NDArray[np.intp]) -> list[str]:
         """The symbol of each member, or that it is not periodic."""
-        rows = self.symbols[members].tolist()
-        return [symbol(*row) if row[1] + row[2] else "not periodic" for row in rows]
+        return [symbol(row) if row[1:].any() else "not periodic" for row in self.symbols[members]]
 
     def resting(self, members: NDArray[np.intp]) -> list[str]:
         """Whether each member is in flight or on which stops it rests."""
@@ -331,7 +331,7 @@ def _found(attractor: Attractor) -> Found:
 
 
 def _word(attractor: Attractor) -> str:
-    return str(attractor.type) if attractor.type else str(attractor.kind)
+    return attractor.symbol or str(attractor.kind)
 
 
 def _coded(labels: Labels, codes: xr.DataArray) -> tuple[xr.DataArray, tuple[Found, ...]]:

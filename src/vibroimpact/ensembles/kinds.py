@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from vibroimpact.ensembles.outputs import (
+    CONTACT,
     COORDINATE,
     EXPONENT,
     POINT,
@@ -99,7 +100,7 @@ class Section:
 class Symbol:
     """The symbol n-p-q of a periodic motion: forcing periods, impacts at stops A and B.
 
-    p and q are those of all contacts together.
+    With several contacts p and q have a dimension of them.
 
     Parameters
     ----------
@@ -126,12 +127,14 @@ class Symbol:
         check_tolerance(self.tolerance)
         check_count("returns", self.returns, 1, MOST)
 
-    def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
-        """``n``, ``p``, ``q``."""
-        texts = ("forcing periods", *(f"impacts at stops {stop} of all contacts" for stop in "AB"))
-        return {
-            name: whole("symbol", f"{text} until the motion repeats itself", i, "int16")
-            for i, (name, text) in enumerate(zip("npq", texts, strict=True))
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """``n``, ``p``, ``q``: (...) with one contact, p and q (..., contact) with several."""
+        count = len(mechanism.contacts)
+        more = ((CONTACT,), (count,)) if count > 1 else ((), ())
+        text = "until the motion repeats itself"
+        return {"n": whole("symbol", f"forcing periods {text}", 0, "int16")} | {
+            name: whole("symbol", f"impacts at stop {stop} {text}", 1 + i * count, "int16", *more)
+            for i, (name, stop) in enumerate(zip("pq", "AB", strict=True))
         }
 
 

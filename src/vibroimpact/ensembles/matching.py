@@ -36,7 +36,6 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vibroimpact import sections
-from vibroimpact.motion import Stop
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -108,14 +107,14 @@ def longest_gaps(points: Floats) -> Floats:
 
 
 def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags:
-    """Which symbols (m, 3) have the impacts per forcing period of one of them (3); zeros have."""
-    n, p, q = symbol
-    same = (symbols[:, 1] * q == symbols[:, 2] * p) & (symbols[:, 1] * n == symbols[:, 0] * p)
-    return np.asarray(same & (symbols[:, 2] * n == symbols[:, 0] * q))
+    """Which symbols (m, k) have the impacts per forcing period of one of them (3); zeros have."""
+    largest = symbol.argmax()
+    scaled = symbols * symbol[largest] == symbols[:, largest, None] * symbol
+    return np.asarray(scaled.all(axis=1))
 
 
 def different(symbols: NDArray[np.int64]) -> int:
-    """How many of some symbols (m, 3) are not proportional (3); zeros count alone only."""
+    """How many of some symbols (m, k) are not proportional (3); zeros count alone only."""
     left, count = symbols[symbols.any(axis=1)], 0
     while len(left):
         left = left[~proportional(left, left[0])]
@@ -124,7 +123,7 @@ def different(symbols: NDArray[np.int64]) -> int:
 
 
 def distinct(
-    points: Floats, symbols: NDArray[np.int64], stop: Stop, tolerance: float = TOLERANCE
+    points: Floats, symbols: NDArray[np.int64], column: int, tolerance: float = TOLERANCE
 ) -> int:
     """How many attractors some members meet, by (1) and (4); in any order of the members.
 
@@ -133,15 +132,15 @@ def distinct(
     points
         Shape (member, k, dimension), missing points NaN, at the end.
     symbols
-        n, p, q of each, shape (member, 3), zeros where not periodic.
-    stop
-        Of the section.
+        n, all p, all q of each, shape (member, k), zeros where not periodic.
+    column
+        Of these, which counts the impacts at the stop.
     tolerance
         Of (1).
     """
     there = np.asarray(np.isfinite(points).all(axis=-1))
     left, impacts = there[:, 0].copy(), symbols[:, 1:].sum(axis=1)
-    short = (impacts > 0) & (symbols[:, 1 if stop == "A" else 2] <= there.sum(axis=1))
+    short = (impacts > 0) & (symbols[:, column] <= there.sum(axis=1))
     gaps = longest_gaps(points)
     count = 0
     for first in np.lexsort((np.where(short, impacts, -gaps), ~short)):  # short orbits, wide gaps

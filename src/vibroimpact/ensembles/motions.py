@@ -1,6 +1,7 @@
 """What each member of an ensemble does, as one category.
 
-n-p-q           periodic, codes 0, 1, 2, ... from the most frequent to the rarest symbol
+n-p-q           periodic, codes 0, 1, 2, ... from the most frequent to the rarest symbol; with a
+                pair p-q for every contact that impacts
 chaotic         the exponent says so: the tangent grows by more e-folds in the window than along any
                 smooth curve (iterates.py)
 not periodic    within the tolerance and the window of the symbol: a closed curve, weak chaos, or
@@ -20,6 +21,8 @@ from numpy.typing import NDArray
 
 from vibroimpact.ensembles.outcome import NOT_COMPUTED
 from vibroimpact.iterates import LEAST_GROWTH
+from vibroimpact.motion import Stop
+from vibroimpact.orbit_type import symbol_word
 
 Integers = NDArray[np.int64]
 
@@ -32,6 +35,7 @@ WORDS = {
     CHAOTIC: "chaotic",
     ABSENT: "not computed",
 }
+LARGEST = 2**62
 FULL = 0  # value of ``end`` where the whole window was observed
 
 
@@ -58,17 +62,19 @@ def motions(members: xr.Dataset) -> xr.DataArray:
         Integer codes with the dims of ``end``; ``flag_values`` and ``flag_meanings`` say what they
         mean (CF conventions: words joined by underscores, separated by blanks).
     """
-    n, p, q, end = (np.asarray(members[k].values, dtype=np.int64) for k in ("n", "p", "q", "end"))
-    symbols, place, counts = _symbols(n, p, q)
+    end = members["end"].values.astype(np.int64)
+    of_each = symbols_of(members)
+    periodic = np.asarray(of_each[..., 1:].any(axis=-1))
+    symbols, place, counts = _different(np.where(periodic[..., None], of_each, 0))
     order = np.argsort(-counts, kind="stable")
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
-    codes = np.where(p + q > 0, rank[place].reshape(n.shape), NOT_PERIODIC)
-    codes = np.where((p + q == 0) & _grows(members), CHAOTIC, codes)
-    codes = np.where((p + q == 0) & _silent(members), NO_IMPACTS, codes)
+    codes = np.where(periodic, rank[place].reshape(end.shape), NOT_PERIODIC)
+    codes = np.where(~periodic & _grows(members), CHAOTIC, codes)
+    codes = np.where(~periodic & _silent(members), NO_IMPACTS, codes)
     codes = np.where(end == FULL, codes, BELOW - end)
     codes = np.where(end == NOT_COMPUTED, ABSENT, codes)
-    words = {i: symbol(*symbols[k].tolist()) for i, k in enumerate(order)} | WORDS
+    words = {i: symbol(symbols[k]) for i, k in enumerate(order)} | WORDS
     words |= {BELOW - end: said for end, said in flags(members["end"]).items() if end > FULL}
     present = [int(code) for code in np.unique(codes)]
     return xr.DataArray(
@@ -98,20 +104,39 @@ def flags(codes: xr.DataArray) -> dict[int, str]:
     return {int(v): w for v, w in zip(values, codes.attrs["flag_meanings"].split(), strict=True)}
 
 
-def symbol(n: int, p: int, q: int) -> str:
-    """n-p-q; without forcing there is no n."""
-    return f"{n or '?'}-{p}-{q}"
+def symbols_of(members: xr.Dataset) -> Integers:
+    """Symbols of the members, with the dims of ``end`` and one more: n, all p, all q."""
+    dims = members["end"].dims
+    arrays = [members[name].transpose(*dims, ...).values for name in ("n", "p", "q")]
+    columns = [array.reshape(*array.shape[: len(dims)], -1) for array in arrays]
+    return np.concatenate(columns, axis=-1, dtype=np.int64)
 
 
-def _symbols(n: Integers, p: Integers, q: Integers) -> tuple[Integers, Integers, Integers]:
-    """The different n-p-q of periodic members, the one of each member, and how many have it."""
-    rows = [np.where(p + q > 0, part, 0).ravel() for part in (n, p, q)]
-    sizes = [int(row.max(initial=0)) + 1 for row in rows]
-    packed = np.ravel_multi_index(rows, sizes)  # one number per symbol sorts faster than three
-    codes, place, counts = np.unique(packed, return_inverse=True, return_counts=True)
-    symbols = np.column_stack(np.unravel_index(codes, sizes))
-    counts = np.where(symbols[:, 1:].any(axis=1), counts, 0)  # those not periodic come last
-    return symbols, place, counts
+def column_of(contact: int, stop: Stop, width: int) -> int:
+    """Where a symbol of so many numbers has the impacts at a stop."""
+    return 1 + contact + (0 if stop == "A" else width // 2)
+
+
+def symbol(numbers: Integers) -> str:
+    """n-p-q of one member (orbit_type.py); without forcing there is no n."""
+    n, *counts = numbers.tolist()
+    return symbol_word(n or "?", np.reshape(counts, (2, -1)).T.tolist())
+
+
+def _different(symbols: Integers) -> tuple[Integers, Integers, Integers]:
+    """The different symbols in order, zeros last; which one each member has; how many have it."""
+    rows = symbols.reshape(-1, symbols.shape[-1])
+    packed = np.zeros(len(rows), dtype=np.int64)  # a number per symbol sorts faster than a row
+    for column in rows.T:
+        size = int(column.max(initial=0)) + 1
+        if (int(packed.max(initial=0)) + 1) * size > LARGEST:
+            packed = np.unique(packed, return_inverse=True)[1]
+        packed = packed * size + column
+    _, first, place, counts = np.unique(
+        packed, return_index=True, return_inverse=True, return_counts=True
+    )
+    found = rows[first]
+    return found, place, np.where(found.any(axis=1), counts, 0)  # those not periodic come last
 
 
 def _grows(members: xr.Dataset) -> NDArray[np.bool_]:

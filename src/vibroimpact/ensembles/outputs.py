@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact.errors import InvalidParameterError
 
-COORDINATE, POINT, EXPONENT = "coordinate", "point", "exponent"  # dimensions
+COORDINATE, CONTACT, POINT, EXPONENT = "coordinate", "contact", "point", "exponent"  # dimensions
 
 
 class Output(NamedTuple):
@@ -58,10 +59,13 @@ def real(
     return Output(dims, shape, np.dtype(float), np.nan, attrs, table, columns)
 
 
-def whole(table: str, text: str, column: int, dtype: str) -> Output:
-    """An integer, 0 where nothing was computed."""
-    attrs = {"long_name": text}
-    return Output((), (), np.dtype(dtype), 0, attrs, table, slice(column, column + 1))
+def whole(
+    table: str, text: str, column: int, dtype: str,
+    dims: tuple[str, ...] = (), shape: tuple[int, ...] = (),
+) -> Output:  # fmt: skip
+    """Integers, 0 where nothing was computed, from one column on."""
+    attrs, columns = {"long_name": text}, slice(column, column + math.prod(shape))
+    return Output(dims, shape, np.dtype(dtype), 0, attrs, table, columns)
 
 
 def reals(table: str, texts: dict[str, str], units: str = "") -> Table:

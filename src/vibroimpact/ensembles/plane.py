@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact.ensembles.asked import MATCHED, Observe, check_axes, refuse, together
 from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.matching import TOLERANCE, different, distinct, scale_of
-from vibroimpact.ensembles.motions import NO_IMPACTS, motions
+from vibroimpact.ensembles.motions import NO_IMPACTS, column_of, motions, symbols_of
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import Many
 from vibroimpact.ensembles.sweep import sweep
@@ -152,11 +152,13 @@ def multistability(
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts"], start=start, **options
     )
-    counted = _counted(members, list(over), stop, tolerance)
+    counted = _counted(members, list(over), contact, stop, tolerance)
     return members.assign(attractors=counted).assign_attrs(tolerance=tolerance)
 
 
-def _counted(members: xr.Dataset, over: list[str], stop: Stop, tolerance: float) -> xr.DataArray:
+def _counted(
+    members: xr.Dataset, over: list[str], contact: int, stop: Stop, tolerance: float
+) -> xr.DataArray:
     """Attractors met at every point of the parameters."""
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
@@ -167,7 +169,9 @@ def _counted(members: xr.Dataset, over: list[str], stop: Stop, tolerance: float)
 
     section = (column(members[f"section_{kind}"]) for kind in STATE)
     points = scale_of(members).points(*section)
-    symbols = np.stack([column(members[k]) for k in ("n", "p", "q")], axis=-1).astype(np.int64)
+    each = symbols_of(members)
+    symbols = column(xr.DataArray(each, dims=(*codes.dims, "symbol")))
+    impacts = column_of(contact, stop, each.shape[-1])
     kinds = column(codes)
     points[kinds <= NO_IMPACTS] = np.nan
     elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
@@ -175,5 +179,5 @@ def _counted(members: xr.Dataset, over: list[str], stop: Stop, tolerance: float)
     for at in np.ndindex(*shape):
         others = different(symbols[at][elsewhere[at]])
         silent = bool((kinds[at] == NO_IMPACTS).any())
-        counts[at] = distinct(points[at], symbols[at], stop, tolerance) + others + silent
+        counts[at] = distinct(points[at], symbols[at], impacts, tolerance) + others + silent
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import linear
 from vibroimpact.mechanism import Mechanism, stop_sizes
+from vibroimpact.orbit_type import symbol_word
 from vibroimpact.parameters import parameter_value
 from vibroimpact.periodic.admissibility import Nearest, Place, least_gaps, why_inadmissible
 from vibroimpact.periodic.multipliers import pencil_of
@@ -98,11 +99,10 @@ class Orbit:
         Contacts are named unless they are the first ones: "1-2-1 (contact 1)".
         """
         counts = Counter(self.signature.impacts)
-        contacts = sorted({contact for contact, _ in counts})
-        pairs = ",".join(f"{counts[(c, 1)]}-{counts[(c, -1)]}" for c in contacts)
-        symbol = f"{self.signature.cycles}-{pairs}"
-        first = contacts == list(range(len(contacts)))
-        return symbol if first else f"{symbol} (contact {', '.join(map(str, contacts))})"
+        contacts = range(len(self.mechanism.contacts))
+        return symbol_word(
+            self.signature.cycles, [[counts[(c, side)] for side in (1, -1)] for c in contacts]
+        )
 
     @property
     def state(self) -> State:

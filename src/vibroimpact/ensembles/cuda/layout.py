@@ -118,7 +118,7 @@ def _widths(spec: dict[str, Any], sizes: Sizes, rows: dict[str, Floats]) -> dict
     tables = {
         "section": {"section_position": points * n, "section_velocity": points * n,
                     "section_phase": points, "section_time": points},
-        "symbol": {"symbol": 3},
+        "symbol": {"symbol": 1 + 2 * sizes.contacts},
         "impacts": {"impacts": 2},
         "speeds": {"speeds": 4},
         "power": {"power": 1},
