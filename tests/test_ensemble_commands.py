@@ -61,6 +61,22 @@ def test_sweep_writes_the_sweep_of_the_library(capsys: pytest.CaptureFixture[str
     assert out.endswith("wrote s.nc\n")
 
 
+def test_followed_downwards_is_taken_with_and_without_an_equals_sign(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--observe", "final"]
+    for name, words in (("a.nc", ["--follow", "-omega"]), ("b.nc", ["--follow=-omega"])):
+        said([*argv, *words, "--out", name], capsys)
+    xr.testing.assert_identical(opened("a.nc"), opened("b.nc"))
+    assert opened("a.nc").attrs["follow"] == "-omega"
+    assert cli.main([*argv, "--follow", "--out", "c.nc"]) == cli.MISUSE
+
+
+def test_counts_over_one_parameter_are_drawn_along_it(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["plane", CASE, "--over", OMEGA, "--starts", "2", "--vary", "x1=0:1", *SHORT]
+    assert "wrote p.png" in said([*argv, "--out", "p.png"], capsys)
+
+
 def test_random_starts_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["sweep", CASE, "--over", OMEGA, "--starts", "4", "--seed", "7", "--vary", "x1=-1:2"]
     out = said([*argv, "--vary", "v2=0:3", *SHORT, "--out", "s.nc"], capsys)
@@ -246,7 +262,10 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
     [
         (["sweep", CASE, "--over", OMEGA], "variable: missing. Take one of end"),
         (["sweep", CASE, "--over", OMEGA, "--variable", "power"], "'power': must be one of end"),
-        (["sweep", *PLANE[1:], "--over", "zeta=0,0.1", "--variable", "n"], "one parameter"),
+        (["sweep", *PLANE[1:], "--over", "zeta=0,0.1", "--variable", "n"], "one or two parameters"),
+        ([*PLANE, "--over", "zeta=0,0.1", "--starts", "2", "--vary", "x1=0:1"], "one or two para"),
+        ([*PLANE[:4], "--starts", "2", "--vary", "x1=0:1", "--most", "3"], "most: is for planes"),
+        ([*PLANE, "--symbols", "1-1-1", "--variable", "period"], "are the colours of 'motion'"),
         (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
         ([*PLANE, "--most", "9"], "most = 9: must be 1 to 7"),
         ([*PLANE, "--symbols", "1-1"], "symbols = ['1-1']: must be 1 to 7 different ones"),

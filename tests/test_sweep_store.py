@@ -312,7 +312,7 @@ OTHER = {
     ),
     "a longer axis": (
         {"over": OVER | {"omega": np.linspace(1.0, 1.2, 5)}},
-        r"omega.size = 5, not 4",
+        r"Asked for is omega = 5 values from 1.0 to 1.2, not 4 values from 1.0 to 1.2\. Name",
     ),
     "other parameters": (
         {"over": {"omega": OVER["omega"], "force": [1.0, 2.0]}},

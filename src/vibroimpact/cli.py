@@ -33,6 +33,7 @@ DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 COMMANDS = (
     reproduce, simulate, orbit, orbits, branch, normal_form, section, sweep, diagram, plane, basins,
 )  # fmt: skip
+DOWNWARDS = re.compile(r"-[^-]")  # what --follow takes, and argparse would take for options
 NEGATIVE_NUMBER = re.compile(r"-\.?\d")  # argparse before 3.14 takes -1e-3 for an option
 
 
@@ -51,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = argparse.Namespace()
     try:
-        arguments = parser().parse_args(argv)
+        arguments = parser().parse_args(_joined(sys.argv[1:] if argv is None else argv))
         sys.stdout.write(arguments.run(arguments) + "\n")
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
@@ -87,6 +88,17 @@ def parser() -> argparse.ArgumentParser:
         command.add_options(child)
         child.set_defaults(run=command.run)
     return top
+
+
+def _joined(argv: Sequence[str]) -> list[str]:
+    """Arguments with ``--follow -omega`` as one word, ``--follow=-omega``."""
+    words: list[str] = []
+    for word in argv:
+        if words and words[-1] == "--follow" and DOWNWARDS.match(word):
+            words[-1] += f"={word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _interrupted(arguments: argparse.Namespace) -> str:

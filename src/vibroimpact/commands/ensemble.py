@@ -20,7 +20,9 @@ from vibroimpact.ensembles.observers import OBSERVERS
 from vibroimpact.ensembles.starts import Start
 from vibroimpact.ensembles.store import store_path
 from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import Case, rehearse_picture, write
+from vibroimpact.plotting import plot_along, plot_plane
 from vibroimpact.state import State
 
 WINDOW = ("settle", "periods", "most_impacts")
@@ -138,6 +140,16 @@ def _rehearse(
         targets,
         lambda: draw(compute(over=few, start=_few(start), settle=0, periods=1, progress=False)),
     )
+
+
+def picture_over(arguments: argparse.Namespace) -> Callable[..., Axes]:
+    """What draws a number of each member over one parameter, or over two."""
+    if len(arguments.over) > 2:
+        raise InvalidParameterError(
+            f"over = {', '.join(arguments.over)}: a picture has one or two parameters. Of more, "
+            "keep the numbers: --out FILE.nc."
+        )
+    return plot_plane if len(arguments.over) == 2 else plot_along
 
 
 def _few(start: Start) -> Start:

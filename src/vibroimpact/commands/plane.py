@@ -58,6 +58,8 @@ def run(arguments: argparse.Namespace) -> str:
     case = members.case_of(arguments, over)
     start = members.start_of(arguments, case)
     looks = common.given(arguments, LOOKS)
+    if len(over) == 1 and (unused := sorted(looks.keys() - {"variable"})):
+        raise InvalidParameterError(f"{unused[0]}: is for planes. Give --over twice.")
     compute: Callable[..., xr.Dataset]
     if isinstance(start, State):
         compute = partial(plane, case.system, observe=_observed(arguments))
@@ -66,7 +68,7 @@ def run(arguments: argparse.Namespace) -> str:
         looks = {"variable": "attractors"} | looks
 
     def draw(of: xr.Dataset) -> Axes:
-        return plot_plane(of, **looks)
+        return ensemble.picture_over(arguments)(of, **looks)
 
     found = ensemble.computed(arguments, targets, over, start, compute, draw)
     return ensemble.told(arguments, targets, case, over, found, _said(found))

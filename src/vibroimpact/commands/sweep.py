@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.plotting import plot_along, plot_plane
 
 NAME = "sweep"
 HELP = "observe many motions over any parameters, in memory or in a store that resumes"
@@ -56,5 +55,4 @@ def _picture(arguments: argparse.Namespace, found: xr.Dataset) -> Axes:
         raise InvalidParameterError(
             f"variable: missing. Take one of {', '.join(map(str, found.data_vars))}."
         )
-    draw = plot_plane if len(arguments.over) == 2 else plot_along
-    return draw(found, variable=arguments.variable)
+    return ensemble.picture_over(arguments)(found, variable=arguments.variable)

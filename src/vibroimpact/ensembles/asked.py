@@ -23,7 +23,8 @@ def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
 def check_axes(over: Any, count: int, what: str, example: str) -> None:
     """Refuse another number of axes."""
     if not isinstance(over, Mapping) or len(over) != count:
-        raise InvalidParameterError(f"over = {over!r}: must be {what}, such as {example}.")
+        said = ", ".join(map(str, over)) if isinstance(over, Mapping) and over else repr(over)
+        raise InvalidParameterError(f"over = {said}: must be {what}, such as {example}.")
 
 
 def refuse(options: Mapping[str, Any], name: str, why: str) -> None:

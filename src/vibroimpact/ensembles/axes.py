@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,6 +15,8 @@ from vibroimpact.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]
+
+COORDINATE = re.compile(r"[xv]\d+|phase")  # of a start
 
 
 def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:
@@ -71,13 +74,25 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
         )
     axes = {}
     for name, values in over.items():
-        parameter_value(system, name)
+        _check_name(system, name)
         axes[name] = axis_of("over", name, values)
     _refuse_twins(system, axes)
     corners = itertools.product(*({float(a.min()), float(a.max())} for a in axes.values()))
     for corner in corners:
         _build(system, dict(zip(axes, corner, strict=True)))
     return axes
+
+
+def _check_name(system: System, name: str) -> None:
+    """Refuse what is no parameter, a coordinate of the start with a word on where it belongs."""
+    try:
+        parameter_value(system, name)
+    except InvalidParameterError as error:
+        if not COORDINATE.fullmatch(name):
+            raise
+        raise InvalidParameterError(
+            f"{error} Coordinates of the start are varied by start=vi.GridStarts(...), vi.basins."
+        ) from None
 
 
 def _build(system: System, values: Mapping[str, float]) -> None:

@@ -84,8 +84,9 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
     for one in listed:
         observer = observer_of(one) if isinstance(one, str) else one
         if not isinstance(observer, tuple(OBSERVERS.values())):
+            name = one.__name__ if isinstance(one, type) else "Symbol"
             raise InvalidParameterError(
-                f"observe = {one!r}: must be a name or an observer, such as Symbol()."
+                f"observe = {one!r}: must be a name or an observer, such as {name}()."
             )
         key = key_of(observer)
         if found.setdefault(key, observer) != observer:

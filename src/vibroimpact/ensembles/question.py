@@ -14,6 +14,9 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import names_of, with_parameters
 from vibroimpact.simulate import System, mechanism_of
 
+Values = tuple[float, ...]
+Axes = tuple[tuple[str, Values], ...]
+
 
 @dataclass(frozen=True)
 class Question:
@@ -29,25 +32,20 @@ class Question:
     """
 
     text: str
-    axes: tuple[tuple[str, tuple[float, ...]], ...]
+    axes: Axes
 
     def differences(self, other: Question) -> list[str]:
         """What is different in another question, one phrase each: ``name: this, not that``."""
-        mine, yours = self._flat(), other._flat()
+        mine, yours = (_flat("", json.loads(one.text)) for one in (self, other))
         names = [*mine, *(name for name in yours if name not in mine)]
-        names.sort(key=lambda name: name.startswith("mechanism."))  # last: what axes change, too
-        return [
-            f"{name} = {_shown(mine, name)}, not {_shown(yours, name)}"
+        said = {
+            name: f"{name} = {_shown(mine, name)}, not {_shown(yours, name)}"
             for name in names
             if mine.get(name) != yours.get(name)
-        ]
-
-    def _flat(self) -> dict[str, Any]:
-        flat = _flat("", json.loads(self.text))
-        for name, values in self.axes:
-            flat[f"{name}.size"] = len(values)
-            flat |= {f"{name}[{i}]": value for i, value in enumerate(values)}
-        return flat
+        }
+        axes = [_axis_phrase(name, x, y) for name, x, y in _pairs(self.axes, other.axes) if x != y]
+        effects = [text for name, text in said.items() if name.startswith("mechanism.")]
+        return [*(text for text in said.values() if text not in effects), *axes, *effects]
 
 
 def question_of(plan: Plan) -> Question:
@@ -96,6 +94,26 @@ def _flat(name: str, value: Any) -> dict[str, Any]:
     else:
         return {name: value}
     return {k: v for key, inside in parts for k, v in _flat(key, inside).items()}
+
+
+def _pairs(mine: Axes, yours: Axes) -> list[tuple[str, Values, Values]]:
+    """Axes of two questions by name; one that is missing has no values."""
+    here, there = dict(mine), dict(yours)
+    return [(name, here.get(name, ()), there.get(name, ())) for name in here | there]
+
+
+def _axis_phrase(name: str, mine: Values, yours: Values) -> str:
+    """Size and ends of an axis, or the first value that differs where these agree."""
+    if _span(mine) != _span(yours):
+        return f"{name} = {_span(mine)}, not {_span(yours)}"
+    i = next(i for i, (x, y) in enumerate(zip(mine, yours, strict=True)) if x != y)
+    return f"{name}[{i}] = {mine[i]!r}, not {yours[i]!r}"
+
+
+def _span(values: Values) -> str:
+    if not values:
+        return "nothing"
+    return f"{len(values)} value{'s' * (len(values) > 1)} from {values[0]!r} to {values[-1]!r}"
 
 
 def _shown(flat: dict[str, Any], name: str) -> str:

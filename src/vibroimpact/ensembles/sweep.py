@@ -150,6 +150,8 @@ def sweep(
     for name, value in (("workers", workers), ("tile", tile)):
         if value is not None:
             check_count(name, value, 1)
+    if not isinstance(progress, bool | Callable):
+        raise InvalidParameterError(f"progress = {progress!r}: must be True, False or a function.")
     question = question_of(plan)
     schema = schema_of(plan, question)
     sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)

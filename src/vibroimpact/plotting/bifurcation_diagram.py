@@ -47,7 +47,7 @@ def plot_bifurcation_diagram(
     Axes
         What was drawn on.
     """
-    array = variable_of(diagram, variable)
+    array = variable_of(diagram, variable, " Coordinates are those of vi.bifurcation_sweep.")
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.1 * style.HEIGHT) as ax:
         if "direction" not in array.dims:
@@ -78,7 +78,7 @@ def parameter_of(array: xr.DataArray) -> str:
     if len(names) != 1:
         raise InvalidParameterError(
             f"{array.name} has the dims {', '.join(map(str, array.dims))}: must have one "
-            "parameter. Select one value of the others with .isel(...)."
+            "parameter. Over two, plot_plane draws it; or select one value with .isel(...)."
         )
     return names[0]
 

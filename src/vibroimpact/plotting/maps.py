@@ -65,7 +65,7 @@ def over_two(field: xr.DataArray) -> tuple[str, str]:
     if field.ndim != 2:
         raise InvalidParameterError(
             f"{field.name} has the dims {', '.join(map(str, field.dims)) or 'none'}: must have "
-            "two. Select one value of the others with .isel(...)."
+            "two. Over one, plot_along draws it; of more, select one value with .isel(...)."
         )
     across, up = (str(name) for name in field.dims)
     return across, up

@@ -73,7 +73,7 @@ def plot_plane(
     if most not in range(1, len(COLOURS) + 1):
         raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
     if symbols is not None:
-        _check_symbols(symbols)
+        _check_symbols(symbols, variable)
     across, up = maps.over_two(field)
     with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
         _draw(ax, plane, variable, most if symbols is None else symbols)
@@ -87,8 +87,12 @@ def _completed(plane: xr.Dataset, variable: str) -> xr.Dataset:
     return with_motions(plane, [variable]) if made else plane
 
 
-def _check_symbols(symbols: Sequence[str]) -> None:
+def _check_symbols(symbols: Sequence[str], variable: str) -> None:
     """Refuse what is no list of different symbols, as many as there are colours at most."""
+    if variable != "motion":
+        raise InvalidParameterError(
+            f"symbols = {symbols!r}, variable = {variable!r}: symbols are the colours of 'motion'."
+        )
     listed = not isinstance(symbols, str) and 0 < len(symbols) <= len(COLOURS)
     words = [s for s in symbols if SYMBOL.fullmatch(str(s))] if listed else []
     if not listed or len(set(words)) < len(symbols):
