@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from itertools import combinations
 from pathlib import Path
 
@@ -324,9 +325,10 @@ def test_simple_fractions_stand_beside_rotation_numbers() -> None:
     bar = plotting.plot_plane(turning_plane(), variable="rotation").figure.axes[-1]
     marks = {t.get_text(): y for t, y in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)}
     assert {"1/3", "2/5", "3/7"} <= set(marks)
+    ends = [text for text in marks if "/" not in text]
+    assert ends == ["0.308"]  # no fraction is near the lower end
     for text, y in marks.items():
-        p, q = map(int, text.split("/"))
-        assert y == p / q
+        assert y == pytest.approx(float(Fraction(text)), abs=5e-4 if text in ends else 0.0)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 0.5), (0.4, 0.4), (0.49, 0.5), (0.381, 0.3811)])
@@ -431,3 +433,43 @@ def test_misuse_of_pictures_along_a_parameter_is_refused() -> None:
         plotting.plot_along(some_plane())
     with pytest.raises(vi.InvalidParameterError, match="must have one parameter"):
         plotting.plot_bifurcation_diagram(some_plane(), variable="lyapunov")
+
+
+def test_cells_without_a_number_are_explained() -> None:
+    turning = legend(plotting.plot_plane(turning_plane(), variable="rotation"))
+    assert turning == {"none, or not converged": to_rgb(style.NOTHING)}
+    counted = some_plane()
+    assert legend(plotting.plot_plane(counted, variable="attractors")) == {
+        "none": to_rgb(style.NOTHING)
+    }
+    assert plotting.plot_plane(counted, variable="impacts_a").get_legend() is None
+
+
+def test_rotation_numbers_of_a_label_look_like_those_without() -> None:
+    plane = turning_plane()
+    names = {"rotation": "rotation_low", "rotation_error": "rotation_low_error"}
+    one = plotting.plot_plane(plane, variable="rotation")
+    other = plotting.plot_plane(plane.rename(names), variable="rotation_low")
+    np.testing.assert_array_equal(colours(one), colours(other))
+    bars = [ax.figure.axes[-1] for ax in (one, other)]
+    labels = [[t.get_text() for t in bar.get_yticklabels()] for bar in bars]
+    assert labels[0] == labels[1]
+    assert bars[1].get_ylabel() == bars[0].get_ylabel() + ", low"
+
+
+def test_many_whole_numbers_are_coloured_by_their_ratios() -> None:
+    plane = some_plane()
+    plane["period"] = plane.n.copy(data=2 ** np.minimum(plane.n.values, 6))
+    ax = plotting.plot_plane(plane, variable="period")
+    mesh, _ = cells(ax)
+    steps = np.diff(np.asarray(mesh.norm(2.0 ** np.arange(7))))
+    np.testing.assert_allclose(steps, steps[0], rtol=1e-12)
+    bar = ax.figure.axes[-1]
+    assert [t.get_text() for t in bar.get_yticklabels()] == [str(2**k) for k in range(7)]
+    assert not len(bar.get_yticks(minor=True))
+
+
+def test_whole_numbers_along_a_parameter_have_whole_ticks() -> None:
+    counts = xr.Dataset({"attractors": ("omega", [1, 2, 2])}, coords={"omega": [1.0, 1.1, 1.2]})
+    ticks = plotting.plot_along(counts, variable="attractors").get_yticks()
+    assert all(tick == round(tick) for tick in ticks)

@@ -103,7 +103,7 @@ class Labels:
 def labelled(
     system: System, members: xr.Dataset, longer: Longer, *, contact: int, stop: Stop,
     tolerance: float = TOLERANCE, most: int = 64,
-) -> tuple[xr.DataArray, tuple[Found, ...]]:  # fmt: skip
+) -> tuple[xr.DataArray, tuple[Found, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
     Parameters
@@ -128,14 +128,16 @@ def labelled(
         ``flag_values`` and ``flag_meanings``.
     tuple of Found
         The attractors in the order of the labels.
+    States
+        Where every member ended, in the order of ``end``; those that went on, after that.
     """
     table = Table.of(system, members)
     if (flying := table.flying).size:
         table = table.gone_on(flying, longer, LONGER)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
     _by_words(labels, table)
-    _by_classes(labels, table, longer, contact, stop, tolerance, most)
-    return _coded(labels, motions(members))
+    table = _by_classes(labels, table, longer, contact, stop, tolerance, most)
+    return *_coded(labels, motions(members)), States(table.position, table.velocity, table.phase)
 
 
 @dataclass(frozen=True)
@@ -255,14 +257,14 @@ class Class(NamedTuple):
 def _by_classes(
     labels: Labels, table: Table, longer: Longer, contact: int, stop: Stop, tolerance: float,
     most: int,
-) -> None:  # fmt: skip
-    """Classify one member after another until all have a label."""
+) -> Table:  # fmt: skip
+    """Classify one member after another until all have a label; the table as it is then."""
     classes: dict[int, Class] = {}
-    times = 1
+    times, firsts = 1, list[int]()
     for _ in range(most):
         left = labels.left
         if not left.size:
-            return
+            break
         first = int(left[0])
         attractor = classify(table.system, table.state(first), contact=contact, stop=stop)
         own = _points(attractor, table.scale)
@@ -275,14 +277,14 @@ def _by_classes(
         if label is None:
             label = labels.add(_found(attractor), left[:1])
             classes[label] = here
-            labels.values[here.among(table, left)] = label
-            continue
-        labels.values[here.among(table, left)] = label
-        labels.values[first] = label
-        if times < LONGER**OFTEN and labels.left.size:
+            firsts.append(first)
+        elif times < LONGER**OFTEN:
             times *= LONGER
-            table = table.gone_on(labels.left, longer, times)
+            table = table.gone_on(np.append(left, firsts), longer, times)
             _match(labels, table, classes)
+        labels.values[here.among(table, labels.left)] = label
+        labels.values[first] = label
+    return table
 
 
 def _match(labels: Labels, table: Table, classes: dict[int, Class]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,7 +24,7 @@ from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Stop
 from vibroimpact.sections import check_stop
 from vibroimpact.simulate import System
-from vibroimpact.state import State
+from vibroimpact.state import STATE, State
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
 POINTS = 8  # of each member: what the rule of matching.py needs
@@ -75,8 +76,8 @@ def basins(
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
     second or two where it stays undecided. At most ``most`` members are classified.
     Where members are found to be still on their way to an attractor, those without a label go on
-    for 8, then 64 times ``settle + periods``; only the label tells, the other variables are
-    those of the window asked for.
+    for 8, then 64 times ``settle + periods``; ``final_position``, ``final_velocity`` and
+    ``final_phase`` are theirs then, the other variables those of the window asked for.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
     ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
     are one. Motions that impact, but never at this stop, are told apart by their symbol only.
@@ -103,9 +104,10 @@ def basins(
     asked = {"over": {}, "observe": [section, "symbol", "impacts", "final"]} | options
     members = sweep(system, start=GridStarts(over, start), **asked)
     longer = _longer(system, members, asked)
-    labels, found = labelled(
+    labels, found, ends = labelled(
         system, members, longer, contact=contact, stop=stop, tolerance=tolerance, most=most
     )
+    members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
     return members.assign(attractor=labels, **table).assign_attrs(tolerance=tolerance, most=most)
 
@@ -130,13 +132,27 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     return State(tuple(position), tuple(velocity), float(row["attractor_phase"]))
 
 
+def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:
+    """The sweep with the states where its members ended when they got their labels."""
+    names = {f"final_{kind}": values for kind, values in zip(STATE, ends, strict=True)}
+    arrays = {name: members[name].transpose(*members["end"].dims, ...) for name in names}
+    return members.assign(
+        {name: array.copy(data=names[name].reshape(array.shape)) for name, array in arrays.items()}
+    )
+
+
 def _longer(system: System, members: xr.Dataset, asked: dict[str, Any]) -> Longer:
-    """Members settle again, so many times as long as these did and were observed."""
+    """Members settle again, so many times as long as these did and were observed.
+
+    Whole periods in all: motions end at the phase where they ended before.
+    """
     again = {name: x for name, x in asked.items() if name not in ("store", "most_impacts")}
-    length = members.attrs["settle"] + members.attrs["periods"]
+    periods = members.attrs["periods"]
+    length = members.attrs["settle"] + periods
 
     def run(states: States, times: int) -> xr.Dataset:
-        window = {"settle": times * length, "start": ListedStarts(*states)}
+        settle = math.ceil(times * length + periods) - periods
+        window = {"settle": settle, "start": ListedStarts(*states)}
         try:
             return sweep(system, **again | window)
         except KeyboardInterrupt:

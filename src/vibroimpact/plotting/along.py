@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import looks_of, parameter_of
@@ -42,6 +43,8 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
     with style.drawing(ax, width=1.6 * style.WIDTH, height=style.HEIGHT) as ax:
         if variable == "lyapunov":
             ax.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
+        if array.dtype.kind in "iu":
+            ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         _lines(ax, array, parameter)
         ax.set(xlabel=parameter_label(parameter), ylabel=label_of(array))
     return ax

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -89,12 +90,19 @@ def categories(ax: Axes, field: xr.DataArray, shades: Sequence[Shade]) -> None:
 
 
 def numbers(
-    ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize, label: str, **bar: Any
-) -> None:
-    """Draw numbers with a colour bar; cells without a number keep the colour of the background."""
+    ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize, label: str,
+    missing: str = "no number", **bar: Any,
+) -> Colorbar:  # fmt: skip
+    """Draw numbers with a colour bar; cells without one keep the background, which is explained."""
     mesh(ax, field, colours, norm)
+    if field.isnull().any():
+        patch = Patch(facecolor=style.NOTHING, edgecolor=EDGE, linewidth=0.4, label=missing)
+        ax.legend(
+            handles=[patch], loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3,
+            handlelength=1.0, handleheight=1.0,
+        )  # fmt: skip
     figure = cast(Figure, ax.get_figure(root=True))
-    figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=label, pad=0.02, **bar)
+    return figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=label, pad=0.02, **bar)
 
 
 def ends(values: NDArray[np.float64]) -> tuple[float, float]:

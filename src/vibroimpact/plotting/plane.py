@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, Normalize, TwoSlopeNorm
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.ticker import MaxNLocator
 
 from vibroimpact.ensembles.motions import categories
@@ -30,6 +31,7 @@ PLAIN = {
     "no impacts": "#FFFFFF",
     "not computed": style.NOTHING,
 }
+MOST_STEPS = 12  # whole numbers that have a step of colour each
 SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
 
 
@@ -50,9 +52,9 @@ def plot_plane(
         its store opened again, or any dataset whose ``variable`` has two dims.
     variable
         "motion" (a colour per symbol n-p-q), "period", "impacts" (at all stops), "lyapunov" (blue
-        below zero, darkest at minus infinity, white at zero, red above), "rotation" (grey also
-        where the error is above 0.01), "attractors" (how many were met), or another number in the
-        dataset.
+        below zero, darkest at minus infinity, white at zero, red above; each side has a scale of
+        its own), "rotation" (grey also where the error is above 0.01), "attractors" (how many were
+        met), or another number in the dataset.
     ax
         Where to draw; a new figure if not given.
     most
@@ -127,8 +129,8 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | in
         maps.numbers(
             ax, field, colormaps[SIGNED], norm, label, extend="both", ticks=_both_sides(norm)
         )
-    elif variable == "rotation":
-        rotation_look.draw(ax, plane, label)
+    elif rotation_look.draws(plane, variable):
+        rotation_look.draw(ax, plane, variable, label)
     else:
         low, high = maps.ends(field.values)
         arrows = {0: "neither", 1: "min", 2: "max", 3: "both"}  # where numbers are beyond
@@ -138,12 +140,17 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | in
 
 
 def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
-    """Whole numbers, a step of colour each; zero and below stay grey."""
+    """Whole numbers, a step of colour each or, of many, by ratio; zero and below stay grey."""
     top = max(int(field.max()), 1)
-    norm = BoundaryNorm(np.arange(0.5, top + 1.0), 256) if top > 1 else Normalize(0.5, 1.5)
+    norm: Normalize = Normalize(0.5, 1.5)
+    ticks: Any = MaxNLocator(integer=True, min_n_ticks=1)
+    if top > MOST_STEPS:
+        norm, ticks = LogNorm(1, top), [2**k for k in range(top.bit_length())]
+    elif top > 1:
+        norm = BoundaryNorm(np.arange(0.5, top + 1.0), 256)
+    bar = {"ticks": ticks, "format": "{x:.0f}"}
     shown = field.where(field > 0)
-    ticks = MaxNLocator(integer=True, min_n_ticks=1)
-    maps.numbers(ax, shown, colormaps[RISING], norm, label, ticks=ticks)
+    maps.numbers(ax, shown, colormaps[RISING], norm, label, "none", **bar).minorticks_off()
 
 
 def _signed(field: xr.DataArray) -> TwoSlopeNorm:

@@ -18,19 +18,27 @@ CONVERGED = 0.01  # error, of a range of 1/2, above which a cell has no colour
 MARKS, APART, LARGEST = 5, 0.1, 60  # fractions: how many, how far of the bar, denominator
 
 
-def draw(ax: Axes, plane: xr.Dataset, label: str) -> None:
-    """Draw ``rotation`` of a plane where ``rotation_error`` says that it has converged."""
-    field = plane["rotation"]
-    if "rotation_error" in plane:
-        field = field.where(plane["rotation_error"] <= CONVERGED)
+def draws(plane: xr.Dataset, variable: str) -> bool:
+    """Whether a variable is a rotation number, of any label."""
+    return variable == "rotation" or (
+        variable.startswith("rotation_") and f"{variable}_error" in plane
+    )
+
+
+def draw(ax: Axes, plane: xr.Dataset, variable: str, label: str) -> None:
+    """Draw a rotation number of a plane where its error says that it has converged."""
+    field, error = plane[variable], f"{variable}_error"
+    if error in plane:
+        field = field.where(plane[error] <= CONVERGED)
     low, high = maps.ends(field.values)
-    marks = fractions(low, high)
-    bar = {
-        "ticks": [p / q for p, q in marks],
-        "format": FixedFormatter([f"{p}/{q}" if p else "0" for p, q in marks]),
-    }
+    ticks = {p / q: f"{p}/{q}" if p else "0" for p, q in fractions(low, high)}
+    for end in (low, high):
+        if all(abs(end - mark) >= APART * (high - low) for mark in ticks):
+            ticks[end] = f"{end:.3g}"
+    order = sorted(ticks)
+    bar = {"ticks": order, "format": FixedFormatter([ticks[mark] for mark in order])}
     maps.numbers(
-        ax, field, colormaps[COLOURS], Normalize(low, high), label, **(bar if marks else {})
+        ax, field, colormaps[COLOURS], Normalize(low, high), label, "none, or not converged", **bar
     )
 
 

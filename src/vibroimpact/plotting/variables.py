@@ -27,5 +27,6 @@ def variable_of(dataset: xr.Dataset, variable: str, otherwise: str = "") -> xr.D
 def label_of(field: xr.DataArray) -> str:
     """A variable in words, with what it is counted per."""
     name, units = str(field.name), str(field.attrs.get("units", ""))
-    words = LABELS.get(name, name.replace("_", " "))
+    kind, _, rest = name.partition("_")
+    words = LABELS[kind] + f", {rest}" * bool(rest) if kind in LABELS else name.replace("_", " ")
     return f"{words} {units}" if units.startswith("per ") else words
