@@ -1,8 +1,7 @@
 """Basins of attraction: three attractors of one machine, set B of the paper at omega = 0.945.
 
 A symmetric orbit, and two orbits of period eight that are mirror images of each other. The state
-that stands for an attractor is handed on: here to find_orbit, which gives its multipliers. One
-start of 14400 has "no impacts": its free mass crosses the clearance for longer than is watched.
+that stands for an attractor is handed on: here to find_orbit, which gives its multipliers.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ POINTS = 120
 def main(out: str | None = None) -> None:
     """Find the attractors, their shares and their multipliers, and draw the basins."""
     axis = np.linspace(-6.0, 6.0, POINTS)
-    basins = vi.basins(DAMPER, over={"x1": axis, "v1": axis}, start=START, settle=2000)
+    basins = vi.basins(DAMPER, over={"x1": axis, "v1": axis}, start=START)
     columns = (basins[key].values for key in ("name", "kind", "share"))
     for name, kind, share in zip(*columns, strict=True):
         print(f"{name}, {kind}: {100.0 * share:.2f}% of the starts")

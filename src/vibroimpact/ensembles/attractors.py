@@ -7,8 +7,8 @@ Method      The first member without a label is classified (:func:`vibroimpact.c
             still on the way there, as others may be, so that all without a label go on from where
             they ended, 8, then 64 times as long, and are compared once more.
             Members that do not impact share a label, one for each set of stops that they rest on;
-            those in flight only if 8 times as long without: a free mass may drift slowly towards
-            its next impact. Members that impact, but not on the section, share one per symbol.
+            those in flight go on before: a free mass may drift slowly towards its next impact.
+            Members that impact, but not on the section, share one per symbol.
 Assumes     members of one system
 Accuracy    that of matching.py
 Fails       after ``most`` classifications the members left have the label of "not matched"
@@ -131,9 +131,7 @@ def labelled(
     States
         Where every member ended, in the order of ``end``; those that went on, after that.
     """
-    table = Table.of(system, members)
-    if (flying := table.flying).size:
-        table = table.gone_on(flying, longer, LONGER)
+    table = _flown(Table.of(system, members), longer, most)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
     _by_words(labels, table)
     table = _by_classes(labels, table, longer, contact, stop, tolerance, most)
@@ -221,6 +219,20 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
             if np.isfinite(limit):
                 on = np.abs(u - limit) <= UNIT * (size + abs(limit))
                 yield (name if len(contacts) == 1 else f"{name}{number}"), on
+
+
+def _flown(table: Table, longer: Longer, most: int) -> Table:
+    """With those in flight as long as some of them impact after all, or where they are few."""
+    times = 1
+    for _ in range(OFTEN):
+        flying = table.flying
+        if not flying.size:
+            break
+        times *= LONGER
+        table = table.gone_on(flying, longer, times)
+        if flying.size == table.flying.size > most:
+            break
+    return table
 
 
 def _by_words(labels: Labels, table: Table) -> None:
