@@ -42,7 +42,7 @@ GROUPS = {
     ],
     "Ensembles": [
         *("sweep", "RandomStarts", "GridStarts", "ListedStarts", "plane", "bifurcation_sweep"),
-        *("basins", "attractor_state", "multistability"),
+        *("basins", "attractor_state", "multistability", "sweep_again"),
     ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
     "Errors": [

@@ -14,6 +14,7 @@ from vibroimpact.continuation import Steps
 from vibroimpact.damper import ImpactDamper, Scales
 from vibroimpact.derivatives import MapDerivative, map_derivative, section_jacobian
 from vibroimpact.ensembles import kinds as observe  # noqa: F401 - observers with their options
+from vibroimpact.ensembles.again import sweep_again
 from vibroimpact.ensembles.basins import attractor_state, basins
 from vibroimpact.ensembles.diagram import bifurcation_sweep
 from vibroimpact.ensembles.listed_starts import ListedStarts
@@ -106,6 +107,7 @@ __all__ = [
     "simulate",
     "stroboscopic_map",
     "sweep",
+    "sweep_again",
     "switch_branch",
     "symmetric_bifurcations",
     "symmetric_orbits",

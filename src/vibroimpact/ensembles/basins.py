@@ -109,7 +109,8 @@ def basins(
     )
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
-    return members.assign(attractor=labels, **table).assign_attrs(tolerance=tolerance, most=most)
+    asked_for = {"made_by": "basins", "tolerance": tolerance, "most": most}
+    return members.assign(attractor=labels, **table).assign_attrs(asked_for)
 
 
 def attractor_state(basins: xr.Dataset, name: str) -> State:

@@ -140,4 +140,5 @@ def _columns(members: xr.Dataset) -> xr.Dataset:
         array = members[f"section_{kind}"]
         for i in range(array.sizes["coordinate"]):
             columns[f"{letter}{i + 1}"] = array.isel(coordinate=i, drop=True)
-    return members.drop_vars([f"section_{kind}" for kind in STATE]).assign(columns)
+    members = members.drop_vars([f"section_{kind}" for kind in STATE]).assign(columns)
+    return members.assign_attrs(made_by="bifurcation_sweep")

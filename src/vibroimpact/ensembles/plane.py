@@ -82,7 +82,8 @@ def plane(
     """
     check_axes(over, 2, "two parameters with their values", EXAMPLE)
     observers = together(["symbol", "impacts"], observe)
-    return with_motions(sweep(system, over=over, observe=observers, start=start, **options))
+    members = sweep(system, over=over, observe=observers, start=start, **options)
+    return with_motions(members).assign_attrs(made_by="plane")
 
 
 def _impacts(members: xr.Dataset) -> xr.Variable:
@@ -153,7 +154,8 @@ def multistability(
         system, over=over, observe=[section, "symbol", "impacts"], start=start, **options
     )
     counted = _counted(members, list(over), contact, stop, tolerance)
-    return members.assign(attractors=counted).assign_attrs(tolerance=tolerance)
+    made = {"made_by": "multistability", "tolerance": tolerance}
+    return members.assign(attractors=counted).assign_attrs(made)
 
 
 def _counted(

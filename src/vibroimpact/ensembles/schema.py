@@ -116,7 +116,9 @@ def _attrs_of(plan: Plan, question: Question) -> dict[str, Any]:
     described = json.loads(question.text)
     seed = {name: x for name, x in described["start"].items() if name == "seed"}
     return seed | {
+        "made_by": "sweep",
         "system": repr(plan.system),
+        "system_numbers": text_of(plan.system),
         "mechanism": text_of(plan.mechanism),
         "swept": ", ".join(plan.axes),
         "start": json.dumps(described["start"]),

@@ -107,9 +107,8 @@ def sweep(
     -------
     Dataset
         Dimensions: the parameters, then "start" or the coordinates of the starts, then those of
-        the observers. Always with ``end``, why each run ended. Attributes repeat the sweep; those
-        of a :class:`~vibroimpact.Family` name its code, and do not hold it. From a store, it is
-        read only where it is used.
+        the observers. Always with ``end``, why each run ended. Attributes repeat the sweep, by
+        :func:`~vibroimpact.sweep_again`. From a store, it is read only where it is used.
 
     Raises
     ------

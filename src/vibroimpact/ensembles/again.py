@@ -1,0 +1,175 @@
+"""The same sweep again, from what its dataset says of itself."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vibroimpact.branches.stored_system import system_of
+from vibroimpact.ensembles.basins import basins
+from vibroimpact.ensembles.diagram import bifurcation_sweep
+from vibroimpact.ensembles.listed_starts import ListedStarts
+from vibroimpact.ensembles.observers import OBSERVERS, Observer, Section
+from vibroimpact.ensembles.plane import multistability, plane
+from vibroimpact.ensembles.starts import GridStarts, RandomStarts, Start
+from vibroimpact.ensembles.states import names_of_state
+from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.parameters import with_parameters
+from vibroimpact.simulate import System
+from vibroimpact.state import State
+
+
+class Maker(NamedTuple):
+    """A function that makes sweeps, and how what it was told is read from one."""
+
+    make: Callable[..., xr.Dataset]
+    told: Callable[[xr.Dataset], dict[str, Any]]
+
+
+def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: Any) -> xr.Dataset:
+    """Repeat a sweep, plane, basins, diagram or count from its attributes and axes.
+
+    Parameters
+    ----------
+    found
+        What :func:`~vibroimpact.sweep`, :func:`~vibroimpact.plane`, :func:`~vibroimpact.basins`,
+        :func:`~vibroimpact.bifurcation_sweep` or :func:`~vibroimpact.multistability` returned, as
+        it was or read from a file.
+    system
+        The system, where it is code that no file holds: a :class:`~vibroimpact.Family`, a class of
+        one's own.
+    **options
+        Of that function, instead of what was asked then: ``settle=4000``, ``progress=False``.
+
+    Returns
+    -------
+    Dataset
+        Bit for bit the same, of the same version of the package and with the same options.
+
+    Raises
+    ------
+    InvalidParameterError
+        A dataset of something else; a system that is missing, or another one.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> found = vi.sweep(damper, over={"omega": [1.1, 1.2]}, start=vi.State((0, 0), (0, 1)),
+    ...                  progress=False)
+    >>> vi.sweep_again(found, progress=False).identical(found)
+    True
+    """
+    maker = MAKERS.get(found.attrs.get("made_by", ""))
+    if maker is None:
+        raise InvalidParameterError(
+            f"found: was made by none of {', '.join(MAKERS)}, or has lost its attributes."
+        )
+    told = {
+        "over": {name: found[name].values for name in _swept(found)},
+        "settle": float(found.attrs["settle"]),
+        "periods": float(found.attrs["periods"]),
+        "most_impacts": int(found.attrs["most_impacts"]),
+    }
+    return maker.make(_system(found, system), **told | maker.told(found) | options)
+
+
+def _system(found: xr.Dataset, given: System | None) -> System:
+    """The system of the attributes, or the one given if it is the same."""
+    described = found.attrs["system"]
+    if given is None:
+        stored = system_of(found.attrs["system_numbers"])
+        if stored is None:
+            raise InvalidParameterError(
+                f"system = None: {described} is code, which no dataset holds. Give the same system."
+            )
+        return stored
+    first = {name: float(found[name].values[0]) for name in _swept(found)}
+    if repr(with_parameters(given, first)) != described:
+        raise InvalidParameterError(f"system = {given!r}: was {described}. Give that one.")
+    return given
+
+
+def _swept(found: xr.Dataset) -> list[str]:
+    """Names of the parameters that were swept."""
+    return [name for name in found.attrs["swept"].split(", ") if name]
+
+
+def _observed(found: xr.Dataset) -> list[Observer]:
+    """The observers with their options."""
+    described = json.loads(found.attrs["observe"])
+    return [OBSERVERS[one.pop("observer")](**one) for one in described]
+
+
+def _start(found: xr.Dataset) -> Start:
+    """The starts; those of a grid and of a list from their coordinates."""
+    said = json.loads(found.attrs["start"])
+    kind = said.pop("kind")
+    if kind == "listed":
+        return _listed(found)
+    base = State(**said.pop("base"))
+    if kind == "random":
+        return RandomStarts(base=base, **said)
+    return GridStarts(_grid(found), base) if kind == "grid" else base
+
+
+def _grid(found: xr.Dataset) -> dict[str, Any]:
+    """Values of the coordinates of a grid of starts."""
+    return {name: found[name].values for name in json.loads(found.attrs["start"])["over"]}
+
+
+def _listed(found: xr.Dataset) -> ListedStarts:
+    degrees = len(json.loads(found.attrs["mechanism"])["mass"])
+    names = names_of_state(degrees)
+    if not {*names} <= {*found.coords}:
+        raise InvalidParameterError("found: does not hold its listed starts. Give start=... .")
+    columns = np.stack([found[name].values for name in names], axis=1)
+    return ListedStarts(columns[:, :degrees], columns[:, degrees:-1], columns[:, -1])
+
+
+def _of_sweep(found: xr.Dataset) -> dict[str, Any]:
+    """What sweeps and planes are told beside their axes and their window."""
+    follow = found.attrs["follow"] or None
+    return {"start": _start(found), "observe": _observed(found), "follow": follow}
+
+
+def _of_count(found: xr.Dataset) -> dict[str, Any]:
+    """What a count of attractors is told."""
+    told = _of_sweep(found) | _matched(found)
+    del told["observe"]
+    return told
+
+
+def _of_basins(found: xr.Dataset) -> dict[str, Any]:
+    """What basins are told; their axes are those of the grid of starts."""
+    base = State(**json.loads(found.attrs["start"])["base"])
+    told = {"over": _grid(found), "start": base, "most": int(found.attrs["most"])}
+    return told | _matched(found)
+
+
+def _matched(found: xr.Dataset) -> dict[str, Any]:
+    """How attractors were matched."""
+    section = next(one for one in _observed(found) if isinstance(one, Section))
+    tolerance = float(found.attrs["tolerance"])
+    return {"stop": section.stop, "contact": section.contact, "tolerance": tolerance}
+
+
+def _of_diagram(found: xr.Dataset) -> dict[str, Any]:
+    """What a diagram is told; its section is among the observers."""
+    way = {"way": found.attrs["way"]} if "way" in found.attrs else {}
+    return {"start": _start(found), "observe": _observed(found)} | way
+
+
+MAKERS: dict[str, Maker] = {
+    "sweep": Maker(sweep, _of_sweep),
+    "plane": Maker(plane, _of_sweep),
+    "multistability": Maker(multistability, _of_count),
+    "basins": Maker(basins, _of_basins),
+    "bifurcation_sweep": Maker(bifurcation_sweep, _of_diagram),
+}

@@ -1,0 +1,117 @@
+"""A dataset of a sweep is repeated from what it says of itself, bit for bit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.systems import paper_damper
+
+import vibroimpact as vi
+
+DAMPER = paper_damper("A", 1.0)
+START = vi.State((0.1, 0.0), (0.0, 1.0), 0.5)
+SHORT = {"settle": 21.5, "periods": 7, "most_impacts": 900, "progress": False}
+GRID = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": [4.0, 9.0]}
+LISTED = vi.ListedStarts([[0.0, 0.1], [0.2, 0.3]], [[0.0, 1.0], [1.0, 0.0]], [0.0, 0.1])
+RANDOM = vi.RandomStarts(3, 7, {"x1": (-1.0, 1.0), "phase": (0.0, 6.0)}, START, first=2)
+WATCHED = [
+    vi.observe.Section(points=3, stop="B", label="low"), "symbol", "final", "spectrum",
+    vi.observe.Extremes(row=(-1.0, 1.0), label="gap"),
+]  # fmt: skip
+
+
+def chain(wall: float) -> vi.Mechanism:
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 2.0]], damping=[[0.2, -0.1], [-0.1, 0.1]],
+        stiffness=[[2.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(0.8, (1.0, 0.0)),),
+        contacts=(vi.Contact((1.0, 0.0), upper=wall, restitution=(0.7, 0.8)),
+                  vi.Contact((-1.0, 1.0), lower=-1.0, restitution=0.6)),
+        contact_names=("wall", "gap"),
+    )  # fmt: skip
+
+
+MADE: dict[str, Callable[[], xr.Dataset]] = {
+    "a sweep": lambda: vi.sweep(DAMPER, over=GRID, start=START, observe=WATCHED, **SHORT),
+    "followed": lambda: vi.sweep(DAMPER, over=GRID, start=START, follow="-omega", **SHORT),
+    "random starts": lambda: vi.sweep(DAMPER, over=GRID, start=RANDOM, **SHORT),
+    "listed starts": lambda: vi.sweep(DAMPER, over={}, start=LISTED, observe="final", **SHORT),
+    "a mechanism": lambda: vi.sweep(
+        chain(0.3), over={"contacts[0].upper": [0.2, 0.3]}, start=LISTED, **SHORT
+    ),
+    "a plane": lambda: vi.plane(
+        DAMPER, over=GRID, start=START, observe=["lyapunov", vi.observe.Symbol(tolerance=1e-4)],
+        **SHORT,
+    ),
+    "basins": lambda: vi.basins(
+        DAMPER, over={"v2": [0.0, 1.0], "phase": [0.0, 1.0]}, start=START, stop="B",
+        tolerance=1e-4, most=5, **SHORT,
+    ),
+    "a count": lambda: vi.multistability(
+        DAMPER, over=GRID, start=RANDOM, stop="B", tolerance=1e-4, **SHORT
+    ),
+    "a diagram, both ways": lambda: vi.bifurcation_sweep(
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, stop="B", points=4, observe="lyapunov",
+        **SHORT,
+    ),
+    "a diagram down": lambda: vi.bifurcation_sweep(
+        DAMPER, over={"zeta": [0.04, 0.05]}, start=START, way="down", **SHORT
+    ),
+    "a diagram of random starts": lambda: vi.bifurcation_sweep(
+        DAMPER, over={"omega": [1.0, 1.1]}, start=RANDOM, points=2, **SHORT
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("make", MADE.values(), ids=MADE)
+def test_what_was_made_is_made_again_from_itself(make: Callable[[], xr.Dataset]) -> None:
+    found = make()
+    xr.testing.assert_identical(vi.sweep_again(found, progress=False), found)
+
+
+def test_a_file_is_enough(tmp_path: Path) -> None:
+    found = MADE["basins"]()
+    found.to_netcdf(tmp_path / "basins.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "basins.nc", engine="h5netcdf") as read:
+        xr.testing.assert_identical(vi.sweep_again(read, progress=False), found)
+
+
+def test_a_store_that_is_opened_gives_its_sweep(tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    plane = vi.plane(DAMPER, over=GRID, start=START, store=tmp_path / "plane.zarr", **SHORT)
+    sweep = vi.sweep_again(
+        xr.open_zarr(tmp_path / "plane.zarr", consolidated=False), progress=False
+    )
+    assert sweep.attrs["made_by"] == "sweep"
+    xr.testing.assert_equal(sweep, plane.load()[list(sweep)])
+    xr.testing.assert_identical(vi.sweep_again(plane, progress=False), plane)
+
+
+def test_what_is_given_is_asked_instead() -> None:
+    found = MADE["a sweep"]()
+    longer = vi.sweep_again(found, settle=30, observe="final", progress=False)
+    expected = vi.sweep(DAMPER, over=GRID, start=START, observe="final", **SHORT | {"settle": 30})
+    xr.testing.assert_identical(longer, expected)
+
+
+def test_code_must_be_given_and_be_the_same() -> None:
+    family = vi.Family(chain, wall=np.float64(0.3))
+    assert repr(family) == "Family(chain, wall=0.3)"
+    found = vi.sweep(family, over={"wall": [0.2, 0.3]}, start=LISTED, **SHORT)
+    with pytest.raises(vi.InvalidParameterError, match=r"Family\(chain, wall=0.2\) is code"):
+        vi.sweep_again(found)
+    again = vi.sweep_again(found, system=vi.Family(chain, wall=0.9), progress=False)
+    xr.testing.assert_identical(again, found)
+    with pytest.raises(vi.InvalidParameterError, match=r"was Family\(chain, wall=0.2\)"):
+        vi.sweep_again(found, system=vi.Family(lambda wall: chain(wall), wall=0.3))
+
+
+def test_what_is_no_sweep_is_refused() -> None:
+    with pytest.raises(vi.InvalidParameterError, match="was made by none of sweep, plane"):
+        vi.sweep_again(xr.Dataset())
+    diagram = vi.bifurcation_sweep(DAMPER, over={"omega": [1.0, 1.1]}, start=LISTED, **SHORT)
+    with pytest.raises(vi.InvalidParameterError, match="does not hold its listed starts"):
+        vi.sweep_again(diagram)
