@@ -110,6 +110,25 @@ def test_a_run_gives_its_sequence_wherever_it_ends(count: int, impacts: tuple[st
     assert orbit.signature.impacts == tuple((0, 1 if side == "A" else -1) for side in impacts)
 
 
+@pytest.mark.parametrize(
+    ("omega", "half_clearance"),
+    [(0.904026845637584, 6.979865771812081), (0.9483221476510068, 5.2885906040268456)],
+)
+def test_a_motion_that_has_settled_on_a_long_orbit_gives_that_orbit(
+    omega: float, half_clearance: float
+) -> None:
+    """Tori locked at 70 and 146 impacts; shorter loops that nearly close are no orbits."""
+    damper = paper_damper("A", omega, half_clearance=half_clearance)
+    attractor = vi.classify(damper, SETTLING)
+    assert attractor.type is not None
+    assert sum(attractor.type[1:]) > 60
+    orbit = vi.find_orbit(damper, attractor.section.last)
+    assert orbit.converged
+    assert orbit.symbol == attractor.symbol
+    assert orbit.stable
+    assert orbit.admissible
+
+
 def test_the_state_of_an_orbit_leads_back_to_it() -> None:
     for impacts in (("A", "B"), ("B", "A")):
         start = vi.find_orbit(DAMPER, vi.simulate(DAMPER, SETTLING, impacts=500), impacts=impacts)

@@ -1,8 +1,9 @@
 """The loop at the end of a motion: which impacts repeat, and over how many forcing cycles.
 
 Method      Over the last impacts, the shortest stretch that ends where it began: within CLOSED of
-            the motion's spread, else the nearest within NEARLY_CLOSED. Where the sequence is given,
-            the last time that the motion shows it, closed or not.
+            the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
+            up to LONGEST_NEARLY. Where the sequence is given, the last time that the motion shows
+            it, closed or not.
 Fails       a sentence: no such stretch, or a contact rests in its last period
 """
 
@@ -21,7 +22,7 @@ Floats = NDArray[np.float64]
 
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
 CLOSED = 1e-5  # the same for a settled periodic motion
-LONGEST = 60  # impacts of a loop that is looked for
+LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop that is looked for
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
 RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
 
@@ -67,7 +68,7 @@ def loop_at_end(run: Run, sequence: tuple[Impact, ...] | None, cycles: int | Non
     found = _nearest_loop(run, cycles) if sequence is None else _last_time(stops, sequence)
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
-        since = times[-LONGEST - 1] if len(times) > LONGEST else 0.0
+        since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
         rests = run.end is not RunEnd.SILENT and _rests(run, since, math.inf)
         return RESTING if rests else f"the run has no loop {wanted}: {run.end.sentence}"
     first, last = found
@@ -100,10 +101,11 @@ def _nearest_loop(run: Run, cycles: int | None) -> tuple[int, int] | None:
         span = float(times[last] - times[first])
         whole = cycles_of(run.system, span) if cycles is None else cycles
         distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
-        if distance < NEARLY_CLOSED and (best is None or distance < best[0]):
+        if distance < CLOSED:
+            return first, last  # longer loops repeat this one
+        near = distance < NEARLY_CLOSED and last - first <= LONGEST_NEARLY
+        if near and (best is None or distance < best[0]):
             best = distance, first
-        if best and best[0] < CLOSED:
-            break  # longer loops repeat this one
     return (best[1], last) if best else None
 
 
