@@ -147,6 +147,13 @@ def test_a_spiral_that_comes_back_after_67_turns_is_not_taken_for_67_points(of):
     assert not classify_points(points).settled
 
 
+def test_rounding_that_repeats_after_more_points_is_the_short_orbit():
+    cycle = np.array([[0.0, 1.0], [1.0, 0.0], [0.5, 0.2]])
+    noise = np.random.default_rng(4).uniform(-1.5e-9, 1.5e-9, (96, 2))
+    points = np.tile(np.tile(cycle, (32, 1)) + noise, (42, 1))
+    assert find_period(points)[0] == 3
+
+
 def test_an_orbit_with_neighbours_next_to_each_other_has_its_period():
     # the impacts of a chatter come closer and closer
     cycle = np.column_stack([0.5 ** np.arange(40), np.zeros(40)])

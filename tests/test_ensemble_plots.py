@@ -473,3 +473,26 @@ def test_whole_numbers_along_a_parameter_have_whole_ticks() -> None:
     counts = xr.Dataset({"attractors": ("omega", [1, 2, 2])}, coords={"omega": [1.0, 1.1, 1.2]})
     ticks = plotting.plot_along(counts, variable="attractors").get_yticks()
     assert all(tick == round(tick) for tick in ticks)
+
+
+def test_a_rotation_number_that_is_everywhere_the_same_is_marked_once() -> None:
+    for low, high, marks in ((0.4, 0.4, ["2/5"]), (0.3999, 0.4001, ["0.39990", "2/5", "0.40010"])):
+        plane = turning_plane().drop_vars("rotation_error")
+        plane["rotation"] = plane.rotation.copy(data=np.linspace(low, high, 24).reshape(6, 4))
+        bar = plotting.plot_plane(plane, variable="rotation").figure.axes[-1]
+        assert [t.get_text() for t in bar.get_yticklabels()] == marks
+
+
+def test_zeros_truths_and_huge_numbers_are_drawn() -> None:
+    plane = some_plane()
+    plane["lyapunov"] = 0.0 * plane.lyapunov
+    assert np.all(colours(plotting.plot_plane(plane, variable="lyapunov")) > 0.95)
+    plane["often"] = plane.n > 3
+    assert np.isnan(cells(plotting.plot_plane(plane, variable="often"))[1]).any()
+    plane["huge"] = plane.n.astype(np.int64) * 2**36
+    bar = plotting.plot_plane(plane, variable="huge").figure.axes[-1]
+    assert len(bar.get_yticks()) < 12
+
+
+def test_symbols_without_forcing_can_have_colours() -> None:
+    assert plotting.plot_plane(some_plane(), symbols=["?-1-1", "1-1-1"]).get_legend() is not None

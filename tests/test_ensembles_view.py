@@ -274,7 +274,7 @@ def settled_already(*_: object) -> xr.Dataset:
 def test_labels_do_not_depend_on_the_order_of_the_members(basins_b: xr.Dataset) -> None:
     turned = basins_b.isel(x1=slice(None, None, -1), v1=slice(None, None, -1))
     own = turned.drop_vars(["attractor", *(v for v in turned if "label" in turned[v].dims)])
-    labels, found, _ = labelled(SET_B, own, settled_already, contact=0, stop="A")
+    labels, found, _ = labelled(SET_B, own, np.zeros(81), settled_already, contact=0, stop="A")
     names = {one.word for one in found}
     assert names == set(basins_b.name.values)
     for code, one in enumerate(found):

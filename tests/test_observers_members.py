@@ -24,6 +24,7 @@ from vibroimpact.ensembles.observers import (
     Section,
     Settling,
     Symbol,
+    describe,
     observer_of,
     outputs,
     resolve,
@@ -291,6 +292,8 @@ def test_sections_of_several_lengths_have_dimensions_of_their_own() -> None:
 
 def test_equal_observers_are_computed_once() -> None:
     assert resolve(["symbol", Symbol(), "final"]) == (Symbol(), observer_of("final"))
+    assert describe(resolve(Section(points=np.int64(3)))) == describe(resolve(Section(points=3)))
+    assert type(describe(resolve(Section(points=np.int64(3))))[0]["points"]) is int
     assert resolve("symbol") == resolve(Symbol()) == (Symbol(),)
 
 

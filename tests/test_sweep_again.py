@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -95,6 +96,45 @@ def test_what_is_given_is_asked_instead() -> None:
     longer = vi.sweep_again(found, settle=30, observe="final", progress=False)
     expected = vi.sweep(DAMPER, over=GRID, start=START, observe="final", **SHORT | {"settle": 30})
     xr.testing.assert_identical(longer, expected)
+
+
+def test_a_section_of_a_diagram_is_asked_instead() -> None:
+    diagram = MADE["a diagram, both ways"]()
+    other = vi.sweep_again(diagram, points=7, stop="A", progress=False)
+    expected = vi.bifurcation_sweep(
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, stop="A", points=7, observe="lyapunov",
+        **SHORT,
+    )  # fmt: skip
+    xr.testing.assert_identical(other, expected)
+    strided = vi.bifurcation_sweep(
+        DAMPER, over={"omega": [1.0]}, start=START, observe=vi.observe.Section(stride=2, points=3),
+        **SHORT,
+    )  # fmt: skip
+    xr.testing.assert_identical(vi.sweep_again(strided, progress=False), strided)
+
+
+@pytest.mark.parametrize(
+    ("made", "part", "said"),
+    [
+        ("a sweep", {"omega": slice(1, 3)}, "2 of 3 values of omega"),
+        ("a sweep", {"omega": 0}, "0 of 3 values of omega"),
+        ("random starts", {"start": [0]}, "1 of 3 values of start"),
+        ("listed starts", {"start": 1}, "0 of 2 values of start"),
+        ("a diagram, both ways", {"direction": 0}, "0 of 2 values of direction"),
+        ("basins", {"v2": [0]}, "1 of 2 values of v2"),
+    ],
+)
+def test_a_part_is_not_repeated(made: str, part: Any, said: str) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=f"is a part of what was made, {said}"):
+        vi.sweep_again(MADE[made]().isel(part))
+
+
+def test_the_order_of_an_axis_is_kept() -> None:
+    family = vi.Family(chain, wall=0.3)
+    found = vi.sweep(family, over={"wall": [0.2, 0.3, 0.4]}, start=LISTED, **SHORT)
+    turned = found.isel(wall=slice(None, None, -1))
+    again = vi.sweep_again(turned, system=family, progress=False)
+    xr.testing.assert_equal(again, turned)
 
 
 def test_code_must_be_given_and_be_the_same() -> None:

@@ -206,8 +206,8 @@ def classify(
             Motion(system, state), settle, more * max_settle, more * points, contact, stop
         )
         found = _with_history(list(windows))
-        if found.kind is not Kind.UNDECIDED:
-            break
+        if found.kind is not Kind.UNDECIDED or len(found.section.time) < FEWEST_POINTS:
+            break  # more of what is not there decides nothing
     return found
 
 

@@ -40,6 +40,7 @@ NEIGHBOURS, STRAY = 6, 1e-3
 MOST_PIECES, FEWEST_PER_PIECE = 64, 64
 # (3): a smooth curve of N points stretches its tangents by less than N, some 8 e-folds, for ever.
 LEAST_GROWTH = 10.0
+UNSTABLE = 0.01  # e-folds: rounding alone leaves 1e-12 where an exponent is 0
 # (4): the weighted spread of a quasiperiodic motion changes between thirds by far less; of a spiral
 # by more, unless it contracts by less than this per record.
 DRIFT_TOLERANCE = 1e-3
@@ -137,7 +138,7 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
 
 
 def _periodic(period: int, distance: float, exponent: LyapunovEstimate | None) -> Shape:
-    if exponent is None or not exponent.is_positive:
+    if exponent is None or not exponent.is_positive or exponent.growth.sum() < UNSTABLE:
         return Shape(Kind.PERIODIC, period=period, return_distance=distance)
     reason = (
         f"The motion repeats after {period} iterates, but the orbit is unstable "
@@ -182,16 +183,22 @@ def find_period(points: Floats) -> tuple[int, float]:
     for period in range(1, min(LONGEST_PERIOD, len(tail) // 2) + 1):
         distance = _return_distance(tail, period)
         if distance <= RETURN_TOLERANCE:
-            return (0 if _nearly_shorter(tail[-period:]) else period), distance
+            return _primitive(tail, period), distance
         smallest = min(smallest, distance)
     return 0, smallest
 
 
-def _nearly_shorter(orbit: Floats) -> bool:
-    """Whether an orbit of p points nearly closes after a part of p."""
-    p = len(orbit)
-    parts = (d for d in range(1, p // 2 + 1) if p % d == 0)
-    return any(np.linalg.norm(orbit - np.roll(orbit, d, 0), axis=1).max() <= NEARLY for d in parts)
+def _primitive(tail: Floats, period: int) -> int:
+    """The period, or a part of it after which all nearly returns; 0 where it still settles there.
+
+    Within ten times the tolerance it is the rounding of a short orbit that repeats after more.
+    """
+    orbit = tail[-period:]
+    for part in (d for d in range(1, period // 2 + 1) if period % d == 0):
+        if np.linalg.norm(orbit - np.roll(orbit, part, 0), axis=1).max() <= NEARLY:
+            settled = _farthest_return(tail, part) <= 10.0 * RETURN_TOLERANCE
+            return part if settled else 0
+    return period
 
 
 def _return_distance(tail: Floats, period: int) -> float:
@@ -200,6 +207,10 @@ def _return_distance(tail: Floats, period: int) -> float:
     last = float(np.linalg.norm(tail[-1] - tail[-1 - period]))
     if last > RETURN_TOLERANCE:
         return last
+    return _farthest_return(tail, period)
+
+
+def _farthest_return(tail: Floats, period: int) -> float:
     cycles = len(tail) // period
     folded = tail[len(tail) - cycles * period :].reshape(cycles, period, -1)
     return float(np.linalg.norm(folded - folded[-1], axis=2).max())

@@ -46,20 +46,20 @@ class OrbitType(NamedTuple):
         return f"{self.n_periods or '?'}-{self.impacts_a}-{self.impacts_b}"
 
 
-def symbol_word(n: int | str, counts: Sequence[Sequence[int]]) -> str:
+def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
     """n-p-q with a pair p-q for every contact that impacts: "1-1-1", "1-1-1,0-2".
 
     Parameters
     ----------
     n
-        Forcing periods.
+        Forcing periods; 0 without forcing: "?-1-0".
     counts
         Impacts at stops A and B of every contact, shape (contact, 2). Contacts are named unless
         they are the first ones: "1-2-1 (contact 1)".
     """
     struck = [contact for contact, pair in enumerate(counts) if any(pair)]
     pairs = ",".join("{}-{}".format(*counts[contact]) for contact in struck)
-    word = f"{n}-{pairs}"
+    word = f"{n or '?'}-{pairs}"
     first = struck == list(range(len(struck)))
     return word if first else f"{word} (contact {', '.join(map(str, struck))})"
 
@@ -88,7 +88,7 @@ def orbit_symbol(shape: Shape, part: Impacts, section: Section) -> str:
         return ""
     first, last = loop_of(shape, part, section)
     contacts = range(len(mechanism_of(section.system).contacts))
-    return symbol_word(kind.n_periods or "?", [_counts(part, first, last, c) for c in contacts])
+    return symbol_word(kind.n_periods, [_counts(part, first, last, c) for c in contacts])
 
 
 def _counts(part: Impacts, first: int, last: int, contact: int) -> tuple[int, int]:

@@ -26,6 +26,7 @@ from typing import Any, cast
 from vibroimpact._kernel import Jet
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Harmonic, Mechanism
+from vibroimpact.scalars import as_python
 from vibroimpact.simulate import System, mechanism_of
 
 SYMMETRIC = ("mass", "damping", "stiffness")
@@ -71,7 +72,8 @@ class Family:
             name = getattr(build, "__name__", repr(build))
             raise InvalidParameterError(f"build = {name}: {error}.") from None
         object.__setattr__(self, "build", build)
-        object.__setattr__(self, "parameters", tuple((k, _plain(x)) for k, x in parameters.items()))
+        plain = ((name, as_python(value)) for name, value in parameters.items())
+        object.__setattr__(self, "parameters", tuple(plain))
 
     @property
     def mechanism(self) -> Mechanism:
@@ -95,11 +97,6 @@ class Family:
     def __repr__(self) -> str:
         name = getattr(self.build, "__name__", repr(self.build))
         return f"Family({', '.join([name, *(f'{k}={v!r}' for k, v in self.parameters)])})"
-
-
-def _plain(value: Any) -> Any:
-    """A number, of numpy's as Python's: it is shown as that."""
-    return float(value) if isinstance(value, float) else value
 
 
 def parameter_value(system: System, name: str) -> float:

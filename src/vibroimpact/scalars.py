@@ -24,6 +24,11 @@ Truth = bool | Mask
 ROUNDING = 64.0 * 2.0**-53  # of sums of products, per term
 
 
+def as_python(value: Any) -> Any:
+    """A number of numpy's as Python's, anything else as it is: for texts."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def is_number(x: Any) -> bool:
     """Whether x stands for a float without being one: a jet or a column."""
     return isinstance(x, Jet | Column)

@@ -146,8 +146,8 @@ def picture_over(arguments: argparse.Namespace) -> Callable[..., Axes]:
     """What draws a number of each member over one parameter, or over two."""
     if len(arguments.over) > 2:
         raise InvalidParameterError(
-            f"over = {', '.join(arguments.over)}: a picture has one or two parameters. Of more, "
-            "keep the numbers: --out FILE.nc."
+            f"over = {', '.join(text.partition('=')[0] for text in arguments.over)}: a picture has "
+            "one or two parameters. Of more, keep the numbers: --out FILE.nc."
         )
     return plot_plane if len(arguments.over) == 2 else plot_along
 

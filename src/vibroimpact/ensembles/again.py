@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,7 +55,8 @@ def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: A
     Raises
     ------
     InvalidParameterError
-        A dataset of something else; a system that is missing, or another one.
+        A dataset of something else, or a part of one; a system that is missing, or another one;
+        listed starts of a diagram, which it does not hold.
 
     Examples
     --------
@@ -71,6 +73,7 @@ def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: A
         raise InvalidParameterError(
             f"found: was made by none of {', '.join(MAKERS)}, or has lost its attributes."
         )
+    _check_whole(found)
     told = {
         "over": {name: found[name].values for name in _swept(found)},
         "settle": float(found.attrs["settle"]),
@@ -90,10 +93,23 @@ def _system(found: xr.Dataset, given: System | None) -> System:
                 f"system = None: {described} is code, which no dataset holds. Give the same system."
             )
         return stored
-    first = {name: float(found[name].values[0]) for name in _swept(found)}
-    if repr(with_parameters(given, first)) != described:
+    ends = [found[name].values[[0, -1]].tolist() for name in _swept(found)]  # in any order now
+    corners = (dict(zip(_swept(found), values, strict=True)) for values in product(*ends))
+    if all(repr(with_parameters(given, corner)) != described for corner in corners):
         raise InvalidParameterError(f"system = {given!r}: was {described}. Give that one.")
     return given
+
+
+def _check_whole(found: xr.Dataset) -> None:
+    """Refuse a part of what was made."""
+    sizes = json.loads(found.attrs["sizes"])
+    for name, size in sizes.items():
+        have = found.sizes.get(name, 0)
+        if have != size or (name != "start" and name not in found.coords):
+            raise InvalidParameterError(
+                f"found: is a part of what was made, {have} of {size} values of {name}. Give the "
+                f"whole, or call vi.{found.attrs['made_by']}."
+            )
 
 
 def _swept(found: xr.Dataset) -> list[str]:
@@ -161,9 +177,15 @@ def _matched(found: xr.Dataset) -> dict[str, Any]:
 
 
 def _of_diagram(found: xr.Dataset) -> dict[str, Any]:
-    """What a diagram is told; its section is among the observers."""
-    way = {"way": found.attrs["way"]} if "way" in found.attrs else {}
-    return {"start": _start(found), "observe": _observed(found)} | way
+    """What a diagram is told; its section is an observer only with options of its own."""
+    told: dict[str, Any] = {"start": _start(found), "observe": _observed(found)}
+    if "way" in found.attrs:
+        told["way"] = found.attrs["way"]
+    own = next(one for one in told["observe"] if isinstance(one, Section) and not one.label)
+    if own == Section(points=own.points, contact=own.contact, stop=own.stop):
+        told["observe"].remove(own)
+        told |= {"points": own.points, "contact": own.contact, "stop": own.stop}
+    return told
 
 
 MAKERS: dict[str, Maker] = {

@@ -1,22 +1,22 @@
 """The attractors that the members of an ensemble end on: labelled, named, counted.
 
-Method      The first member without a label is classified (:func:`vibroimpact.classify`) from its
-            final state; the points of that attractor are compared with the last section points of
-            every member without one (matching.py); and so on until all are labelled. An attractor
-            whose own points lie on a known one of its kind and type is that one: its member was
-            still on the way there, as others may be, so that all without a label go on from where
-            they ended, 8, then 64 times as long, and are compared once more.
-            Members that do not impact share a label, one for each set of stops that they rest on;
-            those in flight go on before: a free mass may drift slowly towards its next impact.
-            Members that impact, but not on the section, share one per symbol.
+Method      A member without a label is classified (:func:`vibroimpact.classify`) from where it
+            ended; the points of that attractor are compared with the last section points of every
+            member without one (matching.py); and so on. First those that return to where they
+            were, then others: where one turns out to be on its way to a periodic or a known
+            attractor, or to none, others may be, too. Then all without a label go on from where
+            they ended, 8, then 64 times as long, and are looked at once more             (1)
+            An attractor whose own points lie on a known one of its kind and type is that one.
+            Members at rest share a label, one for each set of stops that they rest on; so do those
+            that never impact, and those that impact, but not on the section: one per symbol.
 Assumes     members of one system
 Accuracy    that of matching.py
-Fails       after ``most`` classifications the members left have the label of "not matched"
+Fails       "not matched": after ``most`` classifications, or after going on twice
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from string import ascii_lowercase
 from typing import NamedTuple
@@ -26,24 +26,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact.attractors import Attractor, classify
-from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional, scale_of
-from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions, symbol, symbols_of
+from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional
+from vibroimpact.ensembles.member_table import FLYING, Floats, Integers, Longer, Rows, Table
+from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions
 from vibroimpact.ensembles.states import States
 from vibroimpact.iterates import Kind
 from vibroimpact.motion import Stop
 from vibroimpact.sections import Scale
-from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import STATE, State
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-Longer = Callable[[States, int], xr.Dataset]  # members that go on, so many times as long
+from vibroimpact.simulate import System
+from vibroimpact.state import State
 
 NOT_MATCHED = -1
-FLYING = "no impacts"
 LONGER, OFTEN = 8, 2  # times as long each time, and how many times
-UNIT = 64.0 * np.finfo(float).eps  # a stop and a state on it agree within so much of their size
+MANY = 64  # members in flight: fewer go on whatever the others do
 
 
 @dataclass(frozen=True)
@@ -79,30 +74,26 @@ class Labels:
     found: list[Found] = field(default_factory=list)
 
     @property
-    def left(self) -> NDArray[np.intp]:
+    def left(self) -> Rows:
         """The members without a label."""
         return np.flatnonzero(self.values == NOT_MATCHED)
 
-    def add(self, found: Found, members: NDArray[np.intp]) -> int:
-        """A new attractor with its members; its label."""
-        self.values[members] = len(self.found)
+    def add(self, found: Found) -> int:
+        """A new attractor; its label."""
         self.found.append(found)
         return len(self.found) - 1
 
-    def join(self, found: Found, members: NDArray[np.intp]) -> None:
+    def join(self, found: Found, members: Rows) -> None:
         """Members of an attractor that is known by its kind and its word, or is new."""
         key = found.kind, found.word
         same = (i for i, one in enumerate(self.found) if (one.kind, one.word) == key)
         label = next(same, None)
-        if label is None:
-            self.add(found, members)
-        else:
-            self.values[members] = label
+        self.values[members] = self.add(found) if label is None else label
 
 
 def labelled(
-    system: System, members: xr.Dataset, longer: Longer, *, contact: int, stop: Stop,
-    tolerance: float = TOLERANCE, most: int = 64,
+    system: System, members: xr.Dataset, begun: Floats, longer: Longer, *, contact: int,
+    stop: Stop, tolerance: float = TOLERANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[Found, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
@@ -112,6 +103,8 @@ def labelled(
         What the members are motions of.
     members
         With the observers section, symbol, impacts and final.
+    begun
+        Phases of the starts, in the order of ``end``.
     longer
         Runs members with the same observers from where they ended.
     contact, stop
@@ -131,127 +124,11 @@ def labelled(
     States
         Where every member ended, in the order of ``end``; those that went on, after that.
     """
-    table = _flown(Table.of(system, members), longer, most)
+    table = Table.of(system, members, begun)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
-    _by_words(labels, table)
-    table = _by_classes(labels, table, longer, contact, stop, tolerance, most)
+    search = Search(labels, contact, stop, tolerance, most)
+    table = _searched(search, table, longer)
     return *_coded(labels, motions(members)), States(table.position, table.velocity, table.phase)
-
-
-@dataclass(frozen=True)
-class Table:
-    """What the matching looks at, one row per member."""
-
-    system: System
-    scale: Scale
-    codes: Integers
-    points: Floats
-    symbols: Integers
-    position: Floats
-    velocity: Floats
-    phase: Floats
-
-    @classmethod
-    def of(cls, system: System, members: xr.Dataset, scale: Scale | None = None) -> Table:
-        """The columns of an ensemble, in the order of ``end``; in its own units if none given."""
-        dims = members["end"].dims
-
-        def column(name: str) -> Floats:
-            array = members[name].transpose(*dims, ...).values
-            return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
-
-        scale = scale or scale_of(members)
-        codes = motions(members).values.ravel().astype(np.int64)
-        section = (column(f"section_{kind}") for kind in STATE)
-        symbols = symbols_of(members)
-        symbols = symbols.reshape(-1, symbols.shape[-1])
-        final = (column(f"final_{kind}") for kind in STATE)
-        return cls(system, scale, codes, scale.points(*section), symbols, *final)
-
-    def gone_on(self, rows: NDArray[np.intp], longer: Longer, times: int) -> Table:
-        """With these members so many times as long, where they reach the end of that."""
-        states = States(self.position[rows], self.velocity[rows], self.phase[rows])
-        more = Table.of(self.system, longer(states, times), self.scale)
-        through = more.codes >= NO_IMPACTS
-        names = ("codes", "points", "symbols", "position", "velocity", "phase")
-        columns = {name: getattr(self, name).copy() for name in names}
-        for name, column in columns.items():
-            column[rows[through]] = getattr(more, name)[through]
-        return replace(self, **columns)
-
-    @property
-    def seen(self) -> NDArray[np.bool_]:
-        """Which members have a point on the section."""
-        return np.asarray(np.isfinite(self.points[:, 0]).all(axis=-1))
-
-    @property
-    def flying(self) -> NDArray[np.intp]:
-        """The members without impacts that do not rest on a stop."""
-        silent = np.flatnonzero(self.codes == NO_IMPACTS)
-        return np.compress(np.array(self.resting(silent)) == FLYING, silent)
-
-    def state(self, member: int) -> State:
-        """Where a member ended."""
-        return State(
-            tuple(self.position[member]), tuple(self.velocity[member]), float(self.phase[member])
-        )
-
-    def symbol_words(self, members: NDArray[np.intp]) -> list[str]:
-        """The symbol of each member, or that it is not periodic."""
-        return [symbol(row) if row[1:].any() else "not periodic" for row in self.symbols[members]]
-
-    def resting(self, members: NDArray[np.intp]) -> list[str]:
-        """Whether each member is in flight or on which stops it rests."""
-        stops = [""] * len(members)
-        for name, rests in _stops(self.system, self.position[members]):
-            joined = (f"{before} and {name}" if before else name for before in stops)
-            stops = [new if r else old for new, old, r in zip(joined, stops, rests, strict=True)]
-        return [f"at rest on stop {on}" if on else FLYING for on in stops]
-
-
-def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """The name of every stop, and which positions (m, n) lie on it."""
-    contacts = mechanism_of(system).contacts
-    for number, law in enumerate(contacts):
-        row = np.array(law.row)
-        u, size = position @ row, np.abs(position) @ np.abs(row)
-        for name, limit in (("A", law.upper), ("B", law.lower)):
-            if np.isfinite(limit):
-                on = np.abs(u - limit) <= UNIT * (size + abs(limit))
-                yield (name if len(contacts) == 1 else f"{name}{number}"), on
-
-
-def _flown(table: Table, longer: Longer, most: int) -> Table:
-    """With those in flight as long as some of them impact after all, or where they are few."""
-    times = 1
-    for _ in range(OFTEN):
-        flying = table.flying
-        if not flying.size:
-            break
-        times *= LONGER
-        table = table.gone_on(flying, longer, times)
-        if flying.size == table.flying.size > most:
-            break
-    return table
-
-
-def _by_words(labels: Labels, table: Table) -> None:
-    """Label the members that have no point on the section: by what they do instead."""
-    silent = labels.left[table.codes[labels.left] == NO_IMPACTS]
-    _by_key(labels, silent, table.resting(silent), table, Kind.SILENT)
-    elsewhere = labels.left[~table.seen[labels.left]]
-    returns = table.symbols[elsewhere, 1:].any(axis=1)
-    for some, kind in ((elsewhere[returns], Kind.PERIODIC), (elsewhere[~returns], Kind.UNDECIDED)):
-        _by_key(labels, some, table.symbol_words(some), table, kind)
-
-
-def _by_key(
-    labels: Labels, members: NDArray[np.intp], words: list[str], table: Table, kind: Kind
-) -> None:
-    """One attractor per word."""
-    for word in dict.fromkeys(words):
-        here = members[np.array(words) == word]
-        labels.join(Found(str(kind), word, table.state(int(here[0]))), here)
 
 
 class Class(NamedTuple):
@@ -260,61 +137,135 @@ class Class(NamedTuple):
     shape: Known
     symbol: Integers
 
-    def among(self, table: Table, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    def among(self, table: Table, rows: Rows) -> Rows:
         """Those of some members that are on it."""
         alike = _alike(table.symbols[rows], self.symbol, self.shape)
         return rows[alike & self.shape.holds(table.points[rows])]
 
 
-def _by_classes(
-    labels: Labels, table: Table, longer: Longer, contact: int, stop: Stop, tolerance: float,
-    most: int,
-) -> Table:  # fmt: skip
-    """Classify one member after another until all have a label; the table as it is then."""
-    classes: dict[int, Class] = {}
-    times, firsts = 1, list[int]()
-    for _ in range(most):
-        left = labels.left
-        if not left.size:
-            break
-        first = int(left[0])
-        attractor = classify(table.system, table.state(first), contact=contact, stop=stop)
+@dataclass
+class Search:
+    """The attractors that are known, and the members that are looked at to find more.
+
+    Attributes
+    ----------
+    labels, classes
+        Of the members; what those of each attractor look like.
+    classified
+        Members that made a class: by what they settle on, not by what they did.
+    left_out
+        Members that classify said nothing of, until they have gone on.
+    """
+
+    labels: Labels
+    contact: int
+    stop: Stop
+    tolerance: float
+    most: int
+    classes: dict[int, Class] = field(default_factory=dict)
+    classified: list[int] = field(default_factory=list)
+    left_out: set[int] = field(default_factory=set)
+
+    def look(self, table: Table, *, last: bool) -> None:
+        """Label what is known, and classify: members that have settled, then others (1)."""
+        self.left_out.clear()
+        self._match(table)
+        for settled in (True, False):
+            while (member := self._next(table, settled=settled, last=last)) is not None:
+                new = self._classify(table, member)
+                if not last and (new is None or (not settled and new.kind == Kind.PERIODIC)):
+                    break
+
+    def _match(self, table: Table) -> None:
+        """Label the members that are on a known attractor, at rest, or settled elsewhere."""
+        for label, one in self.classes.items():
+            self.labels.values[one.among(table, self.labels.left)] = label
+        left = self.labels.left
+        silent = left[table.silent[left]]
+        words = np.array(table.resting(silent))
+        _by_word(self.labels, table, silent[words != FLYING], Kind.SILENT)
+        _by_word(self.labels, table, left[table.settled[left] & ~table.seen[left]], Kind.PERIODIC)
+
+    def _next(self, table: Table, *, settled: bool, last: bool) -> int | None:
+        """A member to classify; before the last look none that hardly comes to the section."""
+        wanted = table.seen & ~table.silent & (table.settled == settled)
+        if not (settled or last):
+            wanted &= table.full
+        left = self.labels.left
+        found = (int(i) for i in left[wanted[left]] if int(i) not in self.left_out)
+        return next(found, None) if self.most else None
+
+    def _classify(self, table: Table, member: int) -> Found | None:
+        """Classify a member and label those like it; the attractor if it is a new one."""
+        self.most -= 1
+        attractor = classify(
+            table.system, table.state(member), contact=self.contact, stop=self.stop
+        )
         own = _points(attractor, table.scale)
-        if not len(own):
-            _unseen(labels, attractor, table, first)
-            continue
-        here = Class(known(own, attractor.kind is Kind.PERIODIC, tolerance), table.symbols[first])
-        same = (i for i, c in classes.items() if _one(labels.found[i], c.shape, attractor, own))
+        if attractor.kind is Kind.SILENT or not len(own):
+            self.left_out.add(member)
+            return None
+        here = Class(
+            known(own, attractor.kind is Kind.PERIODIC, self.tolerance), table.symbols[member]
+        )
+        found, classes = _found(attractor), self.classes.items()
+        same = (i for i, one in classes if _one(self.labels.found[i], one.shape, found, own))
         label = next(same, None)
+        new = label is None
         if label is None:
-            label = labels.add(_found(attractor), left[:1])
-            classes[label] = here
-            firsts.append(first)
-        elif times < LONGER**OFTEN:
-            times *= LONGER
-            table = table.gone_on(np.append(left, firsts), longer, times)
-            _match(labels, table, classes)
-        labels.values[here.among(table, labels.left)] = label
-        labels.values[first] = label
-    return table
+            label = self.labels.add(found)
+            self.classes[label] = here
+        self.labels.values[here.among(table, self.labels.left)] = label
+        self.labels.values[member] = label
+        self.classified.append(member)
+        return found if new else None
+
+    def goes_on(self, table: Table, flew: int) -> Rows:
+        """Who goes on: all without a label and those that were classified.
+
+        Of many in flight none where as many flew before: they will not impact.
+        """
+        left = self.labels.left
+        flying = table.silent[left]
+        if MANY < flying.sum() == flew:
+            left = left[~flying]
+        return np.append(left, self.classified).astype(np.intp)
 
 
-def _match(labels: Labels, table: Table, classes: dict[int, Class]) -> None:
-    """Label the members that look like those of a known attractor, or do not come back."""
-    for label, one in classes.items():
-        labels.values[one.among(table, labels.left)] = label
-    _by_words(labels, table)
+def _searched(search: Search, table: Table, longer: Longer) -> Table:
+    """Look, and let members without a label go on, until all have one or have gone on enough."""
+    flew = -1
+    for often in range(OFTEN + 1):
+        search.look(table, last=often == OFTEN)
+        left = search.labels.left
+        if not left.size or often == OFTEN:
+            break
+        rows, flew = search.goes_on(table, flew), int(table.silent[left].sum())
+        table = table.gone_on(rows, longer, LONGER ** (often + 1))
+    _rest(search.labels, table, longer)
+    strayed = np.array(search.classified, dtype=np.intp)
+    strayed = strayed[~table.settled[strayed]]
+    return table.gone_on(strayed, longer, LONGER**OFTEN) if strayed.size else table
 
 
-def _unseen(labels: Labels, attractor: Attractor, table: Table, member: int) -> None:
-    """A member that leaves the section for good after its window: with others of its kind."""
-    found = replace(_found(attractor), state=table.state(member))
-    same = (i for i, other in enumerate(labels.found) if other.kind == found.kind)
-    label = next(same, None)
-    if label is None:
-        labels.add(found, np.array([member]))
-    else:
-        labels.values[member] = label
+def _rest(labels: Labels, table: Table, longer: Longer) -> None:
+    """Label what impacts, but not on the section, and what has no impact for long."""
+    left = labels.left
+    silent = table.silent[left]
+    _by_word(labels, table, left[~table.seen[left] & ~silent], Kind.UNDECIDED)
+    if silent.any():
+        times = LONGER if silent.sum() > MANY else LONGER**OFTEN
+        table = table.gone_on(left[silent], longer, times, whole=True)
+        _by_word(labels, table, left[silent & table.silent[left]], Kind.SILENT)
+
+
+def _by_word(labels: Labels, table: Table, members: Rows, kind: Kind) -> None:
+    """One attractor per word that says what members do."""
+    say = table.resting if kind is Kind.SILENT else table.symbol_words
+    words = np.array(say(members))
+    for word in dict.fromkeys(words.tolist()):
+        here = members[words == word]
+        labels.join(Found(str(kind), word, table.state(int(here[0]))), here)
 
 
 def _points(attractor: Attractor, scale: Scale) -> Floats:
@@ -332,20 +283,16 @@ def _alike(symbols: Integers, first: Integers, shape: Known) -> NDArray[np.bool_
     return np.asarray(settling | proportional(symbols, first))
 
 
-def _one(found: Found, shape: Known, attractor: Attractor, points: Floats) -> bool:
+def _one(one: Found, shape: Known, other: Found, points: Floats) -> bool:
     """Whether an attractor is one that is known: same kind and type, points on its points."""
-    alike = (found.kind, found.word) == (str(attractor.kind), _word(attractor))
+    alike = (one.kind, one.word) == (other.kind, other.word)
     return alike and bool(shape.holds(points[None])[0])
 
 
 def _found(attractor: Attractor) -> Found:
-    exponent = attractor.exponent.value
-    state = attractor.section.last
-    return Found(str(attractor.kind), _word(attractor), state, exponent, attractor)
-
-
-def _word(attractor: Attractor) -> str:
-    return attractor.symbol or str(attractor.kind)
+    word = attractor.symbol or str(attractor.kind)
+    exponent, state = attractor.exponent.value, attractor.section.last
+    return Found(str(attractor.kind), word, state, exponent, attractor)
 
 
 def _coded(labels: Labels, codes: xr.DataArray) -> tuple[xr.DataArray, tuple[Found, ...]]:

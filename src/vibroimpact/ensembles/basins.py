@@ -11,10 +11,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact.ensembles.asked import MATCHED, check_axes, refuse
-from vibroimpact.ensembles.attractors import Found, Longer, labelled
+from vibroimpact.ensembles.attractors import Found, labelled
 from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.matching import TOLERANCE
+from vibroimpact.ensembles.member_table import Longer
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import GridStarts
 from vibroimpact.ensembles.states import States
@@ -75,9 +76,10 @@ def basins(
     -----
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
     second or two where it stays undecided. At most ``most`` members are classified.
-    Where members are found to be still on their way to an attractor, those without a label go on
-    for 8, then 64 times ``settle + periods``; ``final_position``, ``final_velocity`` and
-    ``final_phase`` are theirs then, the other variables those of the window asked for.
+    Where members are still on their way, those without a label go on for 8, then 64 times
+    ``settle + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are theirs
+    then, the other variables those of the window asked for. "No impacts" are motions in flight
+    that had none for as long.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
     ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
     are one. Motions that impact, but never at this stop, are told apart by their symbol only.
@@ -102,11 +104,12 @@ def basins(
     refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
     asked = {"over": {}, "observe": [section, "symbol", "impacts", "final"]} | options
-    members = sweep(system, start=GridStarts(over, start), **asked)
-    longer = _longer(system, members, asked)
+    starts = GridStarts(over, start)
+    members = sweep(system, start=starts, **asked)
     labels, found, ends = labelled(
-        system, members, longer, contact=contact, stop=stop, tolerance=tolerance, most=most
-    )
+        system, members, starts.states().phase, _longer(system, members, asked),
+        contact=contact, stop=stop, tolerance=tolerance, most=most,
+    )  # fmt: skip
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
     asked_for = {"made_by": "basins", "tolerance": tolerance, "most": most}
@@ -136,6 +139,7 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
 def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:
     """The sweep with the states where its members ended when they got their labels."""
     names = {f"final_{kind}": values for kind, values in zip(STATE, ends, strict=True)}
+    names["final_phase"] = names["final_phase"] % (2.0 * math.pi)
     arrays = {name: members[name].transpose(*members["end"].dims, ...) for name in names}
     return members.assign(
         {name: array.copy(data=names[name].reshape(array.shape)) for name, array in arrays.items()}
@@ -148,12 +152,12 @@ def _longer(system: System, members: xr.Dataset, asked: dict[str, Any]) -> Longe
     Whole periods in all: motions end at the phase where they ended before.
     """
     again = {name: x for name, x in asked.items() if name not in ("store", "most_impacts")}
-    periods = members.attrs["periods"]
-    length = members.attrs["settle"] + periods
+    length = members.attrs["settle"] + members.attrs["periods"]
 
-    def run(states: States, times: int) -> xr.Dataset:
-        settle = math.ceil(times * length + periods) - periods
-        window = {"settle": settle, "start": ListedStarts(*states)}
+    def run(states: States, times: int, whole: bool) -> xr.Dataset:
+        periods = math.ceil(times * length) if whole else members.attrs["periods"]
+        settle = 0 if whole else math.ceil(times * length + periods) - periods
+        window = {"settle": settle, "periods": periods, "start": ListedStarts(*states)}
         try:
             return sweep(system, **again | window)
         except KeyboardInterrupt:

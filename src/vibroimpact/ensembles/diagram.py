@@ -6,6 +6,7 @@ attractors that coexist are both seen; or every value has the same random starts
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -119,7 +120,9 @@ def _followed(
         parts.append(sweep(system, start=begin, follow=sign + name, **asked))
     joined = xr.concat(parts, "direction", combine_attrs="override")
     follow = ", ".join(part.attrs["follow"] for part in parts)
-    return joined.assign_coords(direction=list(directions)).assign_attrs(way=way, follow=follow)
+    sizes = json.loads(joined.attrs["sizes"]) | {"direction": len(directions)}
+    made = {"way": way, "follow": follow, "sizes": json.dumps(sizes)}
+    return joined.assign_coords(direction=list(directions)).assign_attrs(made)
 
 
 def _top(part: xr.Dataset, name: str, start: State) -> State:

@@ -23,7 +23,8 @@ class ListedStarts:
     position, velocity
         Coordinates and their rates, shape (k, n).
     phase
-        Of the first forcing line [rad], shape (k,); 0 if not given.
+        Of the first forcing line [rad], shape (k,); 0 if not given. With several lines it counts
+        up, as that of :class:`~vibroimpact.State`: 2 pi may be no period of the others.
 
     Raises
     ------

@@ -120,7 +120,7 @@ def column_of(contact: int, stop: Stop, width: int) -> int:
 def symbol(numbers: Integers) -> str:
     """n-p-q of one member (orbit_type.py); without forcing there is no n."""
     n, *counts = numbers.tolist()
-    return symbol_word(n or "?", np.reshape(counts, (2, -1)).T.tolist())
+    return symbol_word(n, np.reshape(counts, (2, -1)).T.tolist())
 
 
 def _different(symbols: Integers) -> tuple[Integers, Integers, Integers]:

@@ -33,6 +33,7 @@ from vibroimpact.ensembles.outcome import NOT_COMPUTED, Outcome
 from vibroimpact.ensembles.outputs import Output, Table
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
+from vibroimpact.scalars import as_python
 
 __all__ = [
     "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
@@ -111,7 +112,8 @@ def describe(observers: Sequence[Observer]) -> list[dict[str, Any]]:
 
 
 def _options(observer: Observer) -> dict[str, Any]:
-    return asdict(cast(Any, observer))
+    options = asdict(cast(Any, observer))
+    return {name: as_python(value) for name, value in options.items()}
 
 
 def rounds(observers: Sequence[Observer]) -> list[tuple[Observer, ...]]:

@@ -121,6 +121,7 @@ def _attrs_of(plan: Plan, question: Question) -> dict[str, Any]:
         "system_numbers": text_of(plan.system),
         "mechanism": text_of(plan.mechanism),
         "swept": ", ".join(plan.axes),
+        "sizes": json.dumps(plan.dims),
         "start": json.dumps(described["start"]),
         "observe": json.dumps(described["observe"]),
         "settle": plan.window.settle,

@@ -24,7 +24,7 @@ COLOURS = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
 )  # fmt: skip
 OTHER = "other periodic"
-SYMBOL = re.compile(r"\d+-\d+-\d+(,\d+-\d+)*( \(contact \d+(, \d+)*\))?")
+SYMBOL = re.compile(r"(\d+|\?)-\d+-\d+(,\d+-\d+)*( \(contact \d+(, \d+)*\))?")
 PLAIN = {
     "not periodic": "#6F6F6F",
     "chaotic": "#1A1A1A",
@@ -68,7 +68,7 @@ def plot_plane(
     -------
     Axes
         What was drawn on. The first dim is drawn across, an axis of equal ratios (``np.geomspace``)
-        on a logarithmic scale. Cells without a number are grey.
+        on a logarithmic scale. Cells without a number are grey, of whole numbers those of 0, too.
     """
     plane = _completed(plane, variable)
     field = variable_of(plane, variable)
@@ -116,6 +116,7 @@ def _own_colours(words: Mapping[int, str], chosen: Sequence[str] | int) -> dict[
 
 def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | int) -> None:
     field = plane[variable]
+    field = field.astype(np.int8) if field.dtype == bool else field
     label = label_of(field)
     if "flag_meanings" in field.attrs:
         words = {one.code: one.words for one in categories(field)}
@@ -145,7 +146,8 @@ def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
     norm: Normalize = Normalize(0.5, 1.5)
     ticks: Any = MaxNLocator(integer=True, min_n_ticks=1)
     if top > MOST_STEPS:
-        norm, ticks = LogNorm(1, top), [2**k for k in range(top.bit_length())]
+        bits = top.bit_length()
+        norm, ticks = LogNorm(1, top), [2**k for k in range(0, bits, 1 + bits // 10)]
     elif top > 1:
         norm = BoundaryNorm(np.arange(0.5, top + 1.0), 256)
     bar = {"ticks": ticks, "format": "{x:.0f}"}
@@ -156,7 +158,7 @@ def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
 def _signed(field: xr.DataArray) -> TwoSlopeNorm:
     """Zero in the middle of the colours, each side to its own end."""
     low, high = maps.ends(field.values)
-    floor = 1e-3 * max(abs(low), abs(high), np.finfo(float).tiny)
+    floor = 1e-3 * (max(abs(low), abs(high)) or 1.0)
     return TwoSlopeNorm(0.0, min(low, -floor), max(high, floor))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from math import gcd
 
 import numpy as np
@@ -32,9 +33,10 @@ def draw(ax: Axes, plane: xr.Dataset, variable: str, label: str) -> None:
         field = field.where(plane[error] <= CONVERGED)
     low, high = maps.ends(field.values)
     ticks = {p / q: f"{p}/{q}" if p else "0" for p, q in fractions(low, high)}
+    digits = max(3, 1 - math.floor(math.log10(high - low))) if high > low else 3
     for end in (low, high):
-        if all(abs(end - mark) >= APART * (high - low) for mark in ticks):
-            ticks[end] = f"{end:.3g}"
+        if all(abs(end - mark) > APART * (high - low) for mark in ticks):
+            ticks[end] = f"{end:.{digits}f}"
     order = sorted(ticks)
     bar = {"ticks": order, "format": FixedFormatter([ticks[mark] for mark in order])}
     maps.numbers(

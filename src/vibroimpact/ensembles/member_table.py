@@ -1,0 +1,129 @@
+"""What members of an ensemble did last, and where they ended: rows to match attractors by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from vibroimpact.ensembles.matching import scale_of
+from vibroimpact.ensembles.motions import NO_IMPACTS, motions, symbol, symbols_of
+from vibroimpact.ensembles.states import States
+from vibroimpact.sections import Scale
+from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.state import STATE, State
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+
+# Members go on, so many times as long; True: observed all the time.
+Longer = Callable[[States, int, bool], xr.Dataset]
+
+FLYING = "no impacts"
+UNIT = 64.0 * np.finfo(float).eps  # a stop and a state on it agree within so much of their size
+COLUMNS = ("codes", "points", "symbols", *STATE)
+
+
+@dataclass(frozen=True)
+class Table:
+    """What the matching looks at, one row per member: its last window, and where it ended."""
+
+    system: System
+    scale: Scale
+    codes: Integers
+    points: Floats
+    symbols: Integers
+    position: Floats
+    velocity: Floats
+    phase: Floats
+
+    @classmethod
+    def of(
+        cls, system: System, members: xr.Dataset, begun: Floats, scale: Scale | None = None
+    ) -> Table:
+        """The columns of an ensemble, in the order of ``end``; in its own units if none given.
+
+        ``begun``: phases at the start. With several forcing lines those at the end count whole
+        periods of the first, which are none of the others.
+        """
+        dims = members["end"].dims
+
+        def column(name: str) -> Floats:
+            array = members[name].transpose(*dims, ...).values
+            return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
+
+        scale = scale or scale_of(members)
+        codes = motions(members).values.ravel().astype(np.int64)
+        section = (column(f"section_{kind}") for kind in STATE)
+        symbols = symbols_of(members)
+        symbols = symbols.reshape(-1, symbols.shape[-1])
+        position, velocity, phase = (column(f"final_{kind}") for kind in STATE)
+        if len(mechanism_of(system).forces) > 1:
+            phase = begun + mechanism_of(system).omega * column("time")
+        points = scale.points(*section)
+        return cls(system, scale, codes, points, symbols, position, velocity, phase)
+
+    def gone_on(self, rows: Rows, longer: Longer, times: int, *, whole: bool = False) -> Table:
+        """With these members so many times as long, where they reach the end of that."""
+        states = States(self.position[rows], self.velocity[rows], self.phase[rows])
+        more = Table.of(self.system, longer(states, times, whole), states.phase, self.scale)
+        through = more.codes >= NO_IMPACTS
+        there, columns = rows[through], {name: getattr(self, name).copy() for name in COLUMNS}
+        for name, column in columns.items():
+            column[there] = getattr(more, name)[through]
+        return replace(self, **columns)
+
+    @property
+    def seen(self) -> Flags:
+        """Which members have a point on the section."""
+        return np.asarray(np.isfinite(self.points[:, 0]).all(axis=-1))
+
+    @property
+    def full(self) -> Flags:
+        """Which members have all points on the section that are kept of one."""
+        return np.asarray(np.isfinite(self.points[:, -1]).all(axis=-1))
+
+    @property
+    def settled(self) -> Flags:
+        """Which members return to where they were, within the tolerance of the symbol."""
+        return np.asarray(self.symbols[:, 1:].any(axis=1))
+
+    @property
+    def silent(self) -> Flags:
+        """Which members had no impact in their last window."""
+        return np.asarray(self.codes == NO_IMPACTS)
+
+    def state(self, member: int) -> State:
+        """Where a member ended."""
+        return State(
+            tuple(self.position[member]), tuple(self.velocity[member]), float(self.phase[member])
+        )
+
+    def symbol_words(self, members: Rows) -> list[str]:
+        """The symbol of each member, or that it is not periodic."""
+        return [symbol(row) if row[1:].any() else "not periodic" for row in self.symbols[members]]
+
+    def resting(self, members: Rows) -> list[str]:
+        """Whether each member is in flight or on which stops it rests."""
+        stops = [""] * len(members)
+        for name, rests in _stops(self.system, self.position[members]):
+            joined = (f"{before} and {name}" if before else name for before in stops)
+            stops = [new if r else old for new, old, r in zip(joined, stops, rests, strict=True)]
+        return [f"at rest on stop {on}" if on else FLYING for on in stops]
+
+
+def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """The name of every stop, and which positions (m, n) lie on it."""
+    contacts = mechanism_of(system).contacts
+    for number, law in enumerate(contacts):
+        row = np.array(law.row)
+        u, size = position @ row, np.abs(position) @ np.abs(row)
+        for name, limit in (("A", law.upper), ("B", law.lower)):
+            if np.isfinite(limit):
+                on = np.abs(u - limit) <= UNIT * (size + abs(limit))
+                yield (name if len(contacts) == 1 else f"{name}{number}"), on
