@@ -110,6 +110,15 @@ def test_a_section_of_the_transient_alone_takes_seconds_not_minutes() -> None:
     assert set(named(found)) == {"1-2-0 a"}
 
 
+@pytest.mark.parametrize("settle", [0, 250, 4000])
+def test_a_torus_whose_points_come_in_runs_is_one(settle: float) -> None:
+    """Its rotation number is next to 395/967: 4000 points leave three quarters of it out."""
+    over = {"x1": AXIS, "v1": AXIS}
+    found = basins(replace(SET_B, omega=1.0), over, START, settle=settle)
+    assert found.name.values.tolist() == ["quasiperiodic a"]
+    assert float(found.share[0]) == 1.0
+
+
 def test_every_name_has_its_starts() -> None:
     for omega, settle in ((1.075, 20), (1.085, 250)):
         system, over = replace(SET_B, omega=omega), {"x1": AXIS, "v1": AXIS}

@@ -205,9 +205,7 @@ class Search:
         if attractor.kind is Kind.SILENT or not len(own):
             self.left_out.add(member)
             return None
-        here = Class(
-            known(own, attractor.kind is Kind.PERIODIC, self.tolerance), table.symbols[member]
-        )
+        here = Class(self._shape(attractor, own), table.symbols[member])
         found, classes = _found(attractor), self.classes.items()
         same = (i for i, one in classes if _one(self.labels.found[i], one.shape, found, own))
         label = next(same, None)
@@ -219,6 +217,12 @@ class Search:
         self.labels.values[member] = label
         self.classified.append(member)
         return found if new else None
+
+    def _shape(self, attractor: Attractor, own: Floats) -> Known:
+        """What is on an attractor; its gap is in units of its own, which are no larger."""
+        curve = attractor.shape.curve
+        gap = curve.widest_gap if curve and attractor.kind is Kind.QUASIPERIODIC else 0.0
+        return known(own, attractor.kind is Kind.PERIODIC, self.tolerance, gap)
 
     def goes_on(self, table: Table, flew: int) -> Rows:
         """Who goes on: all without a label and those that were classified.

@@ -6,7 +6,9 @@ Method      A member is known by its last points on a section, z = (x, v, cos th
               periodic: the last point of the member lies on the orbit, whichever impact it is,
                 d(z) <= tolerance                                                           (1)
               else: with e_j the distance of z_j to the nearest of the other z_j,
-                median of d over the points of the member <= the 99% quantile of the e_j    (2)
+                median of d over the points of the member <= the 99% quantile of the e_j, on a
+                closed curve at least half its widest gap: with a rotation number next to p/q the
+                z_j come in q short runs, and all points of a member may lie between them  (2)
             Periodic members with different impacts per forcing period are never joined; those with
             proportional symbols may be, because a slow spiral into 1-1-1 can return after 13
             periods within the tolerance of the symbol, but not yet after one.                (3)
@@ -76,13 +78,16 @@ def last(points: Floats) -> Floats:
     return np.asarray(points[np.arange(len(points)), np.maximum(counts, 1) - 1])
 
 
-def known(points: Floats, periodic: bool, tolerance: float = TOLERANCE) -> Known:
-    """An attractor from its points, shape (n_point, dimension), without NaN."""
+def known(points: Floats, periodic: bool, tolerance: float = TOLERANCE, gap: float = 0.0) -> Known:
+    """An attractor from its points, shape (n_point, dimension), without NaN.
+
+    ``gap``: the widest of a closed curve, along it.
+    """
     tree = cKDTree(points)
     if periodic or len(points) < 2:
         return Known(tree, True, tolerance)
     own = tree.query(points, k=2)[0][:, 1]
-    return Known(tree, False, float(np.quantile(own, QUANTILE)))
+    return Known(tree, False, max(float(np.quantile(own, QUANTILE)), 0.5 * gap))
 
 
 def longest_gaps(points: Floats) -> Floats:
