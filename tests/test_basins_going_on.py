@@ -110,6 +110,30 @@ def test_a_section_of_the_transient_alone_takes_seconds_not_minutes() -> None:
     assert set(named(found)) == {"1-2-0 a"}
 
 
+@pytest.mark.parametrize("settle", [60.3, 800.3])
+def test_members_end_at_one_phase_whether_they_went_on_or_not(settle: float) -> None:
+    """At one phase of the forcing the 1-1-1 orbit is a point, to the tolerance of the matching."""
+    over = {"x1": AXIS, "v1": AXIS}
+    found = basins(SET_B, over, START, settle=settle)
+    here = np.array(named(found)).reshape(found.attractor.shape) == "1-1-1 a"
+    window = vi.sweep(SET_B, over={}, start=vi.GridStarts(over, START), observe="final",
+                      settle=settle, progress=False)  # fmt: skip
+    stayed = (found.final_position == window.final_position).all("coordinate").values[here]
+    assert stayed.any() == (settle > 500.0)
+    assert not stayed.all()
+    ends = found.final_position.values[here], found.final_velocity.values[here]
+    assert max(np.ptp(one, axis=0).max() for one in ends) < 0.05
+    assert np.ptp(found.final_phase.values[here]) < 1e-9
+
+
+def test_what_flies_for_a_window_in_chaos_is_not_without_impacts() -> None:
+    """Long transients at omega 1.08: some members are in flight whenever one looks."""
+    axis = np.linspace(-6.0, 6.0, 24)
+    found = basins(replace(SET_B, omega=1.08), {"x1": axis, "v1": axis}, START)
+    assert found.name.values.tolist() == ["1-1-1 a"]
+    assert float(found.share[0]) > 0.99
+
+
 @pytest.mark.parametrize("settle", [0, 250, 4000])
 def test_a_torus_whose_points_come_in_runs_is_one(settle: float) -> None:
     """Its rotation number is next to 395/967: 4000 points leave three quarters of it out."""

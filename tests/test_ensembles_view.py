@@ -338,10 +338,6 @@ def test_members_that_are_on_their_way_go_on_until_they_are_where_they_lead(
         others = np.unique(basins_b.attractor.values[here])
         assert len(others) == 1
         assert basins_b.name.values[others[0]][:-2] == name[:-2]
-        if name == "1-1-1 a":  # where they ended: at one phase of the forcing, 1-1-1 is one point
-            ends = early.final_position.values[here], early.final_velocity.values[here]
-            assert max(np.ptp(one, axis=0).max() for one in ends) < 0.05
-            assert np.ptp(early.final_phase.values[here]) < 1e-9
 
 
 def test_an_interruption_while_members_go_on_says_what_is_kept(tmp_path: Path) -> None:

@@ -225,15 +225,12 @@ class Search:
         return known(own, attractor.kind is Kind.PERIODIC, self.tolerance, gap)
 
     def goes_on(self, table: Table, flew: int) -> Rows:
-        """Who goes on: all without a label and those that were classified.
-
-        Of many in flight none where as many flew before: they will not impact.
-        """
+        """Who goes on: all without a label; of many in flight none where as many flew before."""
         left = self.labels.left
         flying = table.silent[left]
         if MANY < flying.sum() == flew:
             left = left[~flying]
-        return np.append(left, self.classified).astype(np.intp)
+        return left
 
 
 def _searched(search: Search, table: Table, longer: Longer) -> Table:
