@@ -48,8 +48,8 @@ class Table:
     ) -> Table:
         """The columns of an ensemble, in the order of ``end``; in its own units if none given.
 
-        ``begun``: phases at the start. With several forcing lines those at the end count whole
-        periods of the first, which are none of the others.
+        ``begun``: phases at the start. Those at the end are less whole turns of the first forcing
+        line, and so say nothing of the phases of others.
         """
         dims = members["end"].dims
 
