@@ -257,10 +257,11 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
         shape = Shape(Kind.SILENT if silent else Kind.UNDECIDED, reason=part.end.sentence)
     omega = mechanism_of(section.system).omega
     elapsed = np.diff(section.time) * (omega / (2.0 * np.pi))
+    kind = orbit_type(shape, part, section)
     return Attractor(
         shape=shape,
-        type=orbit_type(shape, part, section),
-        symbol=orbit_symbol(shape, part, section),
+        type=kind,
+        symbol=orbit_symbol(kind, shape, part, section),
         multipliers=multipliers(motion, shape, part, section),
         symmetric=is_symmetric(shape, part, section),
         exponent=exponent,

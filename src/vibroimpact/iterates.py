@@ -1,9 +1,10 @@
 """What the iterates of a map lie on: a periodic orbit, closed curves, or a chaotic set.
 
 Method      period p        the smallest p with  max |x_n - x_m| <= 1e-9  over the last third of
-                            the record, m in the last p iterates, m = n (mod p); none where it
-                            nearly, within 1e-6, returns after a part of p: a slow spiral into a
-                            point that turns by 1/p comes back after p iterates, too        (1)
+                            the record, m in the last p iterates, m = n (mod p). Where it
+                            nearly, within 1e-6, returns after a part of p, that part if within
+                            1e-8, else none: a slow spiral into a point that turns by 1/p comes
+                            back after p iterates, too                                      (1)
             pieces k        the largest k that divides the time lags between near neighbours  (2)
             chaos           exponent above three errors, and more e-folds of stretching than any
                             smooth curve can hold                                           (3)

@@ -81,9 +81,8 @@ def orbit_type(shape: Shape, part: Impacts, section: Section) -> OrbitType | Non
     return OrbitType(whole, *_counts(part, first, last, section.contact))
 
 
-def orbit_symbol(shape: Shape, part: Impacts, section: Section) -> str:
-    """n-p-q of all contacts of a periodic motion, empty for others."""
-    kind = orbit_type(shape, part, section)
+def orbit_symbol(kind: OrbitType | None, shape: Shape, part: Impacts, section: Section) -> str:
+    """n-p-q of all contacts of a periodic motion of this type, empty for others."""
     if kind is None:
         return ""
     first, last = loop_of(shape, part, section)

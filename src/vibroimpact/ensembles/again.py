@@ -132,12 +132,9 @@ def _start(found: xr.Dataset) -> Start:
     base = State(**said.pop("base"))
     if kind == "random":
         return RandomStarts(base=base, **said)
-    return GridStarts(_grid(found), base) if kind == "grid" else base
-
-
-def _grid(found: xr.Dataset) -> dict[str, Any]:
-    """Values of the coordinates of a grid of starts."""
-    return {name: found[name].values for name in json.loads(found.attrs["start"])["over"]}
+    if kind == "grid":
+        return GridStarts({name: found[name].values for name in said["over"]}, base)
+    return base
 
 
 def _listed(found: xr.Dataset) -> ListedStarts:
@@ -164,8 +161,9 @@ def _of_count(found: xr.Dataset) -> dict[str, Any]:
 
 def _of_basins(found: xr.Dataset) -> dict[str, Any]:
     """What basins are told; their axes are those of the grid of starts."""
-    base = State(**json.loads(found.attrs["start"])["base"])
-    told = {"over": _grid(found), "start": base, "most": int(found.attrs["most"])}
+    grid = _start(found)
+    assert isinstance(grid, GridStarts)
+    told = {"over": grid.over, "start": grid.base, "most": int(found.attrs["most"])}
     return told | _matched(found)
 
 

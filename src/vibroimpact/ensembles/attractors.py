@@ -36,6 +36,8 @@ from vibroimpact.sections import Scale
 from vibroimpact.simulate import System
 from vibroimpact.state import State
 
+Words = NDArray[np.str_]
+
 NOT_MATCHED = -1
 LONGER, OFTEN = 8, 2  # times as long each time, and how many times
 MANY = 64  # members in flight: fewer go on whatever the others do
@@ -124,11 +126,12 @@ def labelled(
     States
         Where every member ended, in the order of ``end``; those that went on, after that.
     """
-    table = Table.of(system, members, begun)
+    codes = motions(members)
+    table = Table.of(system, members, codes, begun)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
     search = Search(labels, contact, stop, tolerance, most)
     table = _searched(search, table, longer)
-    return *_coded(labels, motions(members)), States(table.position, table.velocity, table.phase)
+    return *_coded(labels, codes), table.ends
 
 
 class Class(NamedTuple):
@@ -183,8 +186,11 @@ class Search:
         left = self.labels.left
         silent = left[table.silent[left]]
         words = np.array(table.resting(silent))
-        _by_word(self.labels, table, silent[words != FLYING], Kind.SILENT)
-        _by_word(self.labels, table, left[table.settled[left] & ~table.seen[left]], Kind.PERIODIC)
+        rest = words != FLYING
+        _by_word(self.labels, table, silent[rest], words[rest], Kind.SILENT)
+        elsewhere = left[table.settled[left] & ~table.seen[left]]
+        words = np.array(table.symbol_words(elsewhere))
+        _by_word(self.labels, table, elsewhere, words, Kind.PERIODIC)
 
     def _next(self, table: Table, *, settled: bool, last: bool) -> int | None:
         """A member to classify; before the last look none that hardly comes to the section."""
@@ -199,7 +205,7 @@ class Search:
         """Classify a member and label those like it; the attractor if it is a new one."""
         self.most -= 1
         attractor = classify(
-            table.system, table.state(member), contact=self.contact, stop=self.stop
+            table.system, table.ends.state(member), contact=self.contact, stop=self.stop
         )
         own = _points(attractor, table.scale)
         if attractor.kind is Kind.SILENT or not len(own):
@@ -208,15 +214,13 @@ class Search:
         here = Class(self._shape(attractor, own), table.symbols[member])
         found, classes = _found(attractor), self.classes.items()
         same = (i for i, one in classes if _one(self.labels.found[i], one.shape, found, own))
-        label = next(same, None)
-        new = label is None
-        if label is None:
-            label = self.labels.add(found)
-            self.classes[label] = here
+        known_as = next(same, None)
+        label = self.labels.add(found) if known_as is None else known_as
+        self.classes.setdefault(label, here)
         self.labels.values[here.among(table, self.labels.left)] = label
         self.labels.values[member] = label
         self.classified.append(member)
-        return found if new else None
+        return found if known_as is None else None
 
     def _shape(self, attractor: Attractor, own: Floats) -> Known:
         """What is on an attractor; its gap is in units of its own, which are no larger."""
@@ -253,20 +257,21 @@ def _rest(labels: Labels, table: Table, longer: Longer) -> None:
     """Label what impacts, but not on the section, and what has no impact for long."""
     left = labels.left
     silent = table.silent[left]
-    _by_word(labels, table, left[~table.seen[left] & ~silent], Kind.UNDECIDED)
+    elsewhere = left[~table.seen[left] & ~silent]
+    words = np.array(table.symbol_words(elsewhere))
+    _by_word(labels, table, elsewhere, words, Kind.UNDECIDED)
     if silent.any():
         times = LONGER if silent.sum() > MANY else LONGER**OFTEN
         table = table.gone_on(left[silent], longer, times, whole=True)
-        _by_word(labels, table, left[silent & table.silent[left]], Kind.SILENT)
+        still = left[silent & table.silent[left]]
+        _by_word(labels, table, still, np.array(table.resting(still)), Kind.SILENT)
 
 
-def _by_word(labels: Labels, table: Table, members: Rows, kind: Kind) -> None:
+def _by_word(labels: Labels, table: Table, members: Rows, words: Words, kind: Kind) -> None:
     """One attractor per word that says what members do."""
-    say = table.resting if kind is Kind.SILENT else table.symbol_words
-    words = np.array(say(members))
     for word in dict.fromkeys(words.tolist()):
         here = members[words == word]
-        labels.join(Found(str(kind), word, table.state(int(here[0]))), here)
+        labels.join(Found(str(kind), word, table.ends.state(int(here[0]))), here)
 
 
 def _points(attractor: Attractor, scale: Scale) -> Floats:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.ensembles.states import COORDINATE
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]
-
-COORDINATE = re.compile(r"[xv]\d+|phase")  # of a start
 
 
 def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:

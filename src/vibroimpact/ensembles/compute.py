@@ -29,7 +29,6 @@ from vibroimpact.ensembles.tiles import Tile
 from vibroimpact.following import carried
 from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import mechanism_of
-from vibroimpact.state import State
 
 Done = tuple[Tile, Arrays]
 Integers = NDArray[np.intp]
@@ -91,7 +90,7 @@ def _members(work: _Work, systems: Integers) -> tuple[Integers, States]:
     starts = work.plan.starts.states()
     count = len(starts.phase)
     rows = np.tile(np.arange(count), len(systems))
-    return np.repeat(systems, count), States(*(part[rows] for part in starts))
+    return np.repeat(systems, count), starts.of(rows)
 
 
 def _run(work: _Work, systems: Integers, states: States) -> Arrays:
@@ -136,7 +135,7 @@ def _follow(work: _Work, axis: int) -> Iterator[Arrays]:
         behind = np.flatnonzero(begun & (out["end"] == Outcome.BEHIND_STOP))
         if behind.size:
             states = _placed(work, systems, states, behind)
-            again = _run(work, systems[behind], States(*(part[behind] for part in states)))
+            again = _run(work, systems[behind], states.of(behind))
             for name, values in again.items():
                 out[name][behind] = values
         begun |= _ran(out)
@@ -157,7 +156,7 @@ def _placed(work: _Work, systems: Integers, states: States, behind: Integers) ->
     for i in behind:
         values = {name: float(column[systems[i]]) for name, column in work.batch.values.items()}
         mechanism = mechanism_of(with_parameters(work.plan.system, values))
-        state = State(tuple(position[i]), tuple(states.velocity[i]), float(states.phase[i]))
+        state = states.state(i)
         for contact in range(len(mechanism.contacts)):
             state = carried(mechanism, state, contact, "A", on_stop=False)
         position[i] = state.position

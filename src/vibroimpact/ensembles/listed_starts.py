@@ -62,8 +62,7 @@ class ListedStarts:
     @property
     def base(self) -> State:
         """The first of them."""
-        position, velocity, phase = self.states()
-        return State(tuple(position[0]), tuple(velocity[0]), float(phase[0]))
+        return self.states().state(0)
 
     @property
     def dims(self) -> dict[str, int]:
@@ -80,7 +79,7 @@ class ListedStarts:
 
     def block(self, place: tuple[slice, ...]) -> ListedStarts:
         """Those of a range of numbers."""
-        return ListedStarts(*(part[place[0]] for part in self.states()))
+        return ListedStarts(*self.states().of(place[0]))
 
     def states(self) -> States:
         """All of them."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,19 +15,19 @@ from vibroimpact.ensembles.motions import NO_IMPACTS, motions, symbol, symbols_o
 from vibroimpact.ensembles.states import States
 from vibroimpact.sections import Scale
 from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import STATE, State
+from vibroimpact.state import STATE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Rows = NDArray[np.intp]
+Numbers = NDArray[Any]
 
 # Members go on, so many times as long; True: observed all the time.
 Longer = Callable[[States, int, bool], xr.Dataset]
 
 FLYING = "no impacts"
 UNIT = 64.0 * np.finfo(float).eps  # a stop and a state on it agree within so much of their size
-COLUMNS = ("codes", "points", "symbols", *STATE)
 
 
 @dataclass(frozen=True)
@@ -38,18 +39,17 @@ class Table:
     codes: Integers
     points: Floats
     symbols: Integers
-    position: Floats
-    velocity: Floats
-    phase: Floats
+    ends: States
 
     @classmethod
     def of(
-        cls, system: System, members: xr.Dataset, begun: Floats, scale: Scale | None = None
-    ) -> Table:
+        cls, system: System, members: xr.Dataset, codes: xr.DataArray, begun: Floats,
+        scale: Scale | None = None,
+    ) -> Table:  # fmt: skip
         """The columns of an ensemble, in the order of ``end``; in its own units if none given.
 
-        ``begun``: phases at the start. Those at the end are less whole turns of the first forcing
-        line, and so say nothing of the phases of others.
+        ``codes``: of motions.py. ``begun``: phases at the start. Those at the end are less whole
+        turns of the first forcing line, and so say nothing of the phases of others.
         """
         dims = members["end"].dims
 
@@ -58,7 +58,6 @@ class Table:
             return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
 
         scale = scale or scale_of(members)
-        codes = motions(members).values.ravel().astype(np.int64)
         section = (column(f"section_{kind}") for kind in STATE)
         symbols = symbols_of(members)
         symbols = symbols.reshape(-1, symbols.shape[-1])
@@ -66,17 +65,28 @@ class Table:
         if len(mechanism_of(system).forces) > 1:
             phase = begun + mechanism_of(system).omega * column("time")
         points = scale.points(*section)
-        return cls(system, scale, codes, points, symbols, position, velocity, phase)
+        flat = codes.values.ravel().astype(np.int64)
+        return cls(system, scale, flat, points, symbols, States(position, velocity, phase))
 
     def gone_on(self, rows: Rows, longer: Longer, times: int, *, whole: bool = False) -> Table:
         """With these members so many times as long, where they reach the end of that."""
-        states = States(self.position[rows], self.velocity[rows], self.phase[rows])
-        more = Table.of(self.system, longer(states, times, whole), states.phase, self.scale)
+        states = self.ends.of(rows)
+        members = longer(states, times, whole)
+        more = Table.of(self.system, members, motions(members), states.phase, self.scale)
         through = more.codes >= NO_IMPACTS
-        there, columns = rows[through], {name: getattr(self, name).copy() for name in COLUMNS}
-        for name, column in columns.items():
-            column[there] = getattr(more, name)[through]
-        return replace(self, **columns)
+
+        def renewed(old: Numbers, new: Numbers) -> Numbers:
+            column = old.copy()
+            column[rows[through]] = new[through]
+            return column
+
+        return replace(
+            self,
+            codes=renewed(self.codes, more.codes),
+            points=renewed(self.points, more.points),
+            symbols=renewed(self.symbols, more.symbols),
+            ends=States(*map(renewed, self.ends, more.ends)),
+        )
 
     @property
     def seen(self) -> Flags:
@@ -98,20 +108,16 @@ class Table:
         """Which members had no impact in their last window."""
         return np.asarray(self.codes == NO_IMPACTS)
 
-    def state(self, member: int) -> State:
-        """Where a member ended."""
-        return State(
-            tuple(self.position[member]), tuple(self.velocity[member]), float(self.phase[member])
-        )
-
     def symbol_words(self, members: Rows) -> list[str]:
         """The symbol of each member, or that it is not periodic."""
-        return [symbol(row) if row[1:].any() else "not periodic" for row in self.symbols[members]]
+        found, place = np.unique(self.symbols[members], axis=0, return_inverse=True)
+        words = [symbol(row) if row[1:].any() else "not periodic" for row in found]
+        return [words[i] for i in place]
 
     def resting(self, members: Rows) -> list[str]:
         """Whether each member is in flight or on which stops it rests."""
         stops = [""] * len(members)
-        for name, rests in _stops(self.system, self.position[members]):
+        for name, rests in _stops(self.system, self.ends.position[members]):
             joined = (f"{before} and {name}" if before else name for before in stops)
             stops = [new if r else old for new, old, r in zip(joined, stops, rests, strict=True)]
         return [f"at rest on stop {on}" if on else FLYING for on in stops]

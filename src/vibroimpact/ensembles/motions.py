@@ -35,7 +35,7 @@ WORDS = {
     CHAOTIC: "chaotic",
     ABSENT: "not computed",
 }
-LARGEST = 2**62
+LARGEST = 2**62  # of the numbers that stand for symbols
 FULL = 0  # value of ``end`` where the whole window was observed
 
 

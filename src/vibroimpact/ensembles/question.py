@@ -15,7 +15,6 @@ from vibroimpact.parameters import names_of, with_parameters
 from vibroimpact.simulate import System, mechanism_of
 
 Values = tuple[float, ...]
-Axes = tuple[tuple[str, Values], ...]
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Question:
     """
 
     text: str
-    axes: Axes
+    axes: tuple[tuple[str, Values], ...]
 
     def differences(self, other: Question) -> list[str]:
         """What is different in another question, one phrase each: ``name: this, not that``."""
@@ -43,9 +42,15 @@ class Question:
             for name in names
             if mine.get(name) != yours.get(name)
         }
-        axes = [_axis_phrase(name, x, y) for name, x, y in _pairs(self.axes, other.axes) if x != y]
-        effects = [text for name, text in said.items() if name.startswith("mechanism.")]
-        return [*(text for text in said.values() if text not in effects), *axes, *effects]
+        here, there = dict(self.axes), dict(other.axes)
+        axes = [
+            _axis_phrase(name, here.get(name, ()), there.get(name, ()))
+            for name in here | there
+            if here.get(name) != there.get(name)
+        ]
+        effects = {name: text for name, text in said.items() if name.startswith("mechanism.")}
+        asked = [text for name, text in said.items() if name not in effects]
+        return [*asked, *axes, *effects.values()]
 
 
 def question_of(plan: Plan) -> Question:
@@ -94,12 +99,6 @@ def _flat(name: str, value: Any) -> dict[str, Any]:
     else:
         return {name: value}
     return {k: v for key, inside in parts for k, v in _flat(key, inside).items()}
-
-
-def _pairs(mine: Axes, yours: Axes) -> list[tuple[str, Values, Values]]:
-    """Axes of two questions by name; one that is missing has no values."""
-    here, there = dict(mine), dict(yours)
-    return [(name, here.get(name, ()), there.get(name, ())) for name in here | there]
 
 
 def _axis_phrase(name: str, mine: Values, yours: Values) -> str:

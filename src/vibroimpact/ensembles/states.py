@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from vibroimpact.state import State
 
 Floats = NDArray[np.float64]
 
+COORDINATE = re.compile(r"[xv]\d+|phase")  # a name of a coordinate of a state
+
 
 class States(NamedTuple):
     """Many states: position and velocity (k, n), phase (k,)."""
@@ -19,6 +22,15 @@ class States(NamedTuple):
     position: Floats
     velocity: Floats
     phase: Floats
+
+    def of(self, rows: Any) -> States:
+        """Some of them: rows, flags or a slice."""
+        return States(*(part[rows] for part in self))
+
+    def state(self, row: int) -> State:
+        """One of them."""
+        position, velocity, phase = (part[row] for part in self)
+        return State(tuple(position), tuple(velocity), float(phase))
 
 
 def names_of_state(degrees: int) -> list[str]:

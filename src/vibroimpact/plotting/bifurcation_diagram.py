@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from vibroimpact.ensembles.states import COORDINATE
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
@@ -23,7 +23,6 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
 }
 OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
 BESIDE = ("direction", "start", "point")  # dims beside that of the parameter
-COORDINATE = re.compile(r"[xv]\d+|phase")
 
 
 def plot_bifurcation_diagram(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 import xarray as xr
@@ -80,13 +80,7 @@ def categories(ax: Axes, field: xr.DataArray, shades: Sequence[Shade]) -> None:
     colours = ListedColormap([shade.colour for shade in shades])
     norm = BoundaryNorm(np.arange(len(shades) + 1) - 0.5, len(shades))
     mesh(ax, field.copy(data=index[inverse.reshape(field.shape)]), colours, norm)
-    handles = [
-        Patch(facecolor=s.colour, edgecolor=EDGE, linewidth=0.4, label=s.words) for s in shades
-    ]
-    ax.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3,
-        handlelength=1.0, handleheight=1.0, labelspacing=0.35,
-    )  # fmt: skip
+    _legend(ax, "upper left", [(shade.words, shade.colour) for shade in shades])
 
 
 def numbers(
@@ -96,13 +90,23 @@ def numbers(
     """Draw numbers with a colour bar; cells without one keep the background, which is explained."""
     mesh(ax, field, colours, norm)
     if field.isnull().any():
-        patch = Patch(facecolor=style.NOTHING, edgecolor=EDGE, linewidth=0.4, label=missing)
-        ax.legend(
-            handles=[patch], loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3,
-            handlelength=1.0, handleheight=1.0,
-        )  # fmt: skip
+        _legend(ax, "lower right", [(missing, style.NOTHING)])
     figure = cast(Figure, ax.get_figure(root=True))
     return figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=label, pad=0.02, **bar)
+
+
+def _legend(
+    ax: Axes, corner: Literal["upper left", "lower right"], patches: Sequence[tuple[str, str]]
+) -> None:
+    """Words and colours, with a corner of theirs at the upper right one of the axes."""
+    handles = [
+        Patch(facecolor=colour, edgecolor=EDGE, linewidth=0.4, label=words)
+        for words, colour in patches
+    ]
+    ax.legend(
+        handles=handles, loc=corner, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3,
+        handlelength=1.0, handleheight=1.0, labelspacing=0.35,
+    )  # fmt: skip
 
 
 def ends(values: NDArray[np.float64]) -> tuple[float, float]:

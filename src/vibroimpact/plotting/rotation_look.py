@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from math import gcd
 
 import numpy as np
 import xarray as xr
@@ -50,6 +49,6 @@ def fractions(low: float, high: float) -> list[tuple[int, int]]:
     for q in range(1, LARGEST + 1):
         for p in range(int(np.ceil(low * q)), int(np.floor(high * q)) + 1):
             clear = all(abs(p / q - a / b) >= APART * (high - low) for a, b in found)
-            if gcd(p, q) == 1 and clear and len(found) < MARKS:
+            if math.gcd(p, q) == 1 and clear and len(found) < MARKS:
                 found.append((p, q))
     return found
