@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.periodic import coco, damper_orbits, largest, orbits_of_chains
-from support.systems import paper_damper
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.periodic import chain, coco, damper_orbits, largest, orbits_of_chains
+from support.systems import oscillator, paper_damper, random_mechanism
 
 import vibroimpact as vi
-from vibroimpact.periodic.admissibility import least_gaps
+from vibroimpact.continuation import Steps
+from vibroimpact.periodic.admissibility import PLAY, least_gaps
 from vibroimpact.periodic.find import unfolded
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import compile_prescribed
+from vibroimpact.periodic.search import find_orbits
+
+EPS = np.finfo(float).eps
 
 
 def repeats_in_simulation(orbit: Orbit) -> bool:
@@ -44,6 +51,23 @@ def test_exactly_the_admissible_orbits_are_motions_of_the_machine() -> None:
     assert verdicts.count(False) >= 10
     assert verdicts.count(True) >= 100
     assert [repeats_in_simulation(orbit) for orbit in orbits] == verdicts
+
+
+def test_orbits_of_random_mechanisms_are_what_they_say() -> None:
+    """Up to three coordinates, two-sided contacts, free masses: simulation and the determinant."""
+    verdicts = []
+    for seed in range(16):
+        rng, n = np.random.default_rng([11, seed]), 1 + seed % 3
+        m = random_mechanism(rng, n, contacts=1 + seed % 2, stiff_rank=n - (seed % 4 == 3))
+        for orbit in find_orbits(m, cycles=2, impacts=6, starts=3).orbits:
+            sizes = np.abs(orbit.multipliers)
+            # each is known to some roundings of the largest; the smallest loses most
+            assert orbit.determinant_error <= 1e3 * EPS * len(sizes) * sizes[0] / sizes[-1]
+            if abs(orbit.clearance_to_grazing) > 1e-6 and orbit.least_impact_speed > 1e-6:
+                verdicts.append(orbit.admissible)
+                assert repeats_in_simulation(orbit) == orbit.admissible, orbit
+    assert verdicts.count(True) >= 10
+    assert verdicts.count(False) >= 3
 
 
 def dense_gaps(orbit: Orbit) -> list[tuple[float, int, int, int, float]]:
@@ -128,3 +152,126 @@ def test_a_contact_left_at_the_start_of_a_flight_may_be_crossed_before_its_end()
             assert least[1:] == (1, 1, 0, 4.5)
         else:  # its own impact: the gap there is the equation's business
             assert least.contact == 0
+
+
+# ---- touches: impacts of speed zero --------------------------------------------------------------
+
+
+def touching(m: vi.Mechanism, row: np.ndarray, side: int, turns: int = 1) -> vi.Orbit:
+    """The steady motion of a mechanism under one harmonic, with a stop where row . x turns round.
+
+    M x'' + C x' + K x = f0 + Im(F exp(i theta)) has x = K^-1 f0 + Im(X exp(i theta)).
+    """
+    line, n = m.forces[0], m.degrees
+    mass, damping, stiffness = (np.array(a) for a in (m.mass, m.damping, m.stiffness))
+    force = np.array(line.sine or np.zeros(n)) + 1j * np.array(line.cosine or np.zeros(n))
+    dynamic = stiffness + 1j * line.omega * damping - line.omega**2 * mass
+    response = np.linalg.solve(dynamic, force)
+    mean = np.linalg.solve(stiffness, np.array(m.constant_force or np.zeros(n)))
+    along = row @ response
+    phase = side * math.pi / 2.0 - math.atan2(along.imag, along.real)
+    now = response * np.exp(1j * phase)
+    state = [*(mean + now.imag), *(line.omega * now.real), phase]
+    limit = float(row @ mean + side * abs(along))
+    stop = {"upper": limit} if side > 0 else {"lower": limit}
+    touched = replace(m, contacts=(vi.Contact(tuple(row), restitution=0.8, **stop),))
+    period = 2.0 * math.pi / line.omega
+    states = np.array([[*state[:-1], phase + 2.0 * math.pi * k] for k in range(turns)])
+    guess = vi.Guess(states, np.full(turns, period))
+    return vi.find_orbit(touched, guess, impacts=[(0, side)] * turns, cycles=turns)
+
+
+@given(
+    omega=st.floats(0.3, 3.0),
+    damping=st.floats(0.01, 1.0),
+    stiffness=st.floats(0.3, 10.0),
+    unit=st.sampled_from([1e-6, 1.0, 1e6]),
+    mean=st.sampled_from([0.0, 1.0, -5.0]),
+    side=st.sampled_from([1, -1]),
+    turns=st.sampled_from([1, 2]),
+)
+@settings(max_examples=60, deadline=None)
+def test_an_oscillator_that_touches_its_stop_moves_so(
+    omega: float,
+    damping: float,
+    stiffness: float,
+    unit: float,
+    mean: float,
+    side: int,
+    turns: int,
+) -> None:
+    """Whatever sign rounding gives the speed of the touch, in any units, about any place."""
+    m = oscillator(
+        stiffness=stiffness, damping=damping, constant_force=mean * unit,
+        forces=(vi.Harmonic(omega, (unit,)),), lower=-math.inf, upper=1.0, restitution=0.8,
+    )  # fmt: skip
+    orbit = touching(m, np.ones(1), side, turns)
+    assert orbit.converged
+    assert orbit.least_impact_speed <= 1e-6 * unit
+    assert orbit.inadmissible_reason == ""
+
+
+def test_a_touch_of_a_wall_at_the_origin_is_one() -> None:
+    """Every position at an impact is zero: the amplitude is that of the flight."""
+    for omega in np.linspace(0.3, 2.7, 13):
+        response = 1.0 / (1.0 + 0.1j * omega - omega**2)
+        m = oscillator(stiffness=1.0, damping=0.1, constant_force=-abs(response),
+                       forces=(vi.Harmonic(float(omega), (1.0,)),), lower=-math.inf,
+                       upper=1.0, restitution=0.8)  # fmt: skip
+        orbit = touching(m, np.ones(1), 1)
+        assert largest(orbit.states[:, 0]) <= 1e-12
+        assert orbit.inadmissible_reason == ""
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_masses_that_touch_a_stop_move_so(n: int) -> None:
+    for seed in range(8):
+        m, rng = chain(n, seed), np.random.default_rng(seed)
+        orbit = touching(m, rng.normal(size=n), (-1) ** seed)
+        assert orbit.converged
+        assert orbit.inadmissible_reason == ""
+
+
+def of_speed(speed: float, unit: float = 1.0) -> vi.Orbit:
+    """x'' + 0.1 x' + x = A cos t, x <= unit, R = 0.8: the orbit of a given closing speed.
+
+    With its free motion after the impact known, A and the phase follow linearly.
+    """
+    decay, turn = 0.05, math.sqrt(1.0 - 0.05**2)
+    t = 2.0 * math.pi
+    c, s, e = math.cos(turn * t), math.sin(turn * t) / turn, math.exp(-decay * t)
+    flow = e * np.array([[c + decay * s, s], [-s, c - decay * s]])
+    # a cos t + b sin t solves it for A cos(t + phase) = 0.1 (b cos t - a sin t)
+    before, after = np.array([unit, speed]), np.array([unit, -0.8 * speed])
+    steady = np.linalg.solve(np.eye(2) - flow, before - flow @ after)
+    a, b = steady
+    amplitude, phase = 0.1 * math.hypot(a, b), math.atan2(a, b)
+    guess = vi.Guess(np.array([[unit, -0.8 * speed, phase]]), np.array([t]))
+    m = replace(coco(amplitude), contacts=(vi.Contact((1.0,), upper=unit, restitution=0.8),))
+    return vi.find_orbit(m, guess, impacts=["A"], cycles=1)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_an_impact_from_behind_counts_once_its_depth_is_not_rounding(unit: float) -> None:
+    """At the rate -w the stop was crossed by w^2 / 2, the acceleration there being -1."""
+    for share, admissible in ((0.0, True), (0.1, True), (10.0, False), (1e8, False)):
+        orbit = of_speed(-math.sqrt(2.0 * share * PLAY) * unit, unit)
+        assert orbit.converged
+        assert orbit.admissible == admissible
+        if not admissible:
+            assert "from behind" in orbit.inadmissible_reason
+    assert of_speed(1e-9 * unit, unit).admissible
+
+
+@pytest.mark.parametrize("points", [20, 50, 120])
+def test_a_touch_on_a_branch_is_admissible_however_the_branch_is_stepped(points: int) -> None:
+    """The steady motion of amplitude A / 0.1 touches the wall at A = 0.1."""
+    orbit = vi.find_orbit(coco(), vi.State((0.0,), (0.0,)))
+    steps = Steps(points=points, first=1.0 / points)
+    branch = vi.continue_orbit(orbit, "forces[0].cosine[0]", (0.02, 1.5), steps=steps)
+    touches = [point for point in branch.special_points if point.kind == "ZERO"]
+    for touch in touches:
+        assert touch.parameter == pytest.approx(0.1, rel=1e-9)
+        assert touch.orbit.inadmissible_reason == ""
+        assert touch.admissible
+    assert touches or points < 100

@@ -32,7 +32,7 @@ from vibroimpact.parameters import with_parameter
 from vibroimpact.periodic.multipliers import pencil_of
 from vibroimpact.periodic.newton import rows_of, scale_of
 from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import WINDOW, Linearised
+from vibroimpact.periodic.prescribed import Linearised
 from vibroimpact.periodic.problem import OrbitProblem, Signature
 from vibroimpact.simulate import System
 
@@ -133,7 +133,7 @@ class OrbitFamily(OrbitProblem):
         if not plastic:
             return {}
         states, durations = self.unpacked(z)
-        n, window = self.mechanism.degrees, WINDOW / compiled.rate
+        n, window = self.mechanism.degrees, compiled.window(durations)
         flights = compiled.flights(states, durations)
         found = {}
         for k in plastic:

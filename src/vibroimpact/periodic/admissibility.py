@@ -4,16 +4,23 @@ Method      Every flight is expanded, window by window, in Chebyshev polynomials
             coordinate's rate u', which over a window of 6 radians of the fastest rate have fallen
             to rounding at 25 terms; zeros of u' are the eigenvalues of the colleague matrix, so
             that every extremum of every gap is found, not sampled. An orbit is admissible if
-              - the gap is closing before each impact and, after it, opening,
-              - no gap is negative at an interior extremum or at an impact of another contact.
+              - no flight takes negative time,                                                 (1)
+              - no gap is negative at an interior extremum or at an impact of another contact. (2)
+            (2) decides whether impacts come from the front, too: a motion that reaches a stop from
+            behind has crossed it, and by Rolle's theorem its gap has a negative extremum since. So
+            no speed has to be compared with zero, which it is at a touch; only in a flight of no
+            duration, where there is nothing in between, the rate itself must have its sign.   (3)
             The clearance is the least gap at those places: zero at grazing.
-Accuracy    gaps to about 1e-13 of the amplitude; crossings of less than PLAY of it are contacts
+Accuracy    gaps to about 1e-13 of the amplitude: the largest of |row| . |x| along the orbit and of
+            the contact's limits. Crossings of less than PLAY of it are contacts; with the
+            acceleration a of the gap, a rate of the wrong sign below sqrt(2 a PLAY amplitude) is
+            one of them
 Reference   theory.md, "Periodic orbits"; Boyd, Solving Transcendental Equations (2014)
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,12 +29,11 @@ from numpy.typing import NDArray
 
 from vibroimpact.chebyshev import fitted, real_zeros
 from vibroimpact.mechanism import infinite
-from vibroimpact.periodic.prescribed import WINDOW, Impact, Linearised, Prescribed
+from vibroimpact.periodic.prescribed import Impact, Linearised, Prescribed
 
 Floats = NDArray[np.float64]
 
-PLAY = 1e-11  # of the amplitude: rounding of a flight and of Newton's method
-
+PLAY = 1e-11  # of the amplitude, of the period: rounding of a flight and of Newton's method
 
 Place = tuple[int, int, int]  # contact, side, segment
 
@@ -60,7 +66,7 @@ def gaps_along(
 
     ``begun[k]`` begins flight k, ``ends[k]`` ends it.
     """
-    window = WINDOW / compiled.rate
+    window = compiled.window(durations)
     for k, (starts, values) in enumerate(compiled.flights(states, durations)):
         edges = ((0.0, begun[k]), (float(durations[k]), ends[k]))
         for i, contact in enumerate(compiled.mechanism.contacts):
@@ -86,8 +92,8 @@ def _extrema(starts: Floats, rates: Floats, window: float, duration: float) -> l
     """Times within (0, duration) at which the rate vanishes."""
     found: list[float] = []
     for start, samples in zip(starts, rates, strict=True):
-        zeros = real_zeros(fitted(samples))
-        found += [start + window * (1.0 + z) / 2.0 for z in zeros if -1.0 <= z <= 1.0]
+        # one at the edge of two windows is a zero of both, though rounding may move it out of both
+        found += [start + window * (1.0 + z) / 2.0 for z in real_zeros(fitted(samples))]
     margin = PLAY * duration
     return [t for t in found if margin < t < duration - margin]
 
@@ -107,27 +113,38 @@ def least_gaps(
     return least
 
 
+def amplitudes(compiled: Prescribed, states: Floats, durations: Floats) -> Floats:
+    """What the gap of each contact is compared with, shape (contacts,)."""
+    contacts, n = compiled.mechanism.contacts, compiled.degrees
+    rows = np.abs([contact.row for contact in contacts])
+    sizes = (np.abs(compiled.sampled(states, durations)[:, :n]) @ rows.T).max(axis=0)
+    limits = [[abs(x) for x in (c.lower, c.upper) if not infinite(x)] for c in contacts]
+    return np.array([max(size, *stops) for size, stops in zip(sizes, limits, strict=True)])
+
+
 def why_inadmissible(
     parts: Linearised,
-    impacts: list[Impact],
+    impacts: Sequence[Impact],
     durations: Floats,
-    nearest: Nearest | None,
-    size: float,
+    gaps: Mapping[Place, Nearest],
+    sizes: Floats,
     slack: float = 0.0,
 ) -> str:
-    """Why no machine moves so; "" where one does.
+    """Why no machine moves so, by (1) to (3); "" where one does.
 
-    ``size`` is the amplitude; ``slack`` is allowed beyond rounding, relative to period, speed and
-    amplitude: at a touch the sign of one of them is rounding.
+    ``sizes`` are the :func:`amplitudes`; ``slack`` is allowed beyond rounding, relative to the
+    period and to them: at a touch that is only nearly one.
     """
-    play, fastest = max(PLAY, slack), float(np.abs(parts.rate).max())
+    play = max(PLAY, slack)
+    shortest = play * float(np.abs(durations).sum())
     for k, duration in enumerate(durations):
-        if duration < -play * float(durations.sum()):
+        if duration < -shortest:
             return f"flight {k} takes the time {duration:.6g}: two impacts have changed order"
+    crossed = {place for place, here in gaps.items() if here.gap < -play * sizes[here.contact]}
+    fastest = float(np.abs(parts.rate).max())
     for k, (contact, side) in enumerate(impacts):
-        stop = f"the {'upper' if side > 0 else 'lower'} stop of contact {contact}"
-        if side * parts.rate[k] <= -slack * fastest:
+        at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
+        if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k) in crossed):
+            stop = f"the {'upper' if side > 0 else 'lower'} stop of contact {contact}"
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
-    if nearest is not None and nearest.gap < -play * size:
-        return str(nearest)
-    return ""
+    return str(min(gaps[place] for place in crossed)) if crossed else ""

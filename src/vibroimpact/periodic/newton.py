@@ -16,25 +16,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.mechanism import stop_sizes
+from vibroimpact.periodic.prescribed import compile_prescribed
 from vibroimpact.periodic.problem import OrbitProblem
 
 Floats = NDArray[np.float64]
 
 CONVERGED = 1e-10  # relative
+FAR = 1e-4  # of a position: with its rounding, 1e-12 of that remains
 ITERATIONS = 40
 HALVINGS = 12
 
 
 def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
-    """The size of each unknown: of positions, velocities, phase and time."""
+    """The size of each unknown's changes along the motion: of positions, velocities, phase, time.
+
+    Positions far from the origin are known to their own rounding, FAR of which is the least size.
+    """
     n, q = problem.mechanism.degrees, problem.size
-    rows = np.abs(np.reshape(z, (-1, q + 1)))
+    states, durations = problem.unpacked(z)
+    moved = compile_prescribed(problem.system).sampled(states, durations)
+    place, speed, time = moved[:, :n], np.abs(moved[:, n:]).max(), durations.max()
+    far = FAR * max(np.abs(place).max(), *stop_sizes(problem.mechanism))
+    length = max(np.ptp(place, axis=0).max(), speed * time, far) or 1.0
     sizes = np.ones(q + 1)
-    sizes[q] = rows[:, q].max()
-    sizes[n : 2 * n] = rows[:, n : 2 * n].max()
-    sizes[:n] = max(rows[:, :n].max(), *stop_sizes(problem.mechanism), sizes[n] * sizes[q]) or 1.0
-    sizes[n : 2 * n] = max(sizes[n], sizes[0] / sizes[q])  # a plastic impact leaves rounding
-    return np.tile(sizes, len(rows))
+    sizes[:n], sizes[n : 2 * n], sizes[q] = length, speed or length / time, time
+    return np.tile(sizes, len(durations))
 
 
 def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:

@@ -11,10 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import linear
-from vibroimpact.mechanism import Mechanism, stop_sizes
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.orbit_type import symbol_word
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.admissibility import Nearest, Place, least_gaps, why_inadmissible
+from vibroimpact.periodic.admissibility import (
+    Nearest,
+    Place,
+    amplitudes,
+    least_gaps,
+    why_inadmissible,
+)
 from vibroimpact.periodic.multipliers import pencil_of
 from vibroimpact.periodic.newton import scale_of
 from vibroimpact.periodic.prescribed import Linearised
@@ -167,11 +173,11 @@ class Orbit:
         return self.why_inadmissible()
 
     def why_inadmissible(self, slack: float = 0.0) -> str:
-        """The same with some slack beyond rounding, relative to amplitude, speed and period."""
-        return why_inadmissible(
-            self.linearised, list(self.problem.impacts), self.durations, self.nearest, self.size,
-            slack,
-        )  # fmt: skip
+        """The same with some slack beyond rounding, relative to amplitude and period."""
+        compiled = self.problem.compiled(self.parameter_value)
+        sizes = amplitudes(compiled, self.states, self.durations)
+        impacts, durations = self.problem.impacts, self.durations
+        return why_inadmissible(self.linearised, impacts, durations, self.gaps, sizes, slack)
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:
@@ -198,12 +204,6 @@ class Orbit:
         if not self.converged:
             return math.nan
         return float(np.abs(self.linearised.rate).min())
-
-    @property
-    def size(self) -> float:
-        """The largest coordinate at an impact: what gaps are compared with."""
-        n = self.mechanism.degrees
-        return float(max(np.abs(self.states[:, :n]).max(), *stop_sizes(self.mechanism)))
 
     def __repr__(self) -> str:
         if not self.converged:

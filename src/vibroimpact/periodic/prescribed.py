@@ -103,19 +103,34 @@ class Prescribed:
         inside = self.kernel.fly(_contiguous(state)[None, :], [1], np.array([time]), 1.0)[0, 0]
         return np.append(inside, state[-1] + self.omega * time)
 
-    def flights(self, states: ArrayLike, durations: ArrayLike) -> list[tuple[Floats, Floats]]:
+    def window(self, durations: Floats) -> float:
+        """Length of the windows that flights are expanded on; free masses have no fastest rate."""
+        return min(WINDOW / self.rate, float(durations.max()))
+
+    def flights(self, states: ArrayLike, durations: Floats) -> list[tuple[Floats, Floats]]:
         """Free flight at Chebyshev nodes of windows that cover each segment.
 
         Returns
         -------
         list of (start of each window, (windows, NODES, 2n) of x and v)
         """
-        window = WINDOW / self.rate
-        counts = [max(1, math.ceil(t / window)) for t in np.asarray(durations)]
+        window = self.window(durations)
+        counts = [max(1, math.ceil(t / window)) for t in durations]
         offsets = (1.0 + nodes(NODES)) * (window / 2.0)
         values = self.kernel.fly(_contiguous(states), counts, offsets, window)
         parts = np.split(values, np.cumsum(counts)[:-1])
         return [(np.arange(c) * window, part) for c, part in zip(counts, parts, strict=True)]
+
+    def sampled(self, states: Floats, durations: Floats) -> Floats:
+        """(x, v) at the start of each segment and at the nodes within its flight, (k, 2n)."""
+        offsets = (1.0 + nodes(NODES)) * (self.window(durations) / 2.0)
+        within = [
+            values[starts[:, None] + offsets <= duration]
+            for (starts, values), duration in zip(
+                self.flights(states, durations), durations, strict=True
+            )
+        ]
+        return np.vstack([states[:, : 2 * self.degrees], *within])
 
 
 def _contiguous(a: ArrayLike) -> Floats:
