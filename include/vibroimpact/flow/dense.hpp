@@ -52,11 +52,10 @@ struct linear_field : sizes<Shape> {
         return out;
     }
 
-    // Horner's rule for y + s y' + s^2/2 y'' + ..., the derivatives being B^n y'.
+    // dy + s/2 B dy + s^2/6 B^2 dy + ... by Horner's rule: s times it is what y changes by.
     template <int Order, class T, class Time>
-    VI_HD constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
+    VI_HD constexpr state<T> mean_rate(const state<T>& dy, const Time& s) const {
         const int n = this->dimension();
-        const state<T> dy = derivative(y);
         state<T> sum = dy;
         for (int m = Order; m >= 2; --m) {
             state<T> next = dy;
@@ -64,8 +63,14 @@ struct linear_field : sizes<Shape> {
                 next[i] = dy[i] + dot(b[i], sum, n) * (s * (1.0 / m));
             sum = next;
         }
+        return sum;
+    }
+
+    template <int Order, class T, class Time>
+    VI_HD constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
+        const state<T> sum = mean_rate<Order>(derivative(y), s);
         state<T> out = y;
-        for (int i = 0; i < n; ++i)
+        for (int i = 0; i < this->dimension(); ++i)
             out[i] = y[i] + sum[i] * s;
         return out;
     }
@@ -82,18 +87,19 @@ struct linear_field : sizes<Shape> {
         return p;
     }
 
-    // Columns of exp(B s), s <= step, are flights of unit vectors; the shift is the flight of zero.
+    // The shift is the flight of zero, s <= step; columns of exp(B s) are flights of unit vectors
+    // without b, not differences of two flights with it: where b is large, these are its rounding.
     VI_HD propagator taylor_propagator(const R& s) const {
         const int n = this->dimension();
         propagator p{};
-        state<R> zero{};
-        p.shift = short_flight<taylor_order>(zero, s);
+        p.shift = short_flight<taylor_order>(state<R>{}, s);
         for (int j = 0; j < n; ++j) {
-            state<R> unit{};
-            unit[j] = R(1.0);
-            const state<R> column = short_flight<taylor_order>(unit, s);
+            state<R> column{};
             for (int i = 0; i < n; ++i)
-                p.e[i][j] = column[i] - p.shift[i];
+                column[i] = b[i][j];
+            const state<R> sum = mean_rate<taylor_order>(column, s);
+            for (int i = 0; i < n; ++i)
+                p.e[i][j] = R(i == j ? 1.0 : 0.0) + sum[i] * s;
         }
         return p;
     }
