@@ -4,7 +4,8 @@ Method      Over the last impacts, the shortest stretch that ends where it began
             the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
             up to LONGEST_NEARLY. Where the sequence is given, the last time that the motion shows
             it, closed or not.
-Fails       a sentence: no such stretch, or a contact rests in its last period
+Fails       a sentence: no such stretch; in its last period a contact rests, or several impact at
+            once
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method m
 CLOSED = 1e-5  # the same for a settled periodic motion
 LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop that is looked for
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
+TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
 RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
 
 
@@ -69,21 +71,25 @@ def loop_at_end(run: Run, sequence: tuple[Impact, ...] | None, cycles: int | Non
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
-        rests = run.end is not RunEnd.SILENT and _rests(run, since, math.inf)
-        return RESTING if rests else f"the run has no loop {wanted}: {run.end.sentence}"
+        why = "" if run.end is RunEnd.SILENT else _without_signature(run, since, math.inf)
+        return why or f"the run has no loop {wanted}: {run.end.sentence}"
     first, last = found
     whole = cycles_of(run.system, times[last] - times[first]) if cycles is None else cycles
     omega = mechanism_of(run.system).omega
     period = 2.0 * math.pi * whole / omega if omega else 0.0
-    if _rests(run, min(times[first], times[last] - period), times[last]):
-        return RESTING
+    why = _without_signature(run, min(times[first], times[last] - period), times[last])
+    if why:
+        return why
     durations = np.diff(times[first : last + 1])
     return EndLoop(tuple(stops[first:last]), whole, states[first:last], durations)
 
 
-def _rests(run: Run, since: float, until: float) -> bool:
-    """Whether a contact rests at some time of a run."""
-    return bool(np.any(np.isin(run.status, REST) & (run.time >= since) & (run.time <= until)))
+def _without_signature(run: Run, since: float, until: float) -> str:
+    """Why a part of a run has no signature: contacts rest, or several impact at once."""
+    status = run.status[(run.time >= since) & (run.time <= until)]
+    if np.isin(status, REST).any():
+        return RESTING
+    return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
 
 
 def _nearest_loop(run: Run, cycles: int | None) -> tuple[int, int] | None:

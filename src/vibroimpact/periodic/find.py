@@ -1,10 +1,9 @@
 """find_orbit: Newton's method on the segments of a periodic orbit.
 
-Method      Newton steps on (1)-(3) of problem.py, scaled by the size of each unknown; a step is
-            halved until the residual falls and every flight time stays positive. The signature is
-            given, or read off a simulated motion (end_loop.py).
-Fails       a status with a sentence: no convergence, a flight time that shrinks to nothing, a
-            motion without a loop or one that chatters or sticks in it.
+Method      Newton's method (newton.py) on (1)-(3) of problem.py. The signature is given, or read
+            off a simulated motion (end_loop.py).
+Fails       a status with a sentence: no convergence, a guess that leads to rest, a motion without a
+            loop or one that chatters or sticks in it, one that only loses energy.
 Reference   theory.md, "Periodic orbits"
 """
 
@@ -23,10 +22,16 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.periodic.end_loop import cycles_of, loop_at_end
-from vibroimpact.periodic.newton import HALVINGS, ITERATIONS, newton, scale_of
+from vibroimpact.periodic.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import Impact
-from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, forcing_repeats
+from vibroimpact.periodic.problem import (
+    OrbitProblem,
+    Signature,
+    asymmetry,
+    forcing_repeats,
+    why_none,
+)
 from vibroimpact.simulate import Run, System, mechanism_of, simulate
 from vibroimpact.state import State
 
@@ -73,8 +78,10 @@ def find_orbit(
     Returns
     -------
     Orbit
-        With ``converged`` False and a sentence in ``status`` where none was reached, or where the
-        motion chatters or sticks in every period.
+        The one next to the guess where orbits come in a family (``family_dimension``). With
+        ``converged`` False and a sentence in ``status`` where none was reached, where there is none
+        since every impact loses energy, or where the motion chatters, sticks or has several impacts
+        at once in every period.
 
     Raises
     ------
@@ -251,6 +258,8 @@ def solve(
             f"{(m, 2 * problem.mechanism.degrees + 1)} and {(m,)} for the {m} impacts to solve for."
         )
     z, residual, status = newton(problem, problem.packed(states, durations), iterations, halvings)
+    if status != FOUND:
+        status = why_none(problem.mechanism, signature.impacts) or status
     states, durations = problem.unpacked(z)
     return Orbit(system, signature, states, durations, residual, status)
 
@@ -336,6 +345,7 @@ def _nothing(
     signature = Signature(impacts, least if cycles is None else cycles)
     count = len(OrbitProblem(system, signature, "").impacts)
     states = np.zeros((count, 2 * m.degrees + 1))
+    status = why_none(m, impacts) or status
     return Orbit(system, signature, states, np.ones(count), math.inf, status)
 
 

@@ -1,11 +1,19 @@
 """Newton's method on the equations of a periodic orbit, in unknowns and equations of size one.
 
-Method      Newton steps on (1)-(3) of problem.py, unknowns divided by their sizes and equations by
-            those of their terms, so that units do not matter; a step is halved until the largest
-            equation falls and every flight time stays positive.
+Method      Steps of the Levenberg-Marquardt method on (1)-(3) of problem.py, F(z) = 0:
+                minimise |F' s + F|^2 + nu^2 |s|^2 over s,   nu = max(DAMPING |F|, LEAST),      (1)
+            unknowns divided by their sizes and equations by those of their terms, so that units do
+            not matter; s is halved until the largest equation falls and every flight time stays
+            positive. Near an isolated orbit (1) is Newton's step. Where orbits come in a family F'
+            is singular along it: (1) does not move along the family, and leads to the member next
+            to the guess. Both converge quadratically [yamashita2001].
+            A family is told from a fold or a branch point, where F' is singular too, by a second
+            orbit found at a distance HOP along each null vector of F'.                       (2)
 Accuracy    converged: the last step and the largest equation are below CONVERGED; the step is still
-            taken, which leaves rounding
-Fails       a sentence: the Jacobian is singular, the equations would not fall, too many steps
+            taken, which leaves rounding. Next to a fold F' multiplies rounding: also converged are
+            equations within ROUNDED, steps below STALLED that no longer halve
+Fails       a sentence: the equations would not fall, too many steps, rest
+Reference   [yamashita2001]
 """
 
 from __future__ import annotations
@@ -22,9 +30,17 @@ from vibroimpact.periodic.problem import OrbitProblem
 Floats = NDArray[np.float64]
 
 CONVERGED = 1e-10  # relative
-FAR = 1e-4  # of a position: with its rounding, 1e-12 of that remains
+ROUNDED = 1e-12  # of the terms: rounding of long flights
+STALLED = 1e-6  # of the unknowns: a double root has half of the digits
+DAMPING, LEAST = 0.1, 1e-8  # (1); roots of rounding: singular values below them are noise or weak
+FAR = 1e-4  # of a position: with ROUNDED of it, what rounding leaves
+STILL = 1e-9  # of a position: what moves less does not move
+SHRUNK = 1e-6  # of the guess: what has become so short or slow is no orbit near it
+HOP, SINGULAR = 1e-2, 1e-6  # (2): in sizes of the unknowns; of the largest singular value
 ITERATIONS = 40
 HALVINGS = 12
+FOUND = "converged"
+REST = "the guess leads to rest, not to an orbit"
 
 
 def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
@@ -58,20 +74,51 @@ def newton(
     """(unknowns, relative residual, status)."""
     sizes = scale_of(problem, z)
     rows = rows_of(problem, sizes)
-    error = math.inf
+    times = slice(problem.size, None, problem.size + 1)
+    error, previous, shortest = math.inf, math.inf, SHRUNK * float(z[times].sum())
     for _ in range(iterations):
-        residual, matrix, _p = problem.expanded(z, 0.0)
-        error = float(np.abs(residual / rows).max())
-        try:
-            step = np.linalg.solve(matrix / rows[:, None] * sizes, -residual / rows)
-        except np.linalg.LinAlgError:
-            return z, error, "the Jacobian is singular: a fold or a branch point is at the guess"
-        if np.abs(step).max() <= CONVERGED and error <= CONVERGED:
-            return z + step * sizes, error, "converged"
+        residual, matrix = _scaled(problem, z, sizes, rows)
+        error = float(np.abs(residual).max())
+        if not (math.isfinite(error) and np.isfinite(matrix).all()):
+            return z, math.inf, "no convergence: the flights from the guess overflow"
+        step = _step(matrix, residual)
+        size = float(np.abs(step).max())
+        last = error <= CONVERGED and size <= CONVERGED
+        if last or (error <= ROUNDED and previous / 2.0 < size <= STALLED):
+            z = z + step * sizes if last else z
+            return z, error, REST if _rests(problem, z, sizes) else FOUND
         z, shorter = _damped(problem, z, step * sizes, rows, error, halvings)
         if not shorter:
             return z, error, f"no convergence: relative residual {error:.1e} would not fall further"
+        if float(z[times].sum()) < shortest:
+            return z, error, REST
+        previous = size
     return z, error, f"no convergence in {iterations} steps: relative residual {error:.1e}"
+
+
+def _scaled(problem: OrbitProblem, z: Floats, sizes: Floats, rows: Floats) -> tuple[Floats, Floats]:
+    """F and F' of size one."""
+    residual, matrix, _p = problem.expanded(z, 0.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return residual / rows, matrix / rows[:, None] * sizes
+
+
+def _step(matrix: Floats, residual: Floats) -> Floats:
+    """(1), by a QR decomposition of F' over nu I."""
+    size = len(residual)
+    nu = max(DAMPING * float(np.abs(residual).max()), LEAST)
+    q, r = np.linalg.qr(np.vstack([matrix, nu * np.eye(size)]))
+    return np.asarray(np.linalg.solve(r, -q[:size].T @ residual), dtype=float)
+
+
+def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
+    """Whether nothing moves; a forced motion does."""
+    if problem.mechanism.forces:
+        return False
+    n, (states, durations) = problem.mechanism.degrees, problem.unpacked(z)
+    moved = np.abs(compile_prescribed(problem.system).sampled(states, durations))
+    speed, place = moved[:, n:].max(), moved[:, :n].max()
+    return bool(speed <= SHRUNK * sizes[n] or speed * durations.max() <= STILL * place)
 
 
 def _damped(
@@ -87,3 +134,16 @@ def _damped(
                 return there, True
         step = step / 2.0
     return z, False
+
+
+def family_dimension(problem: OrbitProblem, z: Floats) -> int:
+    """The dimension of the family that an orbit is a member of, by (2); 0 where it is isolated."""
+    sizes = scale_of(problem, z)
+    matrix = _scaled(problem, z, sizes, rows_of(problem, sizes))[1]
+    _, values, directions = np.linalg.svd(matrix)
+    null = directions[values <= SINGULAR * values[0]]
+    moved = []
+    for direction in null:
+        there, _, status = newton(problem, z + HOP * direction * sizes)
+        moved.append(null @ ((there - z) / sizes) * (status == FOUND))
+    return int(np.linalg.matrix_rank(np.array(moved), tol=HOP / 2.0)) if moved else 0

@@ -22,7 +22,7 @@ from vibroimpact.periodic.admissibility import (
     why_inadmissible,
 )
 from vibroimpact.periodic.multipliers import pencil_of
-from vibroimpact.periodic.newton import scale_of
+from vibroimpact.periodic.newton import FOUND, family_dimension, scale_of
 from vibroimpact.periodic.prescribed import Linearised
 from vibroimpact.periodic.problem import OrbitProblem, Signature
 from vibroimpact.simulate import System
@@ -32,6 +32,8 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither in nor out
+SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
+LEFT = 1e-8  # relative: with equations left so large Newton's method has gone astray
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,7 @@ class Orbit:
     durations
         Flight times of these segments, shape (m,).
     residual
-        Largest equation left over, relative to the size of its terms.
+        Largest equation left over, relative to the size of its terms; above 1e-8 nothing converged.
     status
         "converged", or a sentence that says what went wrong.
     parameter
@@ -64,13 +66,18 @@ class Orbit:
     states: Floats = field(repr=False)
     durations: Floats = field(repr=False)
     residual: float
-    status: str = "converged"
+    status: str = FOUND
     parameter: str = field(default="", repr=False)
+
+    def __post_init__(self) -> None:
+        if self.status == FOUND and not self.residual <= LEFT:
+            status = f"no convergence: relative residual {self.residual:.1e}"
+            object.__setattr__(self, "status", status)
 
     @property
     def converged(self) -> bool:
         """Whether the equations hold."""
-        return self.status == "converged"
+        return self.status == FOUND
 
     @property
     def symmetric(self) -> bool:
@@ -154,6 +161,18 @@ class Orbit:
         error = abs(complex(np.prod(self.multipliers)) - expected)
         return error / expected if expected > 0.0 else error
 
+    @cached_property
+    def family_dimension(self) -> int:
+        """Dimension of the family of orbits that this is a member of; 0 where it is isolated.
+
+        Without forcing and loss there is an orbit for every energy, and where a mechanism can be
+        shifted as a whole, one for every place. Every dimension is a multiplier 1.
+        """
+        if not self.converged or np.all(np.abs(self._of_solved_map - 1.0) > SPLIT):
+            return 0
+        problem = OrbitProblem(self.system, self.signature, "")
+        return family_dimension(problem, problem.packed(self.states, self.durations))
+
     @property
     def stable(self) -> bool:
         """Converged, admissible, and all multipliers inside the unit circle by more than 1e-9."""
@@ -209,8 +228,11 @@ class Orbit:
         if not self.converged:
             return f"Orbit({self.symbol}: {self.status})"
         kind = "symmetric, " if self.symmetric else ""
-        verdict = "stable" if self.stable else "unstable"
+        neutral = self.family_dimension and np.all(np.abs(self.multipliers) <= 1.0 + SPLIT)
+        verdict = "stable" if self.stable else "neutral" if neutral else "unstable"
         why = f"; not admissible: {self.inadmissible_reason}" if self.inadmissible_reason else ""
+        if self.family_dimension:
+            why = f"; one of a {self.family_dimension}-parameter family of orbits" + why
         values = ", ".join(f"{x:.6g}" for x in self.multipliers)
         return (
             f"Orbit({self.symbol}, {kind}{verdict}, period {self.period:.6g}{why})\n"

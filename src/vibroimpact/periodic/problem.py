@@ -17,6 +17,7 @@ Reference   theory.md, "Periodic orbits"; the paper's (11) is (1), (2) for the i
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -130,6 +131,15 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
                 f"the force of frequency {force.omega} does not change sign after half the period"
             )
     return ""
+
+
+def why_none(m: Mechanism, impacts: Iterable[Impact]) -> str:
+    """Why no motion with these impacts is periodic: energy is lost; "" where there may be one."""
+    if m.forces or np.linalg.eigvalsh(m.damping).min() < 0.0:
+        return ""
+    if all(m.contacts[contact].restitutions[side > 0] == 1.0 for contact, side in impacts):
+        return ""
+    return "no orbit: without forcing every impact loses energy, so that none comes back"
 
 
 @dataclass

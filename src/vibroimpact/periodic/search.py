@@ -11,7 +11,8 @@ Method      From random starts on every stop (starts.py) motions are simulated f
             primitive orbit, left out if an impact is slower than NO_SPEED of the box (a motion that
             only touches a stop solves the equations too), and compared with what is there: orbits
             are one if their sequences are, up to where they begin, and their states within SAME of
-            the box. In a symmetric system the mirror image of an orbit is an orbit too.        (2)
+            the box; of a family of orbits with the same sequence one is listed. In a symmetric
+            system the mirror image of an orbit is an orbit too.                            (2)
             The closed-form symmetric orbits of the impact damper are guesses as well.
 Accuracy    of each orbit, that of find_orbit. Nothing says that the list is complete: more starts,
             another seed and an unchanged list are the evidence there is.
@@ -202,7 +203,9 @@ class _Sweep:
             self._list(_from_its_beginning(image), len(self.orbits) - 1)
 
     def _is_known(self, orbit: Orbit) -> bool:
-        return self.known.has(orbit.signature, unfolded(orbit).states, SAME)
+        """Whether an orbit is listed, or another one of its family with the same impacts."""
+        within = math.inf if orbit.family_dimension else SAME
+        return self.known.has(orbit.signature, unfolded(orbit).states, within)
 
     def _list(self, orbit: Orbit, mirror_of: int | None) -> None:
         states = unfolded(orbit).states
