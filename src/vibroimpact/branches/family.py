@@ -25,15 +25,17 @@ from numpy.typing import NDArray
 
 from vibroimpact import linear
 from vibroimpact.chebyshev import fitted
+from vibroimpact.continuation.problem import Image
 from vibroimpact.coordinates import STEP_ANGLE, dense_rate
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameter
+from vibroimpact.periodic.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.periodic.multipliers import pencil_of
-from vibroimpact.periodic.newton import rows_of, scale_of
+from vibroimpact.periodic.newton import CONVERGED, rows_of, scale_of
 from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import Linearised
-from vibroimpact.periodic.problem import OrbitProblem, Signature
+from vibroimpact.periodic.prescribed import WINDOW, Linearised
+from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, least_cycles
 from vibroimpact.simulate import System
 
 Floats = NDArray[np.float64]
@@ -65,6 +67,7 @@ class OrbitFamily(OrbitProblem):
         self.refused = ""  # why the system could not be built, where it could not
         self._reference = 0.0
         self._rate = 2.0 * dense_rate(self.mechanism)
+        self._cycles = least_cycles(self.mechanism)
 
     def scale(self) -> Floats:
         """Size of each unknown and of the parameter."""
@@ -96,12 +99,58 @@ class OrbitFamily(OrbitProblem):
         except InvalidParameterError:
             return np.full((len(z), len(z)), np.nan), np.full(len(z), np.nan)
 
+    def images(self, z: Floats, p: float, along: Floats, near: Floats) -> list[Image]:
+        """The same orbit begun at another impact, mirrored, whole forcing periods later.
+
+        Orbits are the same up to the symmetry S of problem.py, where the system has it, too.
+        """
+        impacts, cycles = self.signature.impacts, self.signature.cycles
+        here, moved = self._around(z, math.pi * cycles), self._around(along, 0.0)
+        pairs = [(impacts, here.states, moved.states)]
+        if not asymmetry(self.compiled(p).mechanism, self._cycles):
+            half = math.pi * self._cycles
+            states, changes = mirrored(here.states, half), mirrored(moved.states, 0.0)
+            pairs.append((self.signature.mirrored.impacts, states, changes))
+        return [
+            self._begun(k, Guess(states, here.durations), Guess(changes, moved.durations), near)
+            for sequence, states, changes in pairs
+            for k in range(len(impacts))
+            if (*sequence[k:], *sequence[:k]) == impacts
+        ]
+
+    def _around(self, z: Floats, turn: float) -> Guess:
+        """All segments in z, of a symmetric orbit its second half too."""
+        once = Guess(*self.unpacked(z))
+        return with_mirror(once, turn) if self.signature.symmetric else once
+
+    def _begun(self, k: int, orbit: Guess, along: Guess, near: Floats) -> Image:
+        """An orbit begun at segment k, with its phase near another one, and a direction there."""
+        count, turn = len(self.impacts), 2.0 * math.pi * self._cycles
+        states, durations = rolled(orbit, self.signature.cycles, k)
+        changes, delays = rolled(along, 0, k)
+        if turn:
+            apart = self.unpacked(near)[0][0, -1] - states[0, -1]
+            states = later(states, turn * round(apart / turn))
+        return (
+            self.packed(states[:count], durations[:count]),
+            self.packed(changes[:count], delays[:count]),
+        )
+
     def orbit(self, z: Floats, p: float) -> Orbit:
-        """The orbit at a point of the curve."""
+        """The orbit at a point of the curve; not converged where the equations do not hold."""
         system = with_parameter(self.system, self.parameter, p)
         states, durations = self.unpacked(z)
-        error = float(np.abs(self.residual(z, p) / rows_of(self, self._sizes[:-1])).max())
-        return Orbit(system, self.signature, states, durations, error, parameter=self.parameter)
+        left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])
+        error, status = float(left.max()), "converged"
+        if not error <= CONVERGED and not np.all(left <= CONVERGED * self._growth(z, p)):
+            status = f"the equations do not hold: relative residual {error:.1e}"
+        return Orbit(system, self.signature, states, durations, error, status, self.parameter)
+
+    def _growth(self, z: Floats, p: float) -> Floats:
+        """How much each equation enlarges a change of the unknowns, both relative."""
+        sizes = self._sizes[:-1]
+        growth: Floats = np.abs(self.jacobian(z, p)[0] * sizes).max(axis=1) / rows_of(self, sizes)
+        return growth
 
     def watch(self, z: Floats, p: float) -> dict[str, float]:
         """The test functions (2)-(4)."""

@@ -22,7 +22,7 @@ from vibroimpact.mechanism import Mechanism
 from vibroimpact.periodic.find import unfolded
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import Impact
-from vibroimpact.periodic.problem import asymmetry
+from vibroimpact.periodic.problem import asymmetry, least_cycles
 
 Floats = NDArray[np.float64]
 
@@ -73,7 +73,8 @@ def same_loop(first: Loop, second: Loop, mechanism: Mechanism, tolerance: float)
     """How two loops are one: "same", "mirror image" or "" for not at all."""
     if _shifted(first, second, tolerance):
         return "same"
-    if not asymmetry(mechanism, 1) and _shifted(first, mirrored(second), tolerance):
+    symmetric = not asymmetry(mechanism, least_cycles(mechanism))
+    if symmetric and _shifted(first, mirrored(second), tolerance):
         return "mirror image"
     return ""
 

@@ -27,7 +27,7 @@ from vibroimpact.branches.follow import STEPS, branch_of
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.walk import Tell
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.periodic.find import Guess, mirrored, repeated, rotated, unfolded
+from vibroimpact.periodic.find import Guess, repeated, rotated, unfolded, with_mirror
 from vibroimpact.periodic.problem import OrbitProblem, Signature
 
 Floats = NDArray[np.float64]
@@ -144,10 +144,8 @@ def _through(
 def _tangent_of(point: BifurcationPoint) -> Guess:
     """The branch's tangent as changes of states and flight times, of all segments."""
     problem = point.orbit.problem
-    states, durations = problem.unpacked(point.tangent[:-1])
-    if not point.orbit.symmetric:
-        return Guess(states, durations)
-    return Guess(np.vstack([states, mirrored(states, 0.0)]), np.tile(durations, 2))
+    half = Guess(*problem.unpacked(point.tangent[:-1]))
+    return with_mirror(half, 0.0) if point.orbit.symmetric else half
 
 
 def _doubled(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
@@ -207,6 +205,8 @@ def _null_vector(family: OrbitFamily, z: Floats, p: float) -> Floats | None:
     sizes = family.scale()
     by_z, by_p = family.jacobian(z, p)
     matrix = np.column_stack([by_z, by_p]) * sizes
+    if not np.all(np.isfinite(matrix)):
+        return None
     _, values, rows = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=1)[:, None])
     return rows[-1] * sizes if values[-1] > REGULAR else None
 

@@ -11,7 +11,7 @@ from vibroimpact.continuation.curve import Curve
 from vibroimpact.continuation.newton import Attempt, Node, correct, equilibrated
 from vibroimpact.continuation.panel import BUILT_IN
 from vibroimpact.continuation.problem import Floats, Problem, Scaled, scaled
-from vibroimpact.continuation.walk import Steps, Tell, walk
+from vibroimpact.continuation.walk import Steps, Tell, turned, turns_back, walk
 from vibroimpact.errors import InvalidParameterError
 
 NEARBY = 1e-3  # a start that is only found by moving p, as at a fold, may lie this far in scaled y
@@ -80,17 +80,15 @@ def continue_curve(
     tell = progress or _silent
     forward = walk(inside, start, steps, terminal, tell)
     backward = None
-    if both and not forward.final:
-        backward = walk(inside, _reversed(start), steps, terminal, tell)
+    if both and not forward.final and not turns_back(inside, start.y, start.direction):
+        backward = walk(inside, turned(start), steps, terminal, tell, forward)
+        if backward.closed:
+            forward.end = backward.end
     return assemble(inside, forward, backward)
 
 
 def _silent(points: int, parameter: float) -> None:
     """Report nothing."""
-
-
-def _reversed(node: Node) -> Node:
-    return Node(node.y, node.jacobian, -node.direction, node.residual, node.steps, node.step)
 
 
 def _check_names(problem: Scaled, start: Node, terminal: Collection[str]) -> None:

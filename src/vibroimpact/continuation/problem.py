@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vibroimpact.errors import InvalidParameterError
 
 Floats = NDArray[np.float64]
+Image = tuple[Floats, Floats]  # of a solution and of a direction there
 
 
 class Problem(Protocol):
@@ -37,6 +38,29 @@ class Problem(Protocol):
         """Test functions by name: smooth along the curve, zero at special points.
 
         The names do not change along the curve; NaN says that a value could not be computed.
+        """
+        ...
+
+
+@runtime_checkable
+class WithImages(Protocol):
+    """A problem with several solutions that stand for one object: its symmetries' images.
+
+    Every symmetry z -> A z + a, the same for all p, maps solutions to solutions at the same p.
+    """
+
+    def images(self, z: Floats, p: float, along: Floats, near: Floats) -> list[Image]:
+        """Every image of a solution and of a direction there, the identity's included.
+
+        Parameters
+        ----------
+        z, p
+            The solution, shape (d,).
+        along
+            A direction in z, shape (d,): its image is A along.
+        near
+            Where a symmetry has infinitely many powers, as a turn of a phase has, the image
+            nearest to this is meant; shape (d,).
         """
         ...
 
@@ -80,6 +104,18 @@ class Scaled:
         direction = given / self.sizes
         unit: Floats = direction / np.linalg.norm(direction)
         return unit
+
+    def images(self, y: Floats, direction: Floats, near: Floats) -> list[Image]:
+        """A solution and a direction in y, and all their images near another one."""
+        if not isinstance(self.problem, WithImages):
+            return [(y, direction)]
+        z, p = self.solution(y)
+        sizes = self.sizes[:-1]
+        found = self.problem.images(z, p, direction[:-1] * sizes, self.solution(near)[0])
+        return [
+            (np.append(image / sizes, y[-1]), np.append(along / sizes, direction[-1]))
+            for image, along in found
+        ]
 
     def linearised(self, y: Floats) -> tuple[Floats, Floats]:
         """F and its derivative by y, shapes (d,) and (d, d + 1)."""

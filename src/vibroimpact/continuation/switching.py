@@ -108,7 +108,11 @@ def _distances() -> Iterator[float]:
 
 
 def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | None:
-    """Q of (1); None where the null space of J is one-dimensional."""
+    """Q of (1); None where the null space of J is one-dimensional.
+
+    Its sign, which decides what side of the branch point is tried first, is that of the first entry
+    above half the largest: entries of one size, as of doubled solutions, do not decide by rounding.
+    """
     jacobian = problem.linearised(y)[1]
     # A row may vanish at the branch point itself, so rows are measured beside it too.
     beside = [problem.linearised(problem.inside(y + e * along))[1] for e in (FURTHEST, -FURTHEST)]
@@ -120,7 +124,9 @@ def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | Non
         return None
     across = rows[-2:] - np.outer(rows[-2:] @ along, along)
     across = across[int(np.argmax(np.linalg.norm(across, axis=1)))]
-    unit: Floats = across / np.linalg.norm(across)
+    size = np.abs(across)
+    first = across[int(np.argmax(size >= size.max() / 2.0))]
+    unit: Floats = across / np.copysign(np.linalg.norm(across), first)
     return unit
 
 

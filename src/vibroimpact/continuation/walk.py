@@ -5,7 +5,10 @@ Method      try a panel (panel.py); shorten it where it fails, lengthen it where
             solved for and the panel rebuilt to end there; so is a panel whose expansion bulges
             out of the bounds between two nodes                                               (1)
             events: the first zero of a terminal test function ends the curve                 (2)
-            return: a zero of <t_start, y - y_start> at which y = y_start                     (3)
+            return: a zero of <t_start, y - y_start> at which y = y_start. Images of the start under
+            symmetries of F count as the start: the curve goes on as its own image            (3)
+            a branch point whose image is itself and turns the tangent round: the curve goes on as
+            the image of what came before, and ends                                           (4)
 Assumes     what panel.py assumes
 Fails       the reasons of ``Stopped``, with what was found up to there
 """
@@ -20,7 +23,7 @@ import numpy as np
 from vibroimpact.continuation.curve import End, Stopped
 from vibroimpact.continuation.expansion import Expansion, first_zero
 from vibroimpact.continuation.newton import Node, correct
-from vibroimpact.continuation.panel import Failure, Panel, Standard, build, growth
+from vibroimpact.continuation.panel import BRANCH_POINT, Failure, Panel, Standard, build, growth
 from vibroimpact.continuation.problem import Floats, Scaled
 from vibroimpact.continuation.special import Found, at_end, at_start, locate
 from vibroimpact.errors import InvalidParameterError
@@ -30,6 +33,7 @@ from vibroimpact.mechanism import check_count, positive
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
 EXCUSED_BELOW = 1.0 / 64.0
 CLOSED = 1e-6  # |y - y_start| on return (3): a hundred times the error of the expansions
+PARALLEL = 1e-3  # of unit tangents of a curve that goes on as its image
 # A curve may start on a special point, known to rounding: a terminal event there does not stop it,
 # and a closed curve does not list it twice.
 AT_START = 1e-8
@@ -82,6 +86,11 @@ class Steps:
         check_count("points", self.points, 1)
 
 
+def turned(node: Node) -> Node:
+    """A node of the curve walked in the other direction."""
+    return replace(node, direction=-node.direction)
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A panel as far as it belongs to the curve.
@@ -109,18 +118,51 @@ class Stretch:
 
 @dataclass
 class Walk:
-    """What one direction gave."""
+    """What one direction gave.
+
+    ``met`` is the walk in the other direction if that stopped on its way: the curve is closed
+    where it comes to the end of that one, else where it returns to the start.
+    """
 
     start: Node
+    met: Walk | None = None
     stretches: list[Stretch] = field(default_factory=list)
     end: End | None = None
     rejected: int = 0
 
     @property
+    def on_its_way(self) -> bool:
+        """Whether it stopped on a curve that goes on."""
+        reason = None if self.end is None else self.end.reason
+        return bool(self.stretches) and reason in (Stopped.POINTS, Stopped.STEP)
+
+    @property
+    def closed(self) -> bool:
+        """Whether it came back."""
+        return self.end is not None and self.end.reason is Stopped.CLOSED
+
+    @property
     def final(self) -> bool:
         """Whether nothing is left for the other direction: a closed curve, an interruption."""
-        reason = None if self.end is None else self.end.reason
-        return reason in (Stopped.CLOSED, Stopped.INTERRUPTED)
+        return self.closed or (self.end is not None and self.end.reason is Stopped.INTERRUPTED)
+
+    @property
+    def last(self) -> Node:
+        """Where it has come to."""
+        return self.stretches[-1].last if self.stretches else self.start
+
+    @property
+    def goal(self) -> Node:
+        """Where the curve is closed."""
+        return self.start if self.met is None else turned(self.met.last)
+
+    @property
+    def listed_at_goal(self) -> set[str]:
+        """Special points there that are listed already."""
+        if self.met is None:
+            return {zero.name for zero in self.stretches[0].found if zero.s < AT_START}
+        last = self.met.stretches[-1]
+        return {zero.name for zero in last.found if zero.s > last.stop - AT_START}
 
     @property
     def points(self) -> int:
@@ -128,12 +170,19 @@ class Walk:
         return sum(len(stretch.panel.nodes) - 1 for stretch in self.stretches)
 
 
-def walk(problem: Scaled, start: Node, steps: Steps, terminal: Collection[str], tell: Tell) -> Walk:
-    """Follow the curve from a node along its tangent.
+def walk(
+    problem: Scaled,
+    start: Node,
+    steps: Steps,
+    terminal: Collection[str],
+    tell: Tell,
+    other: Walk | None = None,
+) -> Walk:
+    """Follow the curve from a node along its tangent; ``other`` is the walk against it.
 
     An interruption (``KeyboardInterrupt``) ends the curve with a status and keeps its panels.
     """
-    done = Walk(start)
+    done = Walk(start, other if other is not None and other.on_its_way else None)
     pace = _Pace(steps, steps.first)
     try:
         while done.end is None:
@@ -188,7 +237,7 @@ def _advance(
     problem: Scaled, done: Walk, pace: _Pace, terminal: Collection[str], tell: Tell
 ) -> None:
     """Add one panel to a walk, or say why it ends."""
-    origin = done.stretches[-1].last if done.stretches else done.start
+    origin = done.last
     if _leaving(problem, origin):
         done.end = End(Stopped.RANGE, f"{problem.solution(origin.y)[1]!r}")
         return
@@ -275,27 +324,44 @@ def _cut(
     terminal: Collection[str],
     before: dict[str, float],
 ) -> Stretch:
-    """The part of a panel up to a terminal event (2) or the return to the start (3)."""
+    """The part of a panel up to an event (2), (4) or the return to the start (3)."""
     found = locate(problem, panel, before)
     first = not done.stretches
     if first:
         found = [*at_start(panel), *found]
-    events = [z for z in found if z.name in terminal and not (first and z.s < AT_START)]
-    back = None if first else _return(done.start, panel)
-    if back is not None and all(back < event.s for event in events):
-        kept = _before_return(found, back, done.stretches[0].found)
-        return Stretch(panel, back, done.start, kept, End(Stopped.CLOSED))
-    if events:
-        stop = events[0]
-        kept = tuple(zero for zero in found if zero.s <= stop.s)
-        last = _node_at(problem, stop)
-        return Stretch(panel, stop.s, last, kept, End(Stopped.EVENT, stop.name))
+    later = (zero for zero in found if not (first and zero.s < AT_START))
+    events = ((zero, _event(problem, zero, terminal)) for zero in later)
+    event, end = next((found for found in events if found[1]), (None, None))
+    back = None if first else _return(problem, done.goal, panel)
+    if back is not None and (event is None or back[0] < event.s):
+        kept = _before_return(found, back[0], done.listed_at_goal)
+        return Stretch(panel, *back, kept, End(Stopped.CLOSED))
+    if event is not None:
+        kept = tuple(zero for zero in found if zero.s <= event.s)
+        return Stretch(panel, event.s, _node_at(problem, event), kept, end)
     return Stretch(panel, panel.length, panel.nodes[-1], tuple(found))
 
 
-def _before_return(found: list[Found], back: float, begin: tuple[Found, ...]) -> tuple[Found, ...]:
+def _event(problem: Scaled, zero: Found, terminal: Collection[str]) -> End | None:
+    """Why a special point ends the curve, if it does."""
+    if zero.name in terminal:
+        return End(Stopped.EVENT, zero.name)
+    if zero.name == BRANCH_POINT and turns_back(problem, zero.y, zero.direction):
+        return End(Stopped.REPEATED)
+    return None
+
+
+def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
+    """Whether a curve goes on from a point as the image of what came before (4)."""
+    unit = direction / np.linalg.norm(direction)
+    return any(
+        np.linalg.norm(image - y) <= CLOSED and np.linalg.norm(along + unit) <= PARALLEL
+        for image, along in problem.images(y, unit, y)
+    )
+
+
+def _before_return(found: list[Found], back: float, listed: set[str]) -> tuple[Found, ...]:
     """Special points up to the return; one at the start itself is not listed twice."""
-    listed = {zero.name for zero in begin if zero.s < AT_START}
     return tuple(
         zero
         for zero in found
@@ -303,17 +369,32 @@ def _before_return(found: list[Found], back: float, begin: tuple[Found, ...]) ->
     )
 
 
-def _return(start: Node, panel: Panel) -> float | None:
-    """Where on a panel the curve comes back to its start, if it does (3)."""
-    ahead = Expansion(0.0, panel.length, (panel.curve.values - start.y) @ start.tangent)
-    if not ahead.values[0] < 0.0:
+def _return(problem: Scaled, goal: Node, panel: Panel) -> tuple[float, Node] | None:
+    """Where on a panel the curve comes to a node or an image of it, if it does (3)."""
+    for y, along in problem.images(goal.y, goal.tangent, panel.nodes[0].y):
+        s = _passes(panel, y, along)
+        if s is not None:
+            return s, goal if np.array_equal(y, goal.y) else _image(problem, goal, y, along)
+    return None
+
+
+def _passes(panel: Panel, y: Floats, tangent: Floats) -> float | None:
+    """Where the curve of a panel passes through a point along a unit tangent, if it does."""
+    apart = panel.curve.values - y
+    if float(np.linalg.norm(apart, axis=1).min()) > panel.length:
         return None
-    s = first_zero(ahead)
-    if s is None:
+    ahead = Expansion(0.0, panel.length, apart @ tangent)
+    s = first_zero(ahead) if ahead.values[0] < 0.0 else None
+    if s is None or float(np.linalg.norm(panel.curve.at(s) - y)) > CLOSED:
         return None
-    near = float(np.linalg.norm(panel.curve.at(s) - start.y)) <= CLOSED
-    along = float(panel.curve.slope(s) @ start.tangent) > 0.0
-    return s if near and along else None
+    slope = panel.curve.slope(s)
+    return s if np.linalg.norm(slope / np.linalg.norm(slope) - tangent) <= PARALLEL else None
+
+
+def _image(problem: Scaled, node: Node, y: Floats, direction: Floats) -> Node:
+    """The image of a node."""
+    jacobian = problem.linearised(y)[1]
+    return Node(y, jacobian, direction, node.residual, node.steps, node.step)
 
 
 def _node_at(problem: Scaled, zero: Found) -> Node:

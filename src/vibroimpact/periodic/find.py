@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +30,7 @@ from vibroimpact.periodic.problem import (
     asymmetry,
     forcing_repeats,
     why_none,
+    least_cycles,
 )
 from vibroimpact.simulate import Run, System, mechanism_of, simulate
 from vibroimpact.state import State
@@ -39,7 +39,6 @@ Floats = NDArray[np.float64]
 
 SAME = 1e-6  # of their size: states of one orbit, found twice, even next to a fold
 SETTLING = 2000  # impacts simulated from a state
-MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
 
 
 class Guess(NamedTuple):
@@ -197,10 +196,14 @@ def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
 
 def unfolded(orbit: Orbit) -> Guess:
     """All segments of an orbit, of a symmetric one its second half too."""
-    if not orbit.symmetric:
-        return Guess(orbit.states, orbit.durations)
-    second = mirrored(orbit.states, math.pi * orbit.signature.cycles)
-    return Guess(np.vstack([orbit.states, second]), np.tile(orbit.durations, 2))
+    half = Guess(orbit.states, orbit.durations)
+    return with_mirror(half, math.pi * orbit.signature.cycles) if orbit.symmetric else half
+
+
+def with_mirror(half: Guess, turn: float) -> Guess:
+    """The first half of a symmetric loop and its mirror image."""
+    states = np.vstack([half.states, mirrored(half.states, turn)])
+    return Guess(states, np.tile(half.durations, 2))
 
 
 def mirrored(states: Floats, turn: float) -> Floats:
@@ -335,8 +338,7 @@ def _nothing(
     """An orbit that was not found: what was asked for, or else some stop and a whole period."""
     m = mechanism_of(system)
     side = 1 if math.isfinite(m.contacts[0].upper) else -1
-    ratios = [Fraction(f.omega / m.omega).limit_denominator(MOST_CYCLES) for f in m.forces]
-    least = math.lcm(*(ratio.denominator for ratio in ratios)) if ratios else 0
+    least = least_cycles(m)
     impacts = ((0, side),) if sequence is None else sequence
     if not forcing_repeats(m, least):
         raise InvalidParameterError(

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ from vibroimpact.simulate import System, mechanism_of
 Floats = NDArray[np.float64]
 
 WHOLE = 1e-9  # a ratio of forcing frequencies this close to a whole number is one
+MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,15 @@ def forcing_repeats(m: Mechanism, cycles: int) -> bool:
     """Whether every line has come round after so many cycles of the first."""
     turns = [cycles * force.omega / m.omega for force in m.forces]
     return all(abs(t - round(t)) <= WHOLE * t for t in turns)
+
+
+def least_cycles(m: Mechanism) -> int:
+    """Cycles of the first line after which all have come round; 0 without forcing.
+
+    Of incommensurable lines the cycles of their nearest fractions, after which they have not.
+    """
+    ratios = [Fraction(f.omega / m.omega).limit_denominator(MOST_CYCLES) for f in m.forces]
+    return math.lcm(*(ratio.denominator for ratio in ratios)) if ratios else 0
 
 
 def _check_symmetry(m: Mechanism, signature: Signature) -> None:
