@@ -110,7 +110,7 @@ def test_a_damper_with_a_state_starts_from_what_it_settles_to(
     argv = ["branch", CASE, "--range", "1.15", "1.25", "--position", "0", "0"]
     out = said([*argv, "--velocity", "0", "1", "--omega", "1.2"], capsys)
     assert "Branch of 1-1-1 orbits, omega 1.15 to 1.25" in out
-    assert "100% stable" in out
+    assert "100% of it stable" in out
 
 
 # ---- normal-form ---------------------------------------------------------------------------------

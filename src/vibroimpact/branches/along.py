@@ -16,6 +16,7 @@ from vibroimpact.periodic.find import mirrored as mirror_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 ONE_PER_ORBIT = ("speed", "clearance", "period")
 
@@ -78,12 +79,22 @@ def along(branch: Branch) -> Along:
     own = np.where(branch.stable, Standing.STABLE, Standing.UNSTABLE)
     own = np.where(branch.admissible, own, Standing.INADMISSIBLE)
     standing = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
-    return Along(
-        parameter=np.concatenate([branch.values, [p.parameter for p in found]])[order],
-        z=np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order],
-        special=special[order],
-        standing=_between(standing),
-    )
+    parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
+    z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
+    moves = np.diff(np.column_stack([z, parameter]), axis=0).any(axis=1)
+    return Along(parameter, z, special[order], _as_beside(_between(standing), moves))
+
+
+def stable_share(branch: Branch) -> float:
+    """Share of the extent of a branch in its parameter at which one of its orbits is stable."""
+    points = along(branch)
+    stretches = np.sort(np.column_stack([points.parameter[:-1], points.parameter[1:]]), axis=1)
+    covered, reached = 0.0, -math.inf
+    for low, high in sorted(map(tuple, stretches[points.standing == Standing.STABLE])):
+        covered += max(0.0, high - max(low, reached))
+        reached = max(reached, high)
+    low, high = branch.extent
+    return covered / (high - low) if low < high else float(branch.stable.all())
 
 
 def _between(standing: Integers) -> Integers:
@@ -96,6 +107,12 @@ def _between(standing: Integers) -> Integers:
         near = standing[known[np.argmin(np.abs(known - i))]]
         stretches[i] = max(near, Standing.UNSTABLE)
     return stretches
+
+
+def _as_beside(stretches: Integers, moves: Flags) -> Integers:
+    """The same, with stretches of no length, to a special point at an end, as those beside them."""
+    beside = np.where(np.arange(len(stretches)) > 0, -1, 1) + np.arange(len(stretches))
+    return np.where(moves, stretches, stretches[np.minimum(beside, len(stretches) - 1)])
 
 
 def impacts_at(branch: Branch, stop: tuple[int, int]) -> list[int]:

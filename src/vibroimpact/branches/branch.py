@@ -169,6 +169,19 @@ class Branch:
         """n-p-q of its orbits."""
         return self.orbit(0).symbol
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """The least and the largest value of the parameter on it, folds included."""
+        every = [*self.values, *(point.parameter for point in self.special_points)]
+        return float(min(every)), float(max(every))
+
+    @property
+    def stable_share(self) -> float:
+        """Share of ``extent`` at which an orbit of the branch is stable."""
+        from vibroimpact.branches.along import stable_share
+
+        return stable_share(self)
+
     def plot(self, variable: str = "v1", *, ax: Axes | None = None) -> Axes:
         """Draw the branch; see :func:`vibroimpact.plotting.plot_branches`."""
         from vibroimpact.plotting import plot_branches
@@ -184,11 +197,10 @@ class Branch:
     def __repr__(self) -> str:
         counts = Counter(point.kind for point in self.special_points)
         found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no special point"
-        low, high = self.values.min(), self.values.max()
-        share = float(self.stable.mean())
+        low, high = self.extent
         lines = [
             f"Branch of {self.symbol} orbits, {self.parameter} {low:.8g} to {high:.8g}, "
-            f"{len(self)} points, {share:.0%} stable; {found}",
+            f"{self.stable_share:.0%} of it stable; {found}",
             *(f"  {point!r}" for point in self.special_points),
             f"  ends: {self.curve.ends[0]}; {self.curve.ends[1]}",
         ]

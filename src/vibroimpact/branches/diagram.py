@@ -167,10 +167,10 @@ class Diagram:
         start = f"from {origin.label} of {origin.branch}" if origin else "from the orbit"
         kind = ", symmetric" if branch.family.signature.symmetric else ""
         points = " ".join(point.label for point in branch.special_points) or "no special point"
-        low, high = branch.values.min(), branch.values.max()
+        low, high = branch.extent
         return (
             f"{number}: {branch.symbol}{kind}, {start}, {low:.6g} to {high:.6g}, "
-            f"{float(branch.stable.mean()):.0%} stable; {points}"
+            f"{branch.stable_share:.0%} of it stable; {points}"
         )
 
 
