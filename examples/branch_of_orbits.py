@@ -23,7 +23,7 @@ def main(out: str | None = None) -> None:
     print(broken)
     circle = symmetric["NS1"].normal_form
     print(circle)
-    ax = plot_branches([symmetric, broken], variable="x1")
+    ax = plot_branches([symmetric, broken], variable="x1", stop=(0, 1), mirror=True)
     if out:
         save(ax, out)
 

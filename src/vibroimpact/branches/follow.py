@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,8 @@ from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter, converged, range_of
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
-from vibroimpact.continuation import Curve, End, Steps, Stopped, continue_curve
+from vibroimpact.branches.verify import is_neutral, why_none
+from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
 from vibroimpact.continuation.walk import AT_START, Tell
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import parameter_value
@@ -22,7 +23,6 @@ from vibroimpact.periodic.orbit import Orbit
 
 Floats = NDArray[np.float64]
 
-ON_CIRCLE = 1e-5  # |mu| of a pair so close to 1 at a zero of the torus function: no neutral saddle
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
@@ -101,8 +101,10 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     before, after = (_explained(end, family.refused) for end in curve.ends)
     curve = replace(curve, ends=(before, after))
     orbits = [family.orbit(z, p) for z, p in zip(curve.z, curve.parameter, strict=True)]
-    found = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
-    found.sort(key=lambda item: item[0])
+    seen = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
+    doubtful = [item for item in seen if isinstance(item, Unresolved)]
+    found = sorted((item for item in seen if isinstance(item, _At)), key=lambda at: at.arclength)
+    curve = replace(curve, unresolved=(*curve.unresolved, *doubtful))
     return Branch(
         parameter=family.parameter,
         bounds=bounds,
@@ -112,7 +114,7 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         stable=np.array([o.stable for o in orbits]),
         clearance=np.array([o.clearance_to_grazing for o in orbits]),
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
-        special_points=tuple(_labelled((point for _, point in found), bounds)),
+        special_points=tuple(_labelled(found, bounds)),
         curve=curve,
         family=family,
     )
@@ -124,44 +126,50 @@ def _explained(end: End, refused: str) -> End:
     return End(end.reason, f"{end.detail}; {refused}") if failed else end
 
 
-def _labelled(
-    found: Iterator[dict[str, Any]], bounds: tuple[float, float]
-) -> Iterator[BifurcationPoint]:
+class _At(NamedTuple):
+    """A special point without its label, and its place on the curve."""
+
+    arclength: float
+    point: dict[str, Any]
+
+
+def _labelled(found: list[_At], bounds: tuple[float, float]) -> Iterator[BifurcationPoint]:
     counts: Counter[str] = Counter()
-    for point in found:
+    for _, point in found:
         counts[point["kind"]] += 1
         label = f"{point['kind']}{counts[point['kind']]}"
         yield BifurcationPoint(label=label, bounds=bounds, **point)
 
 
-def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[tuple[float, dict[str, Any]]]:
+def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolved]:
     for point in curve.special:
         kind, segment = meaning_of(family, point.name)
         orbit = family.orbit(point.z, point.parameter)
-        if kind == "NS" and not _on_circle(orbit):
-            continue
         if kind in TOUCHES and abs(point.arclength) < AT_START:
             continue  # the touch that the branch began with: its sign there is rounding
-        yield point.arclength, {
-            "kind": kind, "name": family.parameter, "parameter": point.parameter,
-            "error": point.error, "orbit": orbit, "crossing": point.crossing,
-            "tangent": point.tangent, "segment": segment,
-        }  # fmt: skip
-
-
-def _on_circle(orbit: Orbit) -> bool:
-    """Whether a pair with product 1 is complex, and not mu, 1 / mu."""
-    mu = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
-    pairs = mu[mu.imag > 0.0]
-    return bool(np.any(np.abs(np.abs(pairs) - 1.0) < ON_CIRCLE))
+        if is_neutral(curve, point, orbit):
+            continue
+        if why := why_none(family, curve, point, orbit):
+            after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
+            reason = f"{kind} at {family.parameter} = {point.parameter:.12g}: {why}"
+            yield Unresolved(point.name, after - 1, after, reason)
+        else:
+            yield _At(point.arclength, {
+                "kind": kind, "name": family.parameter, "parameter": point.parameter,
+                "error": point.error, "orbit": orbit, "crossing": point.crossing,
+                "tangent": point.tangent, "segment": segment,
+            })  # fmt: skip
 
 
 def _touches(
     family: OrbitFamily, curve: Curve, orbits: list[Orbit], bounds: tuple[float, float]
-) -> Iterator[tuple[float, dict[str, Any]]]:
+) -> Iterator[_At | Unresolved]:
     for grazing in grazings(family, curve, [orbit.gaps for orbit in orbits], bounds):
-        yield grazing.arclength, {
+        if isinstance(grazing, Unresolved):
+            yield grazing
+            continue
+        yield _At(grazing.arclength, {
             "kind": "GR", "name": family.parameter, "parameter": grazing.parameter,
-            "error": grazing.error, "orbit": family.orbit(grazing.z, grazing.parameter),
+            "error": grazing.error, "orbit": grazing.orbit,
             "crossing": grazing.crossing, "tangent": grazing.tangent, "nearest": grazing.nearest,
-        }  # fmt: skip
+        })  # fmt: skip

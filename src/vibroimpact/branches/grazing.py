@@ -6,8 +6,13 @@ Method      For each stop and each flight the least gap at interior extrema (adm
             by Brent's method, every value at an orbit corrected on the curve. Where L has a minimum
             above zero among the points, it is minimised between its neighbours: two zeros closer
             than the points are seen.                                                         (1)
+            It is a grazing if L is zero there, at an extremum: neither a jump of L nor the gap at
+            another contact's impact. Where an impact speed vanishes, an extremum begins or ends
+            in that impact: that point is "ZERO".                                             (2)
 Assumes     L has no more than one minimum between two points, which resolve the curve to 1e-8
 Accuracy    1e-12 of the distance of two points
+Fails       ``Unresolved``: an orbit on the way that Newton's method does not reach or that has no
+            such extremum; a zero that (2) refuses
 Reference   theory.md, "Branches"
 """
 
@@ -19,11 +24,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
-from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.continuation import Curve
-from vibroimpact.continuation.newton import correct
+from vibroimpact.branches.family import SPEED, OrbitFamily
+from vibroimpact.branches.verify import VANISHED
+from vibroimpact.continuation import Curve, Unresolved
+from vibroimpact.continuation.expansion import brent
+from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import scaled
 from vibroimpact.periodic.admissibility import Nearest, Place
 from vibroimpact.periodic.orbit import Orbit
@@ -32,13 +39,14 @@ Floats = NDArray[np.float64]
 
 FINEST = 1e-13  # of the distance of two points
 AT_ONCE = 1e-9  # of the period
+UNKNOWN = "the least gap is not known all the way between two points"
 EDGE = 1e-2  # of a flight: an extremum this near to an impact on the same stop belongs to it
 
 
 class Grazing(NamedTuple):
     """An orbit on the curve that touches a stop without impact."""
 
-    z: Floats
+    orbit: Orbit
     parameter: float
     tangent: Floats  # in unscaled unknowns, the parameter last
     arclength: float
@@ -58,33 +66,49 @@ class _Between:
         ends = [self.problem.scaled(curve.z[k], curve.parameter[k]) for k in (i, i + 1)]
         self.start, self.step = ends[0], ends[1] - ends[0]
 
-    def orbit(self, share: float) -> tuple[Floats, float, Floats]:
-        """(z, p, tangent) there."""
+    def node(self, share: float) -> Node | None:
+        """The point there; None where Newton's method does not reach it."""
         size = float(self.step @ self.step)
         target = float(self.step @ self.start) + share * size
-        attempt = correct(self.problem, self.start + share * self.step, self.step, target)
-        y = attempt.y if attempt.node is None else attempt.node.y
-        direction = self.step if attempt.node is None else attempt.node.direction
-        z, p = self.problem.solution(y)
-        return z, p, direction / np.linalg.norm(direction) * self.problem.sizes
+        return correct(self.problem, self.start + share * self.step, self.step, target).node
+
+    def orbit(self, share: float) -> tuple[Orbit, Nearest] | None:
+        """The orbit there and where L is; None where there is no such."""
+        node = self.node(share)
+        if node is None:
+            return None
+        orbit = self.family.orbit(*self.problem.solution(node.y))
+        nearest = orbit.gaps.get(self.place) if orbit.converged else None
+        return None if nearest is None else (orbit, nearest)
 
     def gap(self, share: float) -> float:
-        """L there."""
-        z, p, _ = self.orbit(share)
-        nearest = self.family.orbit(z, p).gaps.get(self.place)
-        return nearest.gap if nearest else math.inf
+        """L there, NaN where it is not known."""
+        found = self.orbit(share)
+        return math.nan if found is None else found[1].gap
 
-    def grazing(self, share: float, crossing: int) -> Grazing | None:
-        """The orbit there, if it grazes."""
-        z, p, tangent = self.orbit(share)
-        orbit = self.family.orbit(z, p)
-        nearest = orbit.gaps.get(self.place)
-        if nearest is None or _belongs_to_impact(orbit, nearest):
+    def grazing(self, share: float, crossing: int) -> Grazing | Unresolved | None:
+        """The orbit there, if it grazes (2)."""
+        node, found = self.node(share), self.orbit(share)
+        if node is None or found is None:
+            return self.unresolved(UNKNOWN)
+        orbit, nearest = found
+        if _belongs_to_impact(orbit, nearest):
             return None
+        if why := _no_touch(orbit, nearest, float(self.family.scale()[0])):
+            return self.unresolved(why)
+        p = self.problem.solution(node.y)[1]
         length = self.curve.arclength
         at = float(length[self.i] + share * (length[self.i + 1] - length[self.i]))
+        tangent = node.tangent * self.problem.sizes
         error = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST + float(np.spacing(p))
-        return Grazing(z, p, tangent, at, nearest, crossing, error)
+        return Grazing(orbit, p, tangent, at, nearest, crossing, error)
+
+    def unresolved(self, reason: str) -> Unresolved | None:
+        """The stretch between the two points, where a grazing may be hidden but for (2)."""
+        speeds = [f for name, f in self.curve.tests.items() if name.startswith(SPEED)]
+        if any(f[self.i] * f[self.i + 1] <= 0.0 for f in speeds):
+            return None
+        return Unresolved("GR", self.i, self.i + 1, reason)
 
 
 def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
@@ -97,13 +121,22 @@ def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     return (share < EDGE and stop == begun) or (share > 1.0 - EDGE and stop == ended)
 
 
+def _no_touch(orbit: Orbit, nearest: Nearest, size: float) -> str:
+    """Why a least gap that changes its sign is not that of a touch; "" where it is."""
+    if abs(nearest.gap) > VANISHED * size:
+        return f"a least gap changes its sign by a jump: {nearest}"
+    if nearest.time in (0.0, float(orbit.durations[nearest.segment])):
+        return f"two impacts at once, one of them not among the prescribed: {nearest}"
+    return ""
+
+
 def grazings(
     family: OrbitFamily,
     curve: Curve,
     gaps: Sequence[Mapping[Place, Nearest]],
     bounds: tuple[float, float],
-) -> Iterator[Grazing]:
-    """Every grazing of a curve, given the least gaps at its points."""
+) -> Iterator[Grazing | Unresolved]:
+    """Every grazing of a curve, and where there may be one, given the least gaps at its points."""
     for place in sorted({place for here in gaps for place in here}):
         values = np.array([here[place].gap if place in here else math.inf for here in gaps])
         for i in range(len(curve) - 1):
@@ -111,15 +144,26 @@ def grazings(
                 yield from _within(_Between(family, curve, i, bounds, place), values, i)
 
 
-def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing]:
+def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing | Unresolved]:
     """The grazings between points i and i + 1 (1)."""
-    if gaps[i] * gaps[i + 1] < 0.0:
+    if _crosses(gaps, i):
         yield from _zero(here, 0.0, 1.0)
     elif gaps[i] > 0.0 and _dips(gaps, i):
         low = minimize_scalar(here.gap, bounds=(0.0, 1.0), method="bounded")
-        if low.fun < 0.0:
+        if not low.fun >= 0.0:
             yield from _zero(here, 0.0, float(low.x))
             yield from _zero(here, float(low.x), 1.0)
+
+
+def _crosses(gaps: Floats, i: int) -> bool:
+    """Whether the least gap changes its sign between points i and i + 1; at i + 1 if it ends there.
+
+    A gap that is zero to the last digit has no sign: that before counts.
+    """
+    low, high = gaps[i : i + 2]
+    if high == 0.0:
+        return bool(low != 0.0 and i + 2 == len(gaps))
+    return bool(low * high < 0.0 or (low == 0.0 and (i == 0 or gaps[i - 1] * high < 0.0)))
 
 
 def _dips(gaps: Floats, i: int) -> bool:
@@ -129,11 +173,12 @@ def _dips(gaps: Floats, i: int) -> bool:
     return bool(fall > 0.0 and rise > 0.0 and min(gaps[i : i + 2]) < max(fall, rise))
 
 
-def _zero(here: _Between, low: float, high: float) -> Iterator[Grazing]:
+def _zero(here: _Between, low: float, high: float) -> Iterator[Grazing | Unresolved]:
     at_low, at_high = here.gap(low), here.gap(high)
-    if not (math.isfinite(at_low) and math.isfinite(at_high)) or at_low * at_high > 0.0:
+    if at_low * at_high > 0.0:
         return
-    share = float(brentq(here.gap, low, high, xtol=FINEST, rtol=1e-15))
-    found = here.grazing(share, 1 if at_high > at_low else -1)
+    share = brent(here.gap, low, high)
+    crossing = 1 if at_high > at_low else -1
+    found = here.grazing(share, crossing) if math.isfinite(share) else here.unresolved(UNKNOWN)
     if found is not None:
         yield found

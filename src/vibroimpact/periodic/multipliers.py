@@ -55,7 +55,12 @@ class Pencil(NamedTuple):
     finite: int
 
     def eigenvalues(self) -> Complexes:
-        """Multipliers, largest modulus first; complex infinity where one has left the plane."""
+        """Multipliers, largest modulus first; complex infinity where one has left the plane.
+
+        NaN where entries have overflowed.
+        """
+        if not np.all(np.isfinite(self.a)):
+            return np.full(self.finite, complex(np.nan, np.nan))
         alpha, beta = eigvals(self.a, self.b, homogeneous_eigvals=True)
         nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
         order = np.argsort(nearness)[len(self.a) - self.finite :]

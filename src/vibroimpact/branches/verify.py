@@ -1,0 +1,84 @@
+"""Whether a zero of a test function is the special point that it stands for.
+
+Method      at the zero the equations hold (family.py says so of its orbits), and of the solved map
+            SN, BP         a multiplier is 1
+            PD             a multiplier is -1, as it is at BP of a symmetric orbit
+            NS             a complex pair has the product 1. Two other zeros of its function are
+                           no bifurcation: a real pair with the product 1 (a neutral saddle), and
+                           an impact speed that vanishes, which the function is weighed by
+            within CRITICAL. At ZERO, SIM and STICK the function itself, a speed, a time, an
+            acceleration, is below VANISHED of its largest along the curve.
+Assumes     no more than three multipliers meet: rounding moves a triple one by its cube root
+Fails       a sentence that says what is not so. Where an impact speed vanishes, all functions of
+            the equations can have a zero that is none of the map: an undamped flight that lasts
+            whole half periods of its own does this.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.branches.family import FLIP, SPEED, TORUS, OrbitFamily
+from vibroimpact.continuation import Curve, SpecialPoint
+from vibroimpact.continuation.panel import BUILT_IN
+from vibroimpact.periodic.orbit import Orbit
+
+Complexes = NDArray[np.complex128]
+
+CRITICAL = 1e-5  # more than the cube root of rounding, 6e-6
+VANISHED = 1e-8
+
+
+def why_none(family: OrbitFamily, curve: Curve, point: SpecialPoint, orbit: Orbit) -> str:
+    """Why a zero of a test function is no special point; "" where it is one."""
+    if not orbit.converged:
+        return f"the orbit there is not solved for: {orbit.status}"
+    if point.name in BUILT_IN:
+        return _not_critical(orbit, 1.0)
+    if point.name == FLIP:
+        return _not_critical(orbit, -1.0)
+    if point.name == TORUS:
+        return _no_pair(orbit)
+    value = family.watch(point.z, point.parameter)[point.name]
+    size = float(np.nanmax(np.abs(curve.tests[point.name])))
+    return "" if abs(value) <= VANISHED * size else f"{point.name} is not zero there, but {value:g}"
+
+
+def is_neutral(curve: Curve, point: SpecialPoint, orbit: Orbit) -> bool:
+    """Whether a zero of the function for NS is one of the two that are no bifurcation."""
+    if point.name != TORUS or not orbit.converged:
+        return False
+    fastest = max(np.abs(f).max() for name, f in curve.tests.items() if name.startswith(SPEED))
+    if orbit.least_impact_speed <= VANISHED * fastest:
+        return True
+    first, second = _critical_pair(orbit)
+    return abs(first * second - 1.0) <= CRITICAL and first.imag == 0.0
+
+
+def _solved(orbit: Orbit) -> Complexes:
+    """Multipliers of the map that is solved for."""
+    return orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
+
+
+def _not_critical(orbit: Orbit, value: float) -> str:
+    mu = _solved(orbit)
+    nearest = mu[np.argmin(np.abs(mu - value))]
+    if abs(nearest - value) <= CRITICAL:
+        return ""
+    return f"no multiplier is {value:g} there: the nearest is {nearest:.6g}"
+
+
+def _critical_pair(orbit: Orbit) -> tuple[complex, complex]:
+    """The two multipliers whose product is nearest to 1."""
+    mu = _solved(orbit)
+    i, j = np.triu_indices(len(mu), 1)
+    nearest = int(np.argmin(np.abs(mu[i] * mu[j] - 1.0)))
+    return complex(mu[i[nearest]]), complex(mu[j[nearest]])
+
+
+def _no_pair(orbit: Orbit) -> str:
+    first, second = _critical_pair(orbit)
+    if abs(first * second - 1.0) <= CRITICAL:
+        return ""
+    return f"no pair of multipliers has the product 1 there: nearest {first:.6g}, {second:.6g}"
