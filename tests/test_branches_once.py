@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.branches import grazing
 from vibroimpact.branches.loops import loop_of, same_loop
 from vibroimpact.continuation import Stopped
+from vibroimpact.continuation.newton import Attempt, Outcome
+from vibroimpact.periodic.maps import solved_map
 
 TOUCH = 1e-6  # at a touch the square root of rounding, and the accuracy of Newton's method
 CRITICAL = 1e-5  # a triple multiplier is known to the cube root of rounding
@@ -172,3 +175,98 @@ def test_an_orbit_that_does_not_solve_its_equations_is_not_converged() -> None:
     assert not off.converged
     assert "do not hold" in off.status
     assert np.isnan(off.multipliers).all()
+
+
+# ---- random systems ------------------------------------------------------------------------------
+
+
+def random_system(seed: int) -> vi.Mechanism:
+    """One or two masses, a stop or two mirror images of one."""
+    rng = np.random.default_rng(seed)
+    n, stop = int(rng.integers(1, 3)), rng.uniform(0.1, 0.8)
+    k, c = rng.uniform(0.3, 2.0, n + 1), rng.uniform(0.01, 0.15, n + 1)
+    k[n], c[n] = 0.0, 0.0
+
+    def chain(parts: np.ndarray) -> np.ndarray:
+        return np.diag(parts[:-1] + parts[1:]) - np.diag(parts[1:-1], 1) - np.diag(parts[1:-1], -1)
+
+    contact = vi.Contact(
+        ((1.0,), (1.0, -1.0))[n - 1],
+        lower=-stop if rng.random() < 0.5 else -math.inf,
+        upper=stop,
+        restitution=rng.uniform(0.3, 0.9),
+    )
+    return vi.Mechanism(
+        mass=np.diag(rng.uniform(0.4, 1.0, n)),
+        damping=chain(c),
+        stiffness=chain(k),
+        forces=(vi.Harmonic(rng.uniform(0.6, 2.2), (1.0, 0.0)[:n]),),
+        contacts=(contact,),
+    )
+
+
+def assert_found_again_alone(branch: vi.Branch) -> None:
+    """The orbits at special points are those of their own system, with the map's multipliers."""
+    for point in branch.special_points:
+        if point.kind not in ("PD", "NS", "GR"):
+            continue  # Newton's matrix is singular there, or the map has no derivative
+        alone = vi.find_orbit(point.orbit.system, point.orbit)
+        assert alone.converged, point
+        size = np.abs(point.orbit.states).max()
+        np.testing.assert_allclose(alone.states, point.orbit.states, atol=1e-8 * size)
+        if point.kind != "GR":
+            own, mu = solved_map(alone).jacobian(), point.multipliers
+            mu = mu if point.orbit.half_multipliers is None else point.orbit.half_multipliers
+            apart = np.abs(np.linalg.eigvals(own)[:, None] - mu).min(axis=0)
+            assert apart.max() < CRITICAL * max(1.0, np.abs(mu).max())
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 4, 5])
+def test_special_points_of_random_systems_are_real_and_listed_once(seed: int) -> None:
+    system = random_system(seed)
+    orbit = vi.find_orbit(system, vi.State((0.0,) * system.degrees, (0.5,) * system.degrees))
+    assert orbit.converged
+    steps, omega = vi.Steps(first=0.05, largest=0.5, points=90), system.omega
+    branches = [vi.continue_orbit(orbit, "omega", (0.7 * omega, 1.3 * omega), steps=steps)]
+    births = [p for p in branches[0].special_points if p.kind in ("PD", "BP")]
+    born = [vi.switch_branch(p, steps=steps) for p in births[:1]]
+    for branch in [*branches, *(b for b in born if isinstance(b, vi.Branch))]:
+        assert_each_point_once(branch)
+        assert_points_are_what_they_say(branch)
+        assert_found_again_alone(branch)
+
+
+def test_a_grazing_that_cannot_be_located_is_unresolved_and_loses_no_branch(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    damper = vi.ImpactDamper(
+        mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.52
+    )
+
+    def fails(_problem: object, guess: np.ndarray, *_: object) -> Attempt:
+        return Attempt(Outcome.NO_CONVERGENCE, guess)
+
+    orbit = vi.symmetric_orbits(damper)[0]
+    before = vi.continue_orbit(orbit, "omega", (0.5, 0.53))
+    assert [p.kind for p in before.special_points] == ["GR"]
+    monkeypatch.setattr(grazing, "correct", fails)
+    branch = vi.continue_orbit(orbit, "omega", (0.5, 0.53))
+    assert len(branch) == len(before)
+    assert not branch.special_points
+    [note] = branch.curve.unresolved
+    assert note.name == "GR"
+    assert branch.values[note.first] < before["GR1"].parameter < branch.values[note.last]
+
+
+def test_the_share_that_is_stable_is_that_of_the_range() -> None:
+    damper = vi.ImpactDamper(
+        mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.75
+    )
+    low, high = 0.69, 0.76
+    branch = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (low, high))
+    at = branch["BP1"].parameter  # unstable below
+    share = (high - at) / (high - low)
+    assert branch.stable_share == pytest.approx(share, rel=1e-12)
+    assert branch.stable.mean() != pytest.approx(share, rel=1e-3)
+    assert branch.extent == (low, high)
+    assert f", {share:.0%} of it stable" in repr(branch)

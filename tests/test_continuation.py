@@ -119,6 +119,50 @@ def test_a_guess_is_corrected_at_its_own_parameter():
     assert curve.z[curve.start, 0] == pytest.approx(math.sqrt(1.0 - 0.09), abs=1e-10)
 
 
+# --- images ---------------------------------------------------------------------------------
+
+
+class Mirrored(Given):
+    """A problem that z -> -z maps to itself."""
+
+    def images(self, z, _p, along, _near):
+        return [(z, along), (-z, -along)]
+
+
+def test_a_curve_that_comes_to_the_image_of_its_start_is_closed():
+    # z on the unit circle, p = cos 2 phi: half of it holds every z up to its sign
+    problem = Mirrored(
+        lambda z, p: [z[0] ** 2 + z[1] ** 2 - 1.0, p - z[0] ** 2 + z[1] ** 2],
+        lambda z, _p: ([2.0 * z, [-2.0 * z[0], 2.0 * z[1]]], [0.0, 1.0]),
+        (1.0, 1.0, 1.0),
+    )
+    start = np.array([math.cos(1.0), math.sin(1.0)])
+    curve = continue_curve(problem, start, math.cos(2.0), (-2.0, 2.0))
+    assert curve.ends[1].reason is Stopped.CLOSED
+    assert curve.z[-1] == pytest.approx(-start, abs=1e-6)
+    assert sorted(located(curve, "SN")) == pytest.approx([-1.0, 1.0], abs=LOCATED)
+
+
+def test_a_curve_ends_at_the_branch_point_beyond_which_its_images_come():
+    problem = Mirrored(lambda z, p: p * z[0] - z[0] ** 3, lambda z, p: (p - 3.0 * z[0] ** 2, z[0]))
+    arm = continue_curve(problem, np.array([0.5]), 0.25, (-1.0, 1.0))
+    assert {end.reason for end in arm.ends} == {Stopped.RANGE, Stopped.REPEATED}
+    assert arm.z.min() > -1e-9
+    assert located(arm, "BP") == pytest.approx([0.0], abs=1e-10)
+    # on the line z = 0, which every point's image is, nothing ends
+    line_ = continue_curve(problem, np.array([0.0]), -0.5, (-1.0, 1.0))
+    assert {line_.parameter[0], line_.parameter[-1]} == {-1.0, 1.0}
+
+
+def test_two_directions_that_meet_are_joined():
+    steps = Steps(points=100)
+    curve = continue_curve(circle(), np.array([1.0]), 0.0, (-2.0, 2.0), steps=steps)
+    assert [end.reason for end in curve.ends] == [Stopped.CLOSED, Stopped.CLOSED]
+    assert curve.arclength[-1] - curve.arclength[0] == pytest.approx(2.0 * math.pi, abs=1e-8)
+    assert curve.z[0] == pytest.approx(curve.z[-1], abs=1e-6)
+    assert sorted(located(curve, "SN")) == pytest.approx([-1.0, 1.0], abs=LOCATED)
+
+
 # --- ends -----------------------------------------------------------------------------------
 
 
