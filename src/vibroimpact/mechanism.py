@@ -241,6 +241,12 @@ class Mechanism:
         for force in self.forces:
             vector("sine", force.sine, n)
 
+    def __hash__(self) -> int:
+        """Hash the numbers: the rows of the matrices are lists, which have no hash."""
+        matrices = (self.mass, self.damping, self.stiffness)
+        rows = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
+        return hash((rows, self.contacts, self.forces, self.constant_force))
+
     @property
     def degrees(self) -> int:
         """Number of coordinates n."""
