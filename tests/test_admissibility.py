@@ -149,7 +149,7 @@ def test_a_contact_left_at_the_start_of_a_flight_may_be_crossed_before_its_end()
         crossed = 0.5 - (0.5 * np.cos(4.5) - np.sin(4.5))
         if ends == (0, 1):
             assert least.gap == pytest.approx(crossed, abs=1e-13)
-            assert least[1:] == (1, 1, 0, 4.5)
+            assert least[1:5] == (1, 1, 0, 4.5)
         else:  # its own impact: the gap there is the equation's business
             assert least.contact == 0
 
@@ -275,3 +275,17 @@ def test_a_touch_on_a_branch_is_admissible_however_the_branch_is_stepped(points:
         assert touch.orbit.inadmissible_reason == ""
         assert touch.admissible
     assert touches or points < 100
+
+
+def test_the_turn_behind_a_stop_that_an_impact_is_reached_from_is_told_from_grazing():
+    # x = sin t with the stop at 1/2: reached at pi / 6 from the front, at 5 pi / 6 from behind
+    free = {"mass": [[1.0]], "damping": [[0.0]], "stiffness": [[1.0]]}
+    m = vi.Mechanism(**free, contacts=(vi.Contact((1.0,), upper=0.5, lower=-2.0),))
+    compiled, start = compile_prescribed(m), np.array([[0.0, 1.0, 0.0]])
+    for duration, own in ((np.pi / 6.0, []), (5.0 * np.pi / 6.0, [True])):
+        found = least_gaps(compiled, start, np.array([duration]), [(0, 1)], [(0, -1)])
+        assert [place.own for place in found if place.side > 0] == own
+    assert min(found.values()).gap == pytest.approx(-0.5, abs=1e-13)
+    # 2 pi + pi / 6 later it comes from the front again, and the turn at pi / 2 is a crossing
+    found = least_gaps(compiled, start, np.array([13.0 * np.pi / 6.0]), [(0, 1)], [(0, -1)])
+    assert {place.own for place in found} == {False}

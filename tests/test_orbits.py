@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import vibroimpact as vi
 from vibroimpact import orbits
-from vibroimpact.chebyshev import pieces, real_zeros
+from vibroimpact.chebyshev import pieces, real_zeros, real_zeros_of
 from vibroimpact.literature.impact_damper import parameter_sets
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -188,6 +188,19 @@ def test_a_chebyshev_piece_separates_close_zeros() -> None:
     ((_, _, coefficients),) = list(pieces(product, -1.0, 1.0))
     # a zero moves by rounding over the slope: 1e-15 / 1e-4
     np.testing.assert_allclose(real_zeros(coefficients[:, 0]), [at, at + gap], atol=1e-10)
+
+
+def test_zeros_of_many_series_are_the_planted_ones_whatever_the_rounding_above_their_degree():
+    rng = np.random.default_rng(5)
+    planted = [np.sort(rng.uniform(-0.99, 0.99, degree)) for degree in (0, 1, 2, 5, 1, 8)]
+    series = np.zeros((25, len(planted)))
+    for column, zeros in zip(series.T, planted, strict=True):
+        column[: len(zeros) + 1] = np.polynomial.chebyshev.chebfromroots(zeros)
+        column += 1e-17 * rng.normal(size=25) * np.abs(column).max()
+    numbers, found = real_zeros_of(series)
+    for k, zeros in enumerate(planted):
+        # rounding of the values over the smallest slope between eight zeros, some 1e-5
+        np.testing.assert_allclose(np.sort(found[numbers == k]), zeros, atol=1e-10)
 
 
 def test_orbits_meet_at_the_fold() -> None:

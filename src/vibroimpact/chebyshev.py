@@ -16,6 +16,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Many = Callable[[float], Floats]  # several functions at once, shape (k,)
 
 POINTS = 33  # samples per piece
@@ -70,12 +71,50 @@ def real_zeros(coefficients: Floats) -> Floats:
     A pair that has left the real line by less than the square root of RESOLVED, which a double
     zero does, is returned twice, at its real part.
     """
-    series = np.trim_zeros(np.where(np.abs(coefficients) > 0, coefficients, 0.0), "b")
-    if series.size < 2:
-        return np.empty(0)
-    zeros = chebyshev.chebroots(series)
-    near = (np.abs(zeros.imag) <= RESOLVED**0.5) & (np.abs(zeros.real) <= 1.0 + EDGE)
-    return np.sort(zeros.real[near])
+    return np.sort(real_zeros_of(np.reshape(coefficients, (-1, 1)))[1])
+
+
+def real_zeros_of(coefficients: Floats) -> tuple[Integers, Floats]:
+    """Zeros in [-1, 1] (and EDGE beyond) of many Chebyshev series at once.
+
+    Coefficients from the last one on that is above rounding of the largest are left out: zeros move
+    as little as by rounding of the values, and the eigenvalue problems are small.
+
+    Parameters
+    ----------
+    coefficients
+        One series a column, shape (k, m).
+
+    Returns
+    -------
+    (numbers of the series, zeros), each of shape (z,)
+    """
+    size = np.abs(coefficients)
+    kept = size > np.finfo(float).eps * size.max(axis=0, initial=0.0)
+    degrees = np.where(kept.any(axis=0), len(kept) - 1 - np.argmax(kept[::-1], axis=0), 0)
+    numbers, zeros = [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    for degree in np.unique(degrees[degrees > 0]):
+        these = np.flatnonzero(degrees == degree)
+        found = np.linalg.eigvals(_colleagues(coefficients[: degree + 1, these]))
+        near = (np.abs(found.imag) <= RESOLVED**0.5) & (np.abs(found.real) <= 1.0 + EDGE)
+        numbers.append(np.repeat(these, near.sum(axis=1)))
+        zeros.append(found.real[near])
+    return np.concatenate(numbers), np.concatenate(zeros)
+
+
+def _colleagues(coefficients: Floats) -> Floats:
+    """The colleague matrices of series of one degree k >= 1, shape (m, k, k).
+
+    x T_0 = T_1 and x T_j = (T_(j-1) + T_(j+1)) / 2, T_k from the series; with T_0 scaled by
+    sqrt(1/2) they are symmetric but for the last column. Upside down, as QR likes it.
+    """
+    degree, count = len(coefficients) - 1, coefficients.shape[1]
+    beside, last = np.full(degree - 1, 0.5), np.full(degree, 0.5)
+    beside[:1] = 0.5**0.5
+    last[0] = 0.5**0.5 if degree > 1 else 1.0
+    matrices = np.tile(np.diag(beside, 1) + np.diag(beside, -1), (count, 1, 1))
+    matrices[:, :, -1] -= (coefficients[:-1] / coefficients[-1]).T * last
+    return matrices[:, ::-1, ::-1]
 
 
 def bracketed_zero(f: Callable[[float], float], low: float, high: float) -> float:

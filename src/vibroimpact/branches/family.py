@@ -34,7 +34,7 @@ from vibroimpact.periodic.find import Guess, later, mirrored, rolled, with_mirro
 from vibroimpact.periodic.multipliers import pencil_of
 from vibroimpact.periodic.newton import CONVERGED, rows_of, scale_of
 from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import WINDOW, Linearised
+from vibroimpact.periodic.prescribed import Linearised
 from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, least_cycles
 from vibroimpact.simulate import System
 

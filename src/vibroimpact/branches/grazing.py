@@ -2,10 +2,11 @@
 
 Method      For each stop and each flight the least gap at interior extrema (admissibility.py) is a
             continuous function L of the curve's arclength, smooth but where another extremum
-            becomes the least. Where L changes sign between neighbouring points, its zero is found
-            by Brent's method, every value at an orbit corrected on the curve. Where L has a minimum
-            above zero among the points, it is minimised between its neighbours: two zeros closer
-            than the points are seen.                                                         (1)
+            becomes the least; own extrema of impacts, which appear and vanish at speed zero, are
+            left out. Where L changes sign between neighbouring points, its zero is found by Brent's
+            method, every value at an orbit corrected on the curve. Where L has a minimum above zero
+            among the points, it is minimised between its neighbours: two zeros closer than the
+            points are seen.                                                                  (1)
             It is a grazing if L is zero there, at an extremum: neither a jump of L nor the gap at
             another contact's impact. Where an impact speed vanishes, an extremum begins or ends
             in that impact: that point is "ZERO".                                             (2)
@@ -72,26 +73,27 @@ class _Between:
         target = float(self.step @ self.start) + share * size
         return correct(self.problem, self.start + share * self.step, self.step, target).node
 
-    def orbit(self, share: float) -> tuple[Orbit, Nearest] | None:
-        """The orbit there and where L is; None where there is no such."""
-        node = self.node(share)
-        if node is None:
-            return None
-        orbit = self.family.orbit(*self.problem.solution(node.y))
-        nearest = orbit.gaps.get(self.place) if orbit.converged else None
-        return None if nearest is None else (orbit, nearest)
-
     def gap(self, share: float) -> float:
-        """L there, NaN where it is not known."""
-        found = self.orbit(share)
-        return math.nan if found is None else found[1].gap
+        """L there: NaN where the orbit is not known, infinite where it has no such extremum."""
+        node = self.node(share)
+        orbit = node and self.orbit(node)
+        if not orbit or not orbit.converged:
+            return math.nan
+        return orbit.gaps[self.place].gap if self.place in orbit.gaps else math.inf
+
+    def orbit(self, node: Node) -> Orbit:
+        """The orbit of a point."""
+        return self.family.orbit(*self.problem.solution(node.y))
 
     def grazing(self, share: float, crossing: int) -> Grazing | Unresolved | None:
         """The orbit there, if it grazes (2)."""
-        node, found = self.node(share), self.orbit(share)
-        if node is None or found is None:
+        node = self.node(share)
+        if node is None:
             return self.unresolved(UNKNOWN)
-        orbit, nearest = found
+        orbit = self.orbit(node)
+        nearest = orbit.gaps.get(self.place) if orbit.converged else None
+        if nearest is None:
+            return self.unresolved(UNKNOWN)
         if _belongs_to_impact(orbit, nearest):
             return None
         if why := _no_touch(orbit, nearest, float(self.family.scale()[0])):
@@ -137,7 +139,7 @@ def grazings(
     bounds: tuple[float, float],
 ) -> Iterator[Grazing | Unresolved]:
     """Every grazing of a curve, and where there may be one, given the least gaps at its points."""
-    for place in sorted({place for here in gaps for place in here}):
+    for place in sorted({place for here in gaps for place in here if not place.own}):
         values = np.array([here[place].gap if place in here else math.inf for here in gaps])
         for i in range(len(curve) - 1):
             if np.all(np.isfinite(values[i : i + 2])):
@@ -149,7 +151,10 @@ def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing | Unresolv
     if _crosses(gaps, i):
         yield from _zero(here, 0.0, 1.0)
     elif gaps[i] > 0.0 and _dips(gaps, i):
-        low = minimize_scalar(here.gap, bounds=(0.0, 1.0), method="bounded")
+        most = float(gaps[i : i + 2].max())  # where L is infinite, its extremum has vanished
+        low = minimize_scalar(
+            lambda share: min(here.gap(share), most), bounds=(0.0, 1.0), method="bounded"
+        )
         if not low.fun >= 0.0:
             yield from _zero(here, 0.0, float(low.x))
             yield from _zero(here, float(low.x), 1.0)

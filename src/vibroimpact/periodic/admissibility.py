@@ -7,9 +7,10 @@ Method      Every flight is expanded, window by window, in Chebyshev polynomials
               - no flight takes negative time,                                                 (1)
               - no gap is negative at an interior extremum or at an impact of another contact. (2)
             (2) decides whether impacts come from the front, too: a motion that reaches a stop from
-            behind has crossed it, and by Rolle's theorem its gap has a negative extremum since. So
-            no speed has to be compared with zero, which it is at a touch; only in a flight of no
-            duration, where there is nothing in between, the rate itself must have its sign.   (3)
+            behind has crossed it, and by Rolle's theorem its gap has a negative extremum since,
+            the impact's own, which vanishes with its speed. So no speed has to be compared with
+            zero, which it is at a touch; only in a flight of no duration, where there is nothing
+            in between, the rate itself must have its sign.                                    (3)
             The clearance is the least gap at those places: zero at grazing.
 Accuracy    gaps to about 1e-13 of the amplitude: the largest of |row| . |x| along the orbit and of
             the contact's limits. Crossings of less than PLAY of it are contacts; with the
@@ -27,15 +28,24 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from vibroimpact.chebyshev import fitted, real_zeros
+from vibroimpact.chebyshev import fitted, real_zeros_of
 from vibroimpact.mechanism import infinite
 from vibroimpact.periodic.prescribed import Impact, Linearised, Prescribed
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 PLAY = 1e-11  # of the amplitude, of the period: rounding of a flight and of Newton's method
 
-Place = tuple[int, int, int]  # contact, side, segment
+
+class Place(NamedTuple):
+    """Where gaps are compared: a stop in a flight; own extrema of impacts apart."""
+
+    contact: int
+    side: int
+    segment: int
+    own: bool = False
 
 
 class Nearest(NamedTuple):
@@ -46,6 +56,12 @@ class Nearest(NamedTuple):
     side: int
     segment: int
     time: float  # since the segment's start
+    own: bool = False  # of an impact that is reached or left from behind
+
+    @property
+    def place(self) -> Place:
+        """The stop and the flight."""
+        return Place(self.contact, self.side, self.segment, self.own)
 
     def __str__(self) -> str:
         stop = "upper" if self.side > 0 else "lower"
@@ -55,47 +71,17 @@ class Nearest(NamedTuple):
         )
 
 
-def gaps_along(
-    compiled: Prescribed,
-    states: Floats,
-    durations: Floats,
-    ends: Sequence[Impact],
-    begun: Sequence[Impact],
-) -> Iterator[Nearest]:
-    """Gaps at all extrema within the flights, and at the ends where others impact.
+class _Flights(NamedTuple):
+    """Windows of free flight, one after the other over all segments, and the segments' ends."""
 
-    ``begun[k]`` begins flight k, ``ends[k]`` ends it.
-    """
-    window = compiled.window(durations)
-    for k, (starts, values) in enumerate(compiled.flights(states, durations)):
-        edges = ((0.0, begun[k]), (float(durations[k]), ends[k]))
-        for i, contact in enumerate(compiled.mechanism.contacts):
-            row = np.array(contact.row)
-            n = len(row)
-            places, rates = values[..., :n] @ row, values[..., n:] @ row
-            times = _extrema(starts, rates, window, durations[k])
-            others = [t for t, impact in edges if impact[0] != i]
-            for t in [*times, *others]:
-                w = min(int(t / window), len(starts) - 1)
-                u = _value(places[w], (t - starts[w]) / window)
-                if not infinite(contact.upper):
-                    yield Nearest(contact.upper - u, i, 1, k, t)
-                if not infinite(contact.lower):
-                    yield Nearest(u - contact.lower, i, -1, k, t)
-
-
-def _value(samples: Floats, place: float) -> float:
-    return float(chebyshev.chebval(2.0 * place - 1.0, fitted(samples)))
-
-
-def _extrema(starts: Floats, rates: Floats, window: float, duration: float) -> list[float]:
-    """Times within (0, duration) at which the rate vanishes."""
-    found: list[float] = []
-    for start, samples in zip(starts, rates, strict=True):
-        # one at the edge of two windows is a zero of both, though rounding may move it out of both
-        found += [start + window * (1.0 + z) / 2.0 for z in real_zeros(fitted(samples))]
-    margin = PLAY * duration
-    return [t for t in found if margin < t < duration - margin]
+    length: float  # of a window
+    segment: Integers  # (w,)
+    start: Floats  # (w,) since the start of the segment
+    values: Floats  # (w, NODES, 2n) x and v
+    durations: Floats  # (m,)
+    impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
+    first: Integers  # (m,) window of the start
+    last: Integers  # (m,) window of the end
 
 
 def least_gaps(
@@ -105,11 +91,16 @@ def least_gaps(
     ends: Sequence[Impact],
     begun: Sequence[Impact],
 ) -> dict[Place, Nearest]:
-    """The nearest approach to each stop in each flight, where its gap has an extremum there."""
+    """The nearest approach to each stop in each flight.
+
+    Looked at are the extrema of the gaps within the flights, and the ends where another contact
+    impacts. ``begun[k]`` begins flight k, ``ends[k]`` ends it.
+    """
     least: dict[Place, Nearest] = {}
-    for here in gaps_along(compiled, states, durations, ends, begun):
-        place = here.contact, here.side, here.segment
-        least[place] = min(here, least.get(place, here))
+    flights = _windows(compiled, states, durations, ends, begun)
+    for i in range(len(compiled.mechanism.contacts)):
+        for here in _gaps(compiled, flights, i):
+            least[here.place] = min(here, least.get(here.place, here))
     return least
 
 
@@ -120,6 +111,76 @@ def amplitudes(compiled: Prescribed, states: Floats, durations: Floats) -> Float
     sizes = (np.abs(compiled.sampled(states, durations)[:, :n]) @ rows.T).max(axis=0)
     limits = [[abs(x) for x in (c.lower, c.upper) if not infinite(x)] for c in contacts]
     return np.array([max(size, *stops) for size, stops in zip(sizes, limits, strict=True)])
+
+
+def _windows(
+    compiled: Prescribed,
+    states: Floats,
+    durations: Floats,
+    ends: Sequence[Impact],
+    begun: Sequence[Impact],
+) -> _Flights:
+    flights = compiled.flights(states, durations)
+    counts = np.array([len(starts) for starts, _ in flights])
+    after = np.cumsum(counts)
+    return _Flights(
+        length=compiled.window(durations),
+        segment=np.repeat(np.arange(len(flights)), counts),
+        start=np.concatenate([starts for starts, _ in flights]),
+        values=np.concatenate([values for _, values in flights]),
+        durations=durations,
+        impacts=np.stack([np.array(begun), np.array(ends)], axis=1),
+        first=after - counts,
+        last=after - 1,
+    )
+
+
+def _gaps(compiled: Prescribed, flights: _Flights, i: int) -> Iterator[Nearest]:
+    """Gaps of contact i at its extrema and where another contact impacts."""
+    contact = compiled.mechanism.contacts[i]
+    row = np.array(contact.row)
+    n = len(row)
+    place = fitted((flights.values[..., :n] @ row).T)
+    rate = fitted((flights.values[..., n:] @ row).T)
+    at, x = real_zeros_of(rate)
+    times = flights.start[at] + flights.length * (1.0 + x) / 2.0
+    whole = flights.durations[flights.segment[at]]
+    margin = PLAY * whole
+    inside = (times > margin) & (times < whole - margin)
+    at, times = at[inside], times[inside]
+    own = np.zeros(len(at) + 2 * len(flights.durations), dtype=bool)
+    own[: len(at)] = _own(flights, rate, i, flights.segment[at], times)
+    starting, ending = (flights.impacts[:, edge, 0] != i for edge in (0, 1))
+    at = np.concatenate([at, flights.first[starting], flights.last[ending]])
+    times = np.concatenate([times, np.zeros(starting.sum()), flights.durations[ending]])
+    u = _values(flights, place, at, times)
+    found = flights.segment[at].tolist(), times.tolist(), own[: len(at)].tolist(), u.tolist()
+    for k, t, by_impact, value in zip(*found, strict=True):
+        if not infinite(contact.upper):
+            yield Nearest(contact.upper - value, i, 1, k, t, by_impact)
+        if not infinite(contact.lower):
+            yield Nearest(value - contact.lower, i, -1, k, t, by_impact)
+
+
+def _own(flights: _Flights, rate: Floats, i: int, segment: Integers, times: Floats) -> Flags:
+    """Which extrema are the own ones of an impact that is reached or left from behind."""
+    own = np.zeros(len(times), dtype=bool)
+    zero = np.zeros(len(flights.durations))
+    edges = ((flights.first, zero, 1.0), (flights.last, flights.durations, -1.0))
+    for edge, (window, time, sense) in enumerate(edges):
+        contact, side = flights.impacts[:, edge].T
+        behind = sense * side * _values(flights, rate, window, time) > 0.0
+        for k in np.flatnonzero(behind & (contact == i)):
+            inside = np.flatnonzero(segment == k)
+            if inside.size:
+                own[inside[np.argmin(sense * times[inside])]] = True
+    return own
+
+
+def _values(flights: _Flights, series: Floats, window: Integers, times: Floats) -> Floats:
+    """Values of a series (NODES, w) in some windows at times since their segments' start."""
+    x = 2.0 * (times - flights.start[window]) / flights.length - 1.0
+    return np.asarray(chebyshev.chebval(x, series[:, window], tensor=False))
 
 
 def why_inadmissible(
@@ -141,10 +202,11 @@ def why_inadmissible(
         if duration < -shortest:
             return f"flight {k} takes the time {duration:.6g}: two impacts have changed order"
     crossed = {place for place, here in gaps.items() if here.gap < -play * sizes[here.contact]}
+    behind = {place[:3] for place in crossed}
     fastest = float(np.abs(parts.rate).max())
     for k, (contact, side) in enumerate(impacts):
         at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
-        if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k) in crossed):
+        if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k) in behind):
             stop = f"the {'upper' if side > 0 else 'lower'} stop of contact {contact}"
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
     return str(min(gaps[place] for place in crossed)) if crossed else ""

@@ -29,8 +29,8 @@ from vibroimpact.periodic.problem import (
     Signature,
     asymmetry,
     forcing_repeats,
-    why_none,
     least_cycles,
+    why_none,
 )
 from vibroimpact.simulate import Run, System, mechanism_of, simulate
 from vibroimpact.state import State
