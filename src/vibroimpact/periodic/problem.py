@@ -235,13 +235,13 @@ class OrbitProblem:
         parts = self.linearised(z, p)
         m, q = len(self.impacts), self.size
         columns = [*range(q), 2 * self.mechanism.degrees + 1]  # the state, the flight time
+        ks = np.arange(m)
+        following = np.tile(np.eye(q), (m, 1, 1))
+        following[-1] = np.diag(self.mirror)
         matrix = np.zeros((m, q + 1, m, q + 1))
-        by_parameter = np.zeros((m, q + 1))
-        for k in range(m):
-            matrix[k, :q, k] += parts.after_by[k, :q][:, columns]
-            matrix[k, q, k] += parts.gap_by[k, columns]
-            following = np.eye(q) if k < m - 1 else np.diag(self.mirror)
-            matrix[k, :q, (k + 1) % m, :q] -= following
-            by_parameter[k] = np.append(parts.after_by[k, :q, -1], parts.gap_by[k, -1])
+        matrix[ks, :q, ks] = parts.after_by[:, :q, columns]
+        matrix[ks, q, ks] = parts.gap_by[:, columns]
+        matrix[ks, :q, (ks + 1) % m, :q] -= following
+        by_parameter = np.column_stack([parts.after_by[:, :q, -1], parts.gap_by[:, -1]])
         d = m * (q + 1)
         return self._residual(z, parts), matrix.reshape(d, d), by_parameter.ravel()
