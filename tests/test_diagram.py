@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from vibroimpact.branches.loops import (
     primitive_loop,
     same_loop,
 )
+from vibroimpact.continuation import Stopped
 from vibroimpact.periodic.find import rotated, solve, unfolded
 from vibroimpact.periodic.problem import Signature
 
@@ -223,11 +225,52 @@ def test_the_repr_is_the_tree(diagram: Diagram) -> None:
 
 def test_progress_is_told_what_is_done() -> None:
     told: list[str] = []
-    branch_diagram(
+    tried = branch_diagram(
         vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), attractors=2, depth=1,
         progress=told.append,
     )  # fmt: skip
-    assert told == [
-        "the branch of the orbit", "from BP1 of branch 0",
+    heads = [
+        "branch 0, of the orbit", "branch 1, from BP1 of branch 0 (1-1-1), 0 more points to try",
         "following a motion through 2 values, up and down",
     ]  # fmt: skip
+    assert [line for line in told if ": " not in line] == heads
+    panels = [line for line in told if line.startswith(f"{heads[1]}: omega = ")]
+    assert panels[0].endswith(", 12 points")
+    assert len(panels) == len(np.unique(tried.branches[1].curve.panel))
+
+
+def after_panels(count: int) -> Callable[[str], None]:
+    """A progress function that interrupts in the second branch."""
+    left = count
+
+    def told(line: str) -> None:
+        nonlocal left
+        left -= line.startswith("branch 1") and "points" in line
+        if not left:
+            left = -1
+            raise KeyboardInterrupt
+
+    return told
+
+
+def test_an_interruption_keeps_the_branches_found_until_then() -> None:
+    orbit = vi.symmetric_orbits(SET_A)[0]
+    for panels in (1, 3):  # before the second branch begins, and in it
+        tried = branch_diagram(
+            orbit, "omega", (0.7, 0.75), attractors=10, progress=after_panels(panels)
+        )
+        assert tried.interrupted
+        assert repr(tried).endswith("interrupted")
+        assert tried.attractors is None
+        assert len(tried.branches) == (1 if panels == 1 else 2)
+    assert tried.branches[1].curve.ends[1].reason is Stopped.INTERRUPTED
+
+
+def test_points_that_are_admissible_themselves_are_tried_first(diagram: Diagram) -> None:
+    levels = {0: 0}
+    keys = []
+    for r in diagram.reached:
+        if r.how == "new":
+            keys.append((not diagram.branches[r.branch][r.label].admissible, levels[r.branch]))
+            levels[r.to] = levels[r.branch] + 1
+    assert keys == sorted(keys)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vibroimpact._kernel import version as _version
 from vibroimpact.attractors import Attractor, classify
 from vibroimpact.bifurcations import Bifurcation, symmetric_bifurcations
+from vibroimpact.branches import stop  # noqa: F401 - rules for stop_when
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.diagram import Diagram, branch_diagram
 from vibroimpact.branches.follow import continue_orbit

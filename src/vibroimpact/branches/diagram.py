@@ -1,7 +1,8 @@
 """branch_diagram: all branches that can be reached from an orbit, and the attractors behind.
 
-Method      From the branch of the orbit, breadth first, every point of kind PD, BP, GR or ZERO at
-            which the machine moves so is switched at (switch.py) once:
+Method      From the branch of the orbit every point of kind PD, BP, GR or ZERO at which the machine
+            moves so is switched at (switch.py) once, breadth first, but points whose own orbit is
+            admissible before those that are so only on one side:
               - points at one parameter value (NEAR) that share their loop (loops.py, JUNCTION), up
                 to where it begins and the mirror image, are one junction; a loop at PD or BP may go
                 around twice, one at ZERO is that of the grazing orbit;                        (1)
@@ -17,10 +18,10 @@ Reference   theory.md, "Branches"
 
 from __future__ import annotations
 
-from collections import deque
+import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 import xarray as xr
@@ -32,9 +33,11 @@ from vibroimpact.branches.along import place_of
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.follow import continue_orbit
 from vibroimpact.branches.loops import Loop, junction_of, loop_of, same_loop
+from vibroimpact.branches.stop import StopWhen, inadmissible
 from vibroimpact.branches.sweep import swept
 from vibroimpact.branches.switch import NoBranch, switch_branch
-from vibroimpact.continuation import Steps
+from vibroimpact.continuation import Steps, Stopped
+from vibroimpact.continuation.walk import Tell
 from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import with_parameter
@@ -50,6 +53,7 @@ SWITCHED = ("PD", "BP", "GR", "ZERO")
 NEAR = 1e-7  # of the range: values of the parameter at one junction
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
 PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
+STOP_WHEN = inadmissible()
 
 
 class Reached(NamedTuple):
@@ -85,10 +89,13 @@ class Diagram:
     reached
         :class:`Reached`, one for every special point that was tried, in this order.
     untried
-        (branch, label) of the junctions left when ``depth`` or ``most`` was reached.
+        (branch, label) of the junctions left when ``depth`` or ``most`` was reached, or by an
+        interruption.
     attractors
         Section points of the sweep, dims "direction", the parameter, "point"; None if not asked
         for.
+    interrupted
+        Whether ``KeyboardInterrupt`` ended it; it holds what was found until then.
     """
 
     parameter: str
@@ -97,6 +104,7 @@ class Diagram:
     reached: tuple[Reached, ...] = field(repr=False)
     untried: tuple[tuple[int, str], ...] = field(repr=False)
     attractors: xr.Dataset | None = field(repr=False)
+    interrupted: bool = False
 
     @property
     def failed(self) -> tuple[Reached, ...]:
@@ -160,6 +168,8 @@ class Diagram:
         if self.untried:
             left = ", ".join(f"{label} of {branch}" for branch, label in self.untried)
             lines.append(f"  not tried: {left}")
+        if self.interrupted:
+            lines.append("  interrupted")
         return "\n".join(lines)
 
     def _line(self, number: int) -> str:
@@ -183,6 +193,7 @@ def branch_diagram(
     most: int = 20,
     attractors: int = 200,
     steps: Steps | None = None,
+    stop_when: StopWhen | None = STOP_WHEN,
     progress: Told | None = None,
 ) -> Diagram:
     """Follow all branches that can be reached from an orbit by switching at special points.
@@ -197,14 +208,21 @@ def branch_diagram(
         The most branches, >= 1.
     attractors
         Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
+    stop_when
+        As for :func:`~vibroimpact.continue_orbit`, of every branch. By default
+        ``vi.stop.inadmissible()``: stretches far from where the machine moves so are not followed,
+        nor what lies beyond them; ``None`` follows all to the end of the range.
     progress
-        Called with a sentence before every branch and the sweep.
+        Called after every panel with a sentence: which branch, where from, the parameter and the
+        number of points; before that with how many points are left to try; and before the sweep.
+        ``progress=print`` shows it.
 
     Returns
     -------
     Diagram
         Points where the machine does not move so are not switched at: what begins there does not
-        either. One branch stands for its mirror image too.
+        either. One branch stands for its mirror image too. ``KeyboardInterrupt`` ends it with what
+        was found so far.
 
     Raises
     ------
@@ -233,15 +251,18 @@ def branch_diagram(
     ):
         check_count(name, value, least)
     tell = progress or (lambda _: None)
-    tell("the branch of the orbit")
-    first = continue_orbit(orbit, parameter, bounds, steps=steps)
+    following = _Following(parameter, steps, stop_when, tell)
+    first = continue_orbit(orbit, parameter, bounds, **following.options("branch 0, of the orbit"))
     low, high = float(bounds[0]), float(bounds[1])
-    tree = _Tree((low, high), steps, tell)
+    tree = _Tree((low, high), following)
     tree.grow(first, depth, most)
     behind = None
-    if attractors:
+    if attractors and not tree.interrupted:
         tell(f"following a motion through {attractors} values, up and down")
-        behind = swept(first, orbit.state, np.linspace(low, high, attractors))
+        try:
+            behind = swept(first, orbit.state, np.linspace(low, high, attractors))
+        except KeyboardInterrupt:
+            tree.interrupted = True
     return Diagram(
         parameter,
         (low, high),
@@ -249,6 +270,7 @@ def branch_diagram(
         tuple(tree.reached),
         tuple(tree.untried),
         behind,
+        tree.interrupted,
     )
 
 
@@ -263,37 +285,87 @@ class _Junction(NamedTuple):
     touching: bool  # GR or ZERO, not PD or BP
 
 
+class _Options(TypedDict):
+    steps: Steps | None
+    stop_when: StopWhen | None
+    progress: Tell
+
+
+class _Following(NamedTuple):
+    """How branches are followed, and who is told."""
+
+    parameter: str
+    steps: Steps | None
+    stop_when: StopWhen | None
+    tell: Told
+
+    def options(self, which: str) -> _Options:
+        """The keywords for a branch, which is told by name."""
+        self.tell(which)
+
+        def progress(points: int, value: float) -> None:
+            self.tell(f"{which}: {self.parameter} = {value:.6g}, {points} points")
+
+        return _Options(steps=self.steps, stop_when=self.stop_when, progress=progress)
+
+
+class _Waiting(NamedTuple):
+    """A point to switch at; the least is tried first."""
+
+    inadmissible: bool
+    level: int
+    branch: int
+    number: int
+
+    def point(self, branches: list[Branch]) -> BifurcationPoint:
+        return branches[self.branch].special_points[self.number]
+
+
 class _Tree:
     """Branches found so far and the junctions between them."""
 
-    def __init__(self, bounds: tuple[float, float], steps: Steps | None, tell: Told) -> None:
-        self.bounds, self.steps, self.tell = bounds, steps, tell
+    def __init__(self, bounds: tuple[float, float], following: _Following) -> None:
+        self.bounds, self.following = bounds, following
         self.branches: list[Branch] = []
         self.reached: list[Reached] = []
         self.untried: list[tuple[int, str]] = []
         self.junctions: list[tuple[_Junction, Reached | None]] = []
+        self.waiting: list[_Waiting] = []
+        self.interrupted = False
 
     def grow(self, first: Branch, depth: int, most: int) -> None:
-        """Breadth first."""
-        self.branches.append(first)
-        waiting = deque([(0, 0)])
-        while waiting:
-            number, level = waiting.popleft()
-            for point in self._points(number):
-                if self._known_junction(number, point):
+        """Switch at every point, the least of those that wait first."""
+        self.interrupted = _interrupted(first)
+        self._add(first, 0)
+        while self.waiting:
+            here = heapq.heappop(self.waiting)
+            point = here.point(self.branches)
+            try:
+                if self._known_junction(here.branch, point):
                     continue
-                if level >= depth or len(self.branches) >= most:
-                    self._left(number, point)
-                elif self._switched(number, point):
-                    waiting.append((len(self.branches) - 1, level + 1))
+                if self.interrupted or here.level >= depth or len(self.branches) >= most:
+                    self._left(here.branch, point)
+                elif found := self._switched(here.branch, point):
+                    self._add(found, here.level + 1)
+            except KeyboardInterrupt:
+                self.interrupted = True
+                self._left(here.branch, point)
 
-    def _points(self, number: int) -> Iterator[BifurcationPoint]:
-        """Points of a branch to switch at: next to one of them the machine moves so."""
+    def _add(self, branch: Branch, level: int) -> None:
+        """A new branch, and the points on it that wait."""
+        self.branches.append(branch)
+        number = len(self.branches) - 1
+        for index in self._points(number):
+            admissible = branch.special_points[index].admissible
+            heapq.heappush(self.waiting, _Waiting(not admissible, level, number, index))
+
+    def _points(self, number: int) -> Iterator[int]:
+        """Numbers of the points of a branch to switch at: next to them the machine moves so."""
         branch = self.branches[number]
-        for point in branch.special_points:
+        for index, point in enumerate(branch.special_points):
             at = place_of(branch, point)[0]
             if point.kind in SWITCHED and branch.admissible[max(at - 1, 0) : at + 2].any():
-                yield point
+                yield index
 
     def _known_junction(self, number: int, point: BifurcationPoint) -> bool:
         """Rule (1); a point of a branch that is new to the junction is noted."""
@@ -316,17 +388,20 @@ class _Tree:
         self.untried.append((number, point.label))
         self.junctions.append((_junction(point), None))
 
-    def _switched(self, number: int, point: BifurcationPoint) -> bool:
-        """Switch at a point; whether a new branch was found."""
-        self.tell(f"from {point.label} of branch {number}")
-        found = switch_branch(point, self.bounds, steps=self.steps)
+    def _switched(self, number: int, point: BifurcationPoint) -> Branch | None:
+        """Switch at a point; the branch that was found if it is new."""
+        where = f"from {point.label} of branch {number} ({point.orbit.symbol})"
+        left = f"{len(self.waiting)} more points to try"
+        which = f"branch {len(self.branches)}, {where}, {left}"
+        found = switch_branch(point, self.bounds, **self.following.options(which))
         if isinstance(found, NoBranch):
             result = Reached(number, point.label, None, found.reason)
         else:
+            self.interrupted = _interrupted(found)
             result = self._placed(found, number, point.label)
         self.reached.append(result)
         self.junctions.append((_junction(point), result))
-        return result.how == "new"
+        return found if isinstance(found, Branch) and result.how == "new" else None
 
     def _placed(self, found: Branch, number: int, label: str) -> Reached:
         """Rule (2)."""
@@ -334,8 +409,11 @@ class _Tree:
             how = same_branch(found, known)
             if how:
                 return Reached(number, label, k, _named(how))
-        self.branches.append(found)
-        return Reached(number, label, len(self.branches) - 1, "new")
+        return Reached(number, label, len(self.branches), "new")
+
+
+def _interrupted(branch: Branch) -> bool:
+    return any(end.reason is Stopped.INTERRUPTED for end in branch.curve.ends)
 
 
 def _again(number: int, label: str, first: Reached, how: str) -> Reached:

@@ -64,6 +64,7 @@ class OrbitFamily(OrbitProblem):
         super().__init__(system, signature, parameter)
         self._sizes = np.append(scale_of(self, start), span)
         self._seen: tuple[bytes, float, Linearised] | None = None
+        self._orbits: dict[tuple[bytes, float], Orbit] = {}
         self.refused = ""  # why the system could not be built, where it could not
         self._reference = 0.0
         self._rate = 2.0 * dense_rate(self.mechanism)
@@ -136,8 +137,15 @@ class OrbitFamily(OrbitProblem):
             self.packed(changes[:count], delays[:count]),
         )
 
+    def remembered(self, z: Floats, p: float) -> Orbit:
+        """The orbit at a point of the curve, kept until it is asked for again."""
+        orbit = self._orbits[z.tobytes(), p] = self.orbit(z, p)
+        return orbit
+
     def orbit(self, z: Floats, p: float) -> Orbit:
         """The orbit at a point of the curve; not converged where the equations do not hold."""
+        if kept := self._orbits.pop((z.tobytes(), p), None):
+            return kept
         system = with_parameter(self.system, self.parameter, p)
         states, durations = self.unpacked(z)
         left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])

@@ -14,6 +14,7 @@ from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter, converged, range_of
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
+from vibroimpact.branches.stop import StopWhen, points_asked
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
 from vibroimpact.continuation.walk import AT_START, Tell
@@ -34,6 +35,7 @@ def continue_orbit(
     steps: Steps | None = None,
     both: bool = True,
     tangent: Floats | None = None,
+    stop_when: StopWhen | None = None,
     progress: Tell | None = None,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
@@ -53,6 +55,11 @@ def continue_orbit(
         Follow it in both directions.
     tangent
         Direction to start in; by default towards larger values.
+    stop_when
+        A function of an orbit, or several, asked at every point after the start: where one returns
+        True, or the reason as a text, the branch ends in this direction, and ``branch.curve.ends``
+        says so. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
+        ``vi.stop.unstable(multipliers=...)``.
     progress
         Called after every panel with the number of points and the parameter.
 
@@ -66,7 +73,7 @@ def continue_orbit(
     InvalidParameterError
         No such parameter, an orbit that is not converged, a range that is empty, without the orbit
         or no wider than rounding; a parameter that breaks the symmetry of a symmetric orbit or
-        changes the ratios of the forcing frequencies.
+        changes the ratios of the forcing frequencies; a ``stop_when`` that is no rule.
 
     Notes
     -----
@@ -91,7 +98,7 @@ def continue_orbit(
     family = OrbitFamily(start.system, start.signature, parameter, z, high - low)
     curve = continue_curve(
         family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
-        progress=progress,
+        stop_when=points_asked(stop_when, family, (low, high)), progress=progress,
     )  # fmt: skip
     return branch_of(family, curve, (low, high))
 

@@ -24,8 +24,9 @@ from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.checks import range_of
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.follow import STEPS, branch_of
+from vibroimpact.branches.stop import StopWhen, points_asked
 from vibroimpact.continuation import Steps, continue_curve, switch
-from vibroimpact.continuation.walk import Tell
+from vibroimpact.continuation.walk import Begin, Tell
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.periodic.find import Guess, repeated, rotated, unfolded, with_mirror
 from vibroimpact.periodic.problem import OrbitProblem, Signature
@@ -63,6 +64,7 @@ def switch_branch(
     bounds: tuple[float, float] | None = None,
     *,
     steps: Steps | None = None,
+    stop_when: StopWhen | None = None,
     progress: Tell | None = None,
 ) -> Branch | NoBranch:
     """Follow the other branch through a special point.
@@ -73,7 +75,7 @@ def switch_branch(
         A special point of a branch: "PD", "BP", "GR" or "ZERO".
     bounds
         (low, high) of the parameter; by default those of the branch that the point is on.
-    steps, progress
+    steps, stop_when, progress
         As for :func:`~vibroimpact.continue_orbit`.
 
     Returns
@@ -85,7 +87,8 @@ def switch_branch(
     Raises
     ------
     InvalidParameterError
-        Not a special point; a range that is empty, without the point or no wider than rounding.
+        Not a special point; a range that is empty, without the point or no wider than rounding; a
+        ``stop_when`` that is no rule.
     """
     if not isinstance(point, BifurcationPoint):
         raise InvalidParameterError(
@@ -99,16 +102,23 @@ def switch_branch(
     start = builders[point.kind](point, (low, high))
     if isinstance(start, NoBranch):
         return start
+    begin = points_asked(stop_when, start.family, (low, high))
     try:
-        return _followed(start, (low, high), steps, progress)
+        return _followed(start, (low, high), steps, begin, progress)
     except InvalidParameterError as error:  # the start does not converge
         return NoBranch(point, str(error))
 
 
-def _followed(start: _Start, bounds: Bounds, steps: Steps | None, progress: Tell | None) -> Branch:
+def _followed(
+    start: _Start,
+    bounds: Bounds,
+    steps: Steps | None,
+    stop_when: Begin | None,
+    progress: Tell | None,
+) -> Branch:
     curve = continue_curve(
         start.family, start.z, start.parameter, bounds, tangent=start.tangent,
-        both=start.both, steps=steps or STEPS, progress=progress,
+        both=start.both, steps=steps or STEPS, stop_when=stop_when, progress=progress,
     )  # fmt: skip
     return branch_of(start.family, curve, bounds)
 

@@ -24,6 +24,7 @@ class Stopped(StrEnum):
     REPEATED = "beyond this branch point the same solutions come again"
     POINTS = "the number of points was reached"
     STEP = "the step fell below its minimum"
+    RULE = "the rule stop_when ended it"
     INTERRUPTED = "it was interrupted"
     NOT_FOLLOWED = "it was not followed in this direction"
 

@@ -11,7 +11,7 @@ from vibroimpact.continuation.curve import Curve
 from vibroimpact.continuation.newton import Attempt, Node, correct, equilibrated
 from vibroimpact.continuation.panel import BUILT_IN
 from vibroimpact.continuation.problem import Floats, Problem, Scaled, scaled
-from vibroimpact.continuation.walk import Steps, Tell, turned, turns_back, walk
+from vibroimpact.continuation.walk import Begin, Steps, Tell, turned, turns_back, walk
 from vibroimpact.errors import InvalidParameterError
 
 NEARBY = 1e-3  # a start that is only found by moving p, as at a fold, may lie this far in scaled y
@@ -28,6 +28,7 @@ def continue_curve(
     both: bool = True,
     terminal: Collection[str] = (),
     steps: Steps | None = None,
+    stop_when: Begin | None = None,
     progress: Tell | None = None,
 ) -> Curve:
     """Follow the solutions of F(z, p) = 0 through a point, with all special points.
@@ -50,6 +51,9 @@ def continue_curve(
         Names of test functions at whose zeros the curve ends.
     steps
         Lengths, tolerances, number of points.
+    stop_when
+        Gives, for each direction, a function that is asked in order at the start and at every point
+        (z, p) after it. Where it returns a reason, the curve ends; at the start it only looks.
     progress
         Called after every panel with the number of points so far in this direction and the
         parameter.
@@ -78,10 +82,10 @@ def continue_curve(
     start = _start(inside, np.asarray(z, dtype=float), float(p), tangent)
     _check_names(inside, start, terminal)
     tell = progress or _silent
-    forward = walk(inside, start, steps, terminal, tell)
+    forward = walk(inside, start, steps, terminal, tell, stop_when)
     backward = None
     if both and not forward.final and not turns_back(inside, start.y, start.direction):
-        backward = walk(inside, turned(start), steps, terminal, tell, forward)
+        backward = walk(inside, turned(start), steps, terminal, tell, stop_when, forward)
         if backward.closed:
             forward.end = backward.end
     return assemble(inside, forward, backward)

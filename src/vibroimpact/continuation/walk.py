@@ -5,6 +5,7 @@ Method      try a panel (panel.py); shorten it where it fails, lengthen it where
             solved for and the panel rebuilt to end there; so is a panel whose expansion bulges
             out of the bounds between two nodes                                               (1)
             events: the first zero of a terminal test function ends the curve                 (2)
+            a rule: the first point at which it gives a reason ends the curve                 (5)
             return: a zero of <t_start, y - y_start> at which y = y_start. Images of the start under
             symmetries of F count as the start: the curve goes on as its own image            (3)
             a branch point whose image is itself and turns the tangent round: the curve goes on as
@@ -21,7 +22,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact.continuation.curve import End, Stopped
-from vibroimpact.continuation.expansion import Expansion, first_zero
+from vibroimpact.continuation.expansion import Expansion, first_zero, positions
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.panel import BRANCH_POINT, Failure, Panel, Standard, build, growth
 from vibroimpact.continuation.problem import Floats, Scaled
@@ -40,6 +41,8 @@ AT_START = 1e-8
 BULGE = 1e-10  # how far the expansion may leave the bounds of p (1), in scaled p
 
 Tell = Callable[[int, float], None]
+Ask = Callable[[Floats, float], str]  # why a curve is to end at (z, p); empty if it goes on
+Begin = Callable[[], Ask]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,6 +179,7 @@ def walk(
     steps: Steps,
     terminal: Collection[str],
     tell: Tell,
+    stop_when: Begin | None = None,
     other: Walk | None = None,
 ) -> Walk:
     """Follow the curve from a node along its tangent; ``other`` is the walk against it.
@@ -185,8 +189,11 @@ def walk(
     done = Walk(start, other if other is not None and other.on_its_way else None)
     pace = _Pace(steps, steps.first)
     try:
+        ask = stop_when() if stop_when else None
+        if ask:
+            ask(*problem.solution(start.y))
         while done.end is None:
-            _advance(problem, done, pace, terminal, tell)
+            _advance(problem, done, pace, terminal, tell, ask)
     except KeyboardInterrupt:
         done.end = End(Stopped.INTERRUPTED)
     if done.stretches and not done.stretches[-1].end:
@@ -234,7 +241,12 @@ class _Pace:
 
 
 def _advance(
-    problem: Scaled, done: Walk, pace: _Pace, terminal: Collection[str], tell: Tell
+    problem: Scaled,
+    done: Walk,
+    pace: _Pace,
+    terminal: Collection[str],
+    tell: Tell,
+    ask: Ask | None,
 ) -> None:
     """Add one panel to a walk, or say why it ends."""
     origin = done.last
@@ -247,6 +259,8 @@ def _advance(
         done.end = panel
         return
     stretch = _cut(problem, panel, done, terminal, pace.before)
+    if ask:
+        stretch = _asked(problem, stretch, ask)
     pace.learn(panel, done.rejected - rejected)
     done.stretches.append(stretch)
     done.end = stretch.end
@@ -358,6 +372,19 @@ def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
         np.linalg.norm(image - y) <= CLOSED and np.linalg.norm(along + unit) <= PARALLEL
         for image, along in problem.images(y, unit, y)
     )
+
+
+def _asked(problem: Scaled, stretch: Stretch, ask: Ask) -> Stretch:
+    """A stretch up to the first point at which the rule gives a reason (5)."""
+    panel = stretch.panel
+    for s, node in zip(positions(0.0, panel.length)[1:], panel.nodes[1:], strict=True):
+        if s > stretch.stop:
+            break
+        reason = ask(*problem.solution(node.y))
+        if reason:
+            kept = tuple(zero for zero in stretch.found if zero.s <= s)
+            return Stretch(panel, float(s), node, kept, End(Stopped.RULE, reason))
+    return stretch
 
 
 def _before_return(found: list[Found], back: float, listed: set[str]) -> tuple[Found, ...]:

@@ -1,0 +1,137 @@
+"""Rules that end a branch before its range or its number of points does.
+
+A rule is a function of an orbit. It is asked at every point of a branch, in order and away from the
+start, of which it is told first, and returns True, or the reason as a text, where the branch is to
+end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.continuation.problem import Floats
+from vibroimpact.continuation.walk import Ask, Begin
+from vibroimpact.errors import InvalidParameterError
+from vibroimpact.mechanism import check_count, real
+from vibroimpact.periodic.orbit import NEUTRAL, Orbit
+
+Rule = Callable[[Orbit], bool | str]
+
+
+@dataclass(frozen=True)
+class Inadmissible:
+    """The rule of :func:`inadmissible`; it counts anew in each direction of each branch."""
+
+    beyond: float
+    points: int
+
+    def begin(self, span: float) -> Rule:
+        """The rule for one direction, in a parameter range of a given length."""
+        travelled, count, last = 0.0, 0, 0.0
+
+        def ended(orbit: Orbit) -> str:
+            nonlocal travelled, count, last
+            before, last = last, orbit.parameter_value
+            if orbit.admissible:
+                travelled, count = 0.0, 0
+                return ""
+            travelled += abs(last - before) if count else 0.0
+            count += 1
+            if travelled <= self.beyond * span and count <= self.points:
+                return ""
+            return f"not admissible along {count} points, {travelled / span:.3g} of the range"
+
+        return ended
+
+
+StopWhen = Rule | Inadmissible | Sequence[Rule | Inadmissible]
+
+
+def inadmissible(*, beyond: float = 0.05, points: int = 100) -> Inadmissible:
+    """End a branch that has not been admissible for long.
+
+    Parameters
+    ----------
+    beyond
+        Share of the parameter's range, >= 0, forth and back of a fold added up.
+    points
+        Number of points, >= 0. The branch ends where either is exceeded.
+
+    Raises
+    ------
+    InvalidParameterError
+        A share that is negative or not finite, a count that is no integer >= 0.
+    """
+    share = real("beyond", beyond)
+    if share < 0.0:
+        raise InvalidParameterError(f"beyond = {beyond!r}: must be >= 0, a share of the range.")
+    check_count("points", points, 0)
+    return Inadmissible(share, points)
+
+
+def unstable(*, multipliers: int = 1) -> Rule:
+    """End a branch where more than so many multipliers, >= 0, are outside the unit circle.
+
+    Raises
+    ------
+    InvalidParameterError
+        A count that is no integer >= 0.
+    """
+    check_count("multipliers", multipliers, 0)
+
+    def ended(orbit: Orbit) -> str:
+        outside = int((np.abs(orbit.multipliers) > 1.0 + NEUTRAL).sum())
+        return f"{outside} multipliers outside the unit circle" if outside > multipliers else ""
+
+    return ended
+
+
+def points_asked(
+    stop_when: StopWhen | None, family: OrbitFamily, bounds: tuple[float, float]
+) -> Begin | None:
+    """What a continuation asks at its points, begun anew in each direction.
+
+    Raises
+    ------
+    InvalidParameterError
+        Something that is no rule.
+    """
+    if stop_when is None:
+        return None
+    given = list(stop_when) if isinstance(stop_when, Sequence) else [stop_when]
+    for rule in given:
+        if not (isinstance(rule, Inadmissible) or callable(rule)):
+            raise InvalidParameterError(
+                f"stop_when = {rule!r}: must be a function of an orbit, vi.stop.inadmissible(...), "
+                "vi.stop.unstable(...), or a list of them."
+            )
+
+    def begin() -> Ask:
+        rules = [
+            rule.begin(bounds[1] - bounds[0]) if isinstance(rule, Inadmissible) else rule
+            for rule in given
+        ]
+
+        def reason(z: Floats, p: float) -> str:
+            orbit = family.remembered(z, p)
+            return next(filter(None, [_reason(rule, rule(orbit)) for rule in rules]), "")
+
+        return reason
+
+    return begin
+
+
+def _reason(rule: Rule, verdict: Any) -> str:
+    """A verdict as a text, empty where the branch goes on."""
+    if isinstance(verdict, str):
+        return verdict
+    if isinstance(verdict, bool | np.bool_):
+        return getattr(rule, "__name__", repr(rule)) if verdict else ""
+    raise InvalidParameterError(
+        f"stop_when returned {verdict!r}: must return True, False or the reason as a text."
+    )
