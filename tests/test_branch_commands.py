@@ -76,6 +76,32 @@ def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -
     assert "PD1 at omega = 0.66628118943" in out
 
 
+def test_a_rule_ends_every_branch(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["branch", CASE, "--range", "0.70", "0.75", "--switch", "BP1"]
+    argv += ["--stop-when", "unstable=0", "--stop-when", "inadmissible=0.5", "--out", "b.nc"]
+    out = said(argv, capsys)
+    rules = [vi.stop.unstable(multipliers=0), vi.stop.inadmissible(beyond=0.5)]
+    damper = replace(SET_A, omega=0.725)
+    orbits = vi.symmetric_orbits(damper)
+    start = next((orbit for orbit in orbits if orbit.stable), orbits[0])
+    first = vi.continue_orbit(start, "omega", (0.70, 0.75), stop_when=rules)
+    second = vi.switch_branch(first["BP1"], stop_when=rules)
+    assert out.count("the rule stop_when ended it: 1 multipliers outside the unit circle") == sum(
+        end.reason == "the rule stop_when ended it"
+        for branch in (first, second)
+        for end in branch.curve.ends
+    )
+    np.testing.assert_array_equal(load_branch("b.nc").curve.z, second.curve.z)
+
+
+@pytest.mark.parametrize("rule", ["chaotic=1", "inadmissible", "inadmissible=-1", "unstable=0.5"])
+def test_an_unknown_rule_is_refused_with_those_there_are(
+    rule: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["branch", CASE, "--range", "0.9", "1.2", "--stop-when", rule]) == 2
+    assert f"{rule!r}: must be inadmissible=SHARE" in capsys.readouterr().err
+
+
 def test_the_multipliers_are_drawn_on_request(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

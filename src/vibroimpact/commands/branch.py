@@ -8,9 +8,11 @@ from matplotlib.axes import Axes
 
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.follow import continue_orbit
+from vibroimpact.branches.stop import Inadmissible, Rule, inadmissible, unstable
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.commands import common
 from vibroimpact.damper import ImpactDamper
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import Case, write
 from vibroimpact.literature import impact_damper
 from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
@@ -59,6 +61,28 @@ def add_branch(parser: argparse.ArgumentParser) -> None:
         help="go over to the branch that meets this one at a special point such as BP1, PD1 or "
         "GR1; may be repeated",
     )  # fmt: skip
+    group.add_argument(
+        "--stop-when", type=_rule, action="append", default=[], metavar="RULE",
+        help="end branches early: inadmissible=SHARE, once no motion of the machine over more than "
+        "this share of the range; unstable=COUNT, where more multipliers than this are outside the "
+        "unit circle; may be repeated",
+    )  # fmt: skip
+
+
+def _rule(text: str) -> Rule | Inadmissible:
+    """A rule of ``vi.stop`` from its name and number."""
+    name, _, number = text.partition("=")
+    try:
+        if name == "inadmissible":
+            return inadmissible(beyond=float(number))
+        if name == "unstable":
+            return unstable(multipliers=int(number))
+    except (ValueError, InvalidParameterError):
+        pass
+    raise argparse.ArgumentTypeError(
+        f"{text!r}: must be inadmissible=SHARE with a share >= 0 of the range, or unstable=COUNT "
+        "with an integer >= 0"
+    )
 
 
 def run(arguments: argparse.Namespace) -> str:
@@ -78,10 +102,11 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     """The branch that was asked for and every one that was switched to."""
     case = _case_of(arguments)
     low, high = arguments.range
-    branches = [continue_orbit(_orbit(arguments, case), arguments.parameter, (low, high))]
+    start, stop_when = _orbit(arguments, case), arguments.stop_when
+    branches = [continue_orbit(start, arguments.parameter, (low, high), stop_when=stop_when)]
     for label in arguments.switch:
         point = branches[-1][label]
-        found = switch_branch(point, (low, high))
+        found = switch_branch(point, (low, high), stop_when=stop_when)
         if isinstance(found, NoBranch):
             raise common.Failure(f"{point!r}: {found.reason}.")
         branches.append(found)
