@@ -158,3 +158,19 @@ def test_where_two_impacts_coincide_the_branch_says_so_and_ends_soon() -> None:
                 assert abs(point.orbit.durations[point.segment]) < 1e-9
         backwards = [i for i in range(len(branch)) if branch.orbit(i).durations.min() < -1e-9]
         assert not branch.admissible[backwards].any()
+
+
+def test_a_doubled_branch_is_followed_through_its_birth_to_its_shifted_self() -> None:
+    # Begun 0.02 from the birth with a first step of 0.02, whose end is a singular point.
+    m = one_mass(force=1.0, omega=0.66, restitution=0.8, damping=0.04, upper=1.26)
+    orbit = vi.find_orbit(m, vi.State((1.26,), (-1.5,)))
+    branch = vi.continue_orbit(orbit, "omega", (0.55, 0.67), steps=vi.Steps(first=0.02, points=60))
+    (doubling,) = (point for point in branch.special_points if point.kind == "PD")
+    found = vi.switch_branch(doubling, steps=vi.Steps(first=0.02, largest=0.5, points=84))
+    assert isinstance(found, vi.Branch)
+    births = [p.parameter for p in found.special_points if p.kind == "BP"]
+    assert births == pytest.approx([doubling.parameter], abs=1e-9)
+    # Both halves are the same orbits, begun two impacts later.
+    assert max(found.values[0], found.values[-1]) < doubling.parameter - 1e-5
+    assert found.curve.rejected <= 6
+    assert not found.curve.unresolved

@@ -4,7 +4,8 @@ Method      from a node y_0 with unit tangent t_0 the points F(y_j) = 0, <t_0, y
             the K + 1 Chebyshev points s_j of [0, h]; guesses by Hermite extrapolation (1) of the
             nodes before
             a panel is resolved when the tail of the expansion of y(s) is below tolerance h and
-            that of every test function below tolerance times its largest value               (2)
+            that of every test function below tolerance times its largest value; of dp/ds what
+            rounding leaves is allowed, too                                                   (2)
             built-in test functions, both analytic along the curve:
             SN  dp/ds       BP  det [J; t_0]                                                     (3)
             next length: h (safety / (tail / allowed))^(1/K)                                     (4)
@@ -33,9 +34,15 @@ BUILT_IN = (FOLD, BRANCH_POINT)
 NOT_FINITE = "not finite"
 HISTORY = 3  # nodes that the extrapolation (1) uses, each with its tangent
 SAFETY = 0.3  # (4) aims at this part of what is allowed
+# After a failure of Newton's iteration. Not 1/2: with a branch point at the end of a panel the next
+# panel would end there again, and so on, ever closer to it.
+NEXT = 0.6
 SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
 NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
 ROUNDING = 1e-13  # the expansion of y is never asked for more
+# The direction comes from the matrix of the last Newton step: near a branch point rounding leaves
+# that step as long as the direction is wrong, up to the ratio of rounding in J and in F.
+DIRECTION = 16.0
 
 
 @dataclass(frozen=True)
@@ -95,7 +102,7 @@ class Failure:
     """
 
     reason: str
-    factor: float = 0.5
+    factor: float = NEXT
     tests: frozenset[str] = frozenset()
     outside: Attempt | None = None
 
@@ -206,7 +213,10 @@ def _with_tests(
         name: Expansion(0.0, curve.high, np.array([at.get(name, math.nan) for at in values]))
         for name in values[0]
     }
-    demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
+    noise = {FOLD: DIRECTION * max(node.step for node in traced.nodes)}
+    demands = {
+        name: _demand(f, standard.tolerance, noise.get(name, 0.0)) for name, f in tests.items()
+    }
     short = {name for name, d in demands.items() if d > 1.0} - standard.excused
     if short:
         worst = max(demands[name] for name in short)
@@ -231,12 +241,12 @@ def _relative_determinant(node: Node, row: Floats, reference: float) -> float:
     return sign * math.exp(log - reference) if sign else 0.0
 
 
-def _demand(f: Expansion, tolerance: float) -> float:
+def _demand(f: Expansion, tolerance: float, noise: float) -> float:
     """Tail over allowed tail (2); 0 for a function that no shorter panel would resolve better."""
     if not np.all(np.isfinite(f.values)):
         return 0.0
     size = float(np.abs(f.values).max())
-    return float(f.tail / (tolerance * size)) if size > 0.0 else 0.0
+    return float(f.tail / (tolerance * size + noise)) if size > 0.0 else 0.0
 
 
 def _complaint(f: Expansion, demand: float) -> str:
