@@ -16,8 +16,8 @@ import vibroimpact as vi
 from vibroimpact.branches.loops import loop_of, same_loop
 from vibroimpact.continuation import Stopped
 from vibroimpact.parameters import with_parameter
-from vibroimpact.periodic.find import mirrored
-from vibroimpact.periodic.prescribed import compile_prescribed
+from vibroimpact.periodic.find import mirrored, repeated, unfolded
+from vibroimpact.periodic.prescribed import Linearised, Prescribed, compile_prescribed
 from vibroimpact.periodic.problem import OrbitProblem, Signature
 
 PERIODIC, AUTO, BIFURCATIONS = map(table, ("periodic.toml", "auto.toml", "bifurcations.toml"))
@@ -280,3 +280,30 @@ def test_where_no_branch_begins_a_sentence_says_so() -> None:
     answer = vi.switch_branch(branch["NS1"], (1.0, 1.05))
     assert isinstance(answer, vi.NoBranch)
     assert "no other branch" in answer.reason
+
+
+def test_evaluations_of_a_point_do_not_grow_with_the_impacts_of_its_orbit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    counted = [0]
+    linearise = Prescribed.linearise
+
+    def counting(self: Prescribed, *segments: Any) -> Linearised:
+        counted[0] += 1
+        return linearise(self, *segments)
+
+    monkeypatch.setattr(Prescribed, "linearise", counting)
+    damper = paper_damper("A", omega=1.1)
+    once = vi.find_orbit(damper, vi.symmetric_orbits(damper)[0], symmetric=False)
+    per_point = []
+    for times in (1, 6):
+        orbit = vi.find_orbit(
+            damper, repeated(unfolded(once), once.signature.cycles, times),
+            impacts=once.signature.impacts * times, cycles=once.signature.cycles * times,
+        )  # fmt: skip
+        counted[0] = 0
+        steps = vi.Steps(first=0.005, largest=0.02, points=24)
+        branch = vi.continue_orbit(orbit, "omega", (1.0, 1.2), steps=steps, both=False)
+        per_point.append(counted[0] / len(branch))
+    # rounding of longer sums may cost a Newton step at some points, of the two or three of each
+    assert per_point[1] <= 1.5 * per_point[0]
