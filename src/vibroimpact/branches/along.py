@@ -81,7 +81,7 @@ def along(branch: Branch) -> Along:
     standing = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
     parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
     z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
-    moves = np.diff(np.column_stack([z, parameter]), axis=0).any(axis=1)
+    moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
     return Along(parameter, z, special[order], _as_beside(_between(standing), moves))
 
 

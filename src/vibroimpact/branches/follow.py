@@ -78,8 +78,12 @@ def continue_orbit(
     Notes
     -----
     Orbits of any stability, admissible or not, through folds and grazing; nothing stops at a
-    bifurcation. Points are nodes of Chebyshev panels on which every test function is resolved, so
-    that none is skipped (continuation/panel.py). Cost: about 4 ms a point for the impact damper.
+    bifurcation. Each orbit is there once, up to the impact it begins with and mirror images: a
+    branch is closed where it comes back to its start so, and ends at the branch point where its
+    orbits are born. A zero of a test function that is not what it stands for, a point with a
+    critical multiplier or a touch, is in ``branch.curve.unresolved``. Points are nodes of Chebyshev
+    panels on which every test function is resolved, so that none is skipped
+    (continuation/panel.py). Cost: about 4 ms a point for the impact damper.
 
     Examples
     --------
