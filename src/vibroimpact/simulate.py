@@ -170,7 +170,8 @@ class Run:
         Parameters
         ----------
         t
-            Times in [0, time of the last event]; at the time of an event the state after it.
+            Times in [0, time of the last event], and ``t_max`` where the run has reached it; at
+            the time of an event the state after it.
 
         Returns
         -------
@@ -184,8 +185,13 @@ class Run:
         """
         times = np.asarray(t, dtype=float)
         span = float(self.time[-1]) if len(self) else 0.0
-        if not np.all((times >= 0.0) & (times <= span)):
-            raise InvalidParameterError(f"t = {t!r}: must be in [0, {span}], the span of the run.")
+        most = span + 4.0 * np.spacing(span)  # of t_max: durations that add up to it are rounded
+        outside = times[~((times >= 0.0) & (times <= most))]
+        if outside.size:
+            others = f" and {outside.size - 1} others" if outside.size > 1 else ""
+            raise InvalidParameterError(
+                f"t = {outside.flat[0]}{others}: must be in [0, {span}], the span of the run."
+            )
         flat = np.ravel(times)
         origins = np.concatenate([[0.0], self.time])
         index = np.searchsorted(origins, flat, side="right") - 1
