@@ -86,8 +86,21 @@ void check(const drawn_interval& at, const stops& g, tally& all) {
     all.clear += met.clear;
 }
 
+// From just below a stop to just beyond it, in units of the slack: where that decides.
+drawn_interval draw_close(const stops& g) {
+    drawn_interval at{};
+    const double slack = std::pow(10.0, uniform(-4.0, -1.0));
+    at.apart.slack = slack;
+    at.u.first = g.upper - uniform(0.0, 1.0) * slack;
+    at.u.last = g.upper + uniform(0.0, 1.0) * slack;
+    at.u.before = 2.0 * at.u.first - at.u.last + uniform(-6.0, 6.0) * slack;
+    at.u.after = 2.0 * at.u.last - at.u.first + uniform(-6.0, 6.0) * slack;
+    return at;
+}
+
 // Ends and differences of all kinds; half of them begin on a stop.
 drawn_interval draw(const stops& g) {
+    if (uniform(0.0, 1.0) < 0.25) return draw_close(g);
     drawn_interval at{};
     const double kind = uniform(0.0, 1.0), size = std::pow(10.0, uniform(-1.0, 1.5));
     at.u.first = kind < 0.25 ? g.lower : kind < 0.5 ? g.upper : uniform(g.lower, g.upper);
