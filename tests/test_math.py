@@ -295,6 +295,11 @@ def test_roots_are_found_where_newtons_method_goes_round(compiler: str, tmp_path
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
+def test_what_is_called_clear_keeps_the_stated_margins(compiler: str, tmp_path: Path) -> None:
+    subprocess.run([build(compiler, "margin_test", tmp_path)], check=True)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
 def test_how_far_a_contact_gets_is_bounded_by_no_less(compiler: str, tmp_path: Path) -> None:
     subprocess.run([build(compiler, "reach_test", tmp_path)], check=True)
 

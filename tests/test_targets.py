@@ -253,7 +253,7 @@ GOLDEN = {
     "chatter": "a4f27ac808177d67",
     "two contacts": "1b7c335398721985",
     "coupled": "2cd9cf682a3b147c",
-    "dense": "f33b87df770f47ec",
+    "dense": "547f3e45707896c6",
 }
 
 

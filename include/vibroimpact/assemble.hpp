@@ -15,6 +15,7 @@ struct flow_numbers {
     double step;
     const double *k = nullptr, *c = nullptr, *a = nullptr; // modal, one per block
     const double *b = nullptr, *constant = nullptr;        // dense
+    const double *norm = nullptr, *growth = nullptr; // the same; without them it does not stride
 };
 struct guard_numbers {
     const double* row;
@@ -51,6 +52,9 @@ VI_HD inline void set_flow(Flow& flow, const flow_numbers& from) {
         for (int i = 0; i < n; ++i)
             detail::copy(flow.b[i].x, from.b + i * n, n);
         detail::copy(flow.constant.x, from.constant, n);
+        flow.growth = from.norm ? *from.growth : infinity();
+        for (int i = 0; from.norm && i < n; ++i)
+            detail::copy(flow.norm[i].x, from.norm + i * n, n);
     }
     flow.prepare();
 }

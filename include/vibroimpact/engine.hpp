@@ -16,28 +16,40 @@ namespace vi {
 
 enum class status : int {
     impact = 0,
-    grazing = 1,      // a gap touched zero within rounding: no impulse
-    chatter = 2,      // infinitely many impacts summed; the contact is at rest afterwards
-    stick = 3,        // a contact begins to press
-    release = 4,      // its force has fallen to zero
-    simultaneous = 5, // several contacts closed at once (Moreau's law)
-    horizon = 6,      // no event up to the given time
-    undecided = 7,    // the search could not be finished: an error, never silence
-    missing_mode = 8, // a set of closed contacts whose mode the host has to build
-    paused = 9,       // none yet, within step(): the quick flight may go on
+    grazing = 1,       // a gap touched zero within rounding: no impulse
+    chatter = 2,       // infinitely many impacts summed; the contact is at rest afterwards
+    stick = 3,         // a contact begins to press
+    release = 4,       // its force has fallen to zero
+    simultaneous = 5,  // several contacts closed at once (Moreau's law)
+    horizon = 6,       // no event up to the given time; from here on no event at all
+    undecided = 7,     // the search could not be finished: an error, never silence
+    diverged = 8,      // the state is so large that nothing can be decided
+    steps = 9,         // the search took more steps than are allowed
+    missing_mode = 10, // a set of closed contacts whose mode the host has to build
+    paused = 11,       // none yet, within step(): the quick flight may go on
+    searching = 12,    // none yet after many steps: time to ask whether to go on
 };
 
 template <class T, class Shape>
 struct event {
     status what;
     int contact, side;
-    int code;   // closed set wanted, for missing_mode; applications so far, for paused
+    int code; // closed set wanted, for missing_mode; of a flight, applications so far where there is no
+              // event yet, else the steps that were looked at
     T duration; // since the previous event
     T rate_before, rate_after;
     vec<T, Shape::max_dimension> before; // free coordinates just before the jump
 };
 
+// Legs of one flight, 2^22 steps: some seconds to a minute.
+inline constexpr int most_searched = 1024;
+
 namespace detail {
+
+// Whether there is no event yet.
+VI_HD inline bool goes_on(status what) {
+    return what == status::paused || what == status::searching;
+}
 
 template <class T, class Shape>
 VI_HD inline event<T, Shape> plain_event(status what, int contact, int side, const T& duration,
@@ -99,6 +111,24 @@ strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
     return e;
 }
 
+// Of a flight that ends on no stop.
+VI_HD inline status status_of(flight_end end) {
+    switch (end) {
+    case flight_end::horizon:
+        return status::horizon;
+    case flight_end::paused:
+        return status::paused;
+    case flight_end::searching:
+        return status::searching;
+    case flight_end::steps:
+        return status::steps;
+    case flight_end::diverged:
+        return status::diverged;
+    default:
+        return status::undecided;
+    }
+}
+
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
@@ -107,14 +137,12 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     const bool was_closed = end.contact >= 0 && system.modes[at.mode].guards[end.contact].closed;
     at.y = end.y;
     renormalise_forcing(at.y, system.dimension(), system.lines(), system.inverse_omega_squared);
-    const bool nothing = end.end == flight_end::horizon || end.end == flight_end::paused;
-    if (nothing || end.end == flight_end::undecided) {
-        for (int i = 0; i < system.contacts(); ++i)
-            if (side_in_code(at.held, i) == 0.0 && plain(end.duration) > 0.0) at.touching[i] = 0.0;
-        const status what = end.end == flight_end::horizon  ? status::horizon
-                            : end.end == flight_end::paused ? status::paused
-                                                            : status::undecided;
-        return plain_event<T, Shape>(what, end.contact, end.side, end.duration,
+    if (end.end != flight_end::contact && end.end != flight_end::grazing) {
+        for (int i = 0; i < system.contacts() && plain(end.duration) > 0.0; ++i) {
+            if (side_in_code(at.held, i) == 0.0) at.touching[i] = 0.0;
+            at.flat[i] = 0.0;
+        }
+        return plain_event<T, Shape>(status_of(end.end), end.contact, end.side, end.duration,
                                      in_free_coordinates(system, at));
     }
     leave_mode(system, at);
@@ -164,7 +192,9 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     const rest<T> r = settle(system, at, horizon);
     if (r.what != settled::nothing) return event_of_rest(system, at, r);
     const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);
-    return finish_flight(system, at, end);
+    auto e = finish_flight(system, at, end);
+    e.code = goes_on(e.what) ? static_cast<int>(min(end.applications, 0x1p30)) : end.looked;
+    return e;
 }
 
 } // namespace detail
@@ -176,6 +206,9 @@ template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                double horizon, bool may_pause = false, int earlier = 0) {
+    if (has_diverged(system.modes[at.mode], at.y)) // before rest and chatter are looked at
+        return detail::plain_event<T, typename Flow::shape_type>(status::diverged, -1, 0, T(0.0),
+                                                                 in_free_coordinates(system, at));
     if (at.held == 0) return detail::next_event(system, at, horizon, may_pause, earlier);
     const auto start = at;
     auto e = detail::next_event(system, at, horizon, false, earlier);
@@ -199,7 +232,7 @@ hop_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& a
     const auto none = [&] {
         return detail::plain_event<T, Shape>(status::paused, -1, 0, T(0.0), at.y);
     };
-    if (at.mode != 0 || at.held != 0) return none();
+    if (at.mode != 0 || at.held != 0 || has_diverged(free, at.y)) return none();
     if (approached(at, contacts) >= 0 || detail::any_at_rest(at, contacts)) return none();
     const double soon = detail::end_of_hop(free, at);
     if (!(soon <= min(detail::longest_hop * free.flow.step, horizon))) return none();
@@ -283,40 +316,49 @@ VI_HD inline event<T, typename Flow::shape_type>
 go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, const T& flown,
       int earlier, double horizon) {
     const auto& flow = system.modes[0].flow;
-    const bool may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
-    for (int i = 0; plain(flown) > 0.0 && i < system.contacts(); ++i)
+    bool may_pause = false;
+    if constexpr (is_modal<Flow>) may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
+    for (int i = 0; plain(flown) > 0.0 && at.held == 0 && i < system.contacts(); ++i)
         at.touching[i] = 0.0;
     if (plain(flown) > 0.0) earlier += applications_of_round; // of a look that came nearer
     auto e = certified_step(system, at, horizon - plain(flown), may_pause, earlier);
-    if (e.what == status::paused)
-        e.code = earlier + most_applications(plain(e.duration) / flow.step);
+    if (goes_on(e.what)) e.code += earlier;
     e.duration = flown + e.duration;
     return e;
 }
 
 } // namespace detail
 
-// The next event of a run that has a memory.
+// The next event of a run that has a memory. A flight that goes on for long asks whether it may: where
+// the answer is to stop, there is no event, and its status is `searching`. Flows without blocks give up
+// after `most_searched` legs of so many steps.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type> step(const hybrid<Flow>& system,
-                                                      trajectory<T, typename Flow::shape_type>& at,
-                                                      double horizon, flight_memory<Flow>& memory) {
-    if constexpr (is_modal<Flow>) {
-        T flown = T(0.0);
-        int earlier = 0;
-        while (at.mode == 0 && at.held == 0) {
-            const auto leg = quick_flight(system.modes[0], at, flown, horizon, memory);
-            if (leg.end.landed) return detail::quick_event(system, at, leg.end);
-            memory.forget();
-            earlier += leg.applications;
-            const auto e = detail::go_on(system, at, leg.end.duration, earlier, horizon);
-            if (e.what != status::paused) return e;
-            flown = e.duration;
-            earlier = e.code;
+VI_HD inline event<T, typename Flow::shape_type>
+step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
+     flight_memory<Flow>& memory, bool (*interrupted)() = nullptr) {
+    T flown = T(0.0);
+    int earlier = 0;
+    for (int searched = 0;;) {
+        if constexpr (is_modal<Flow>)
+            if (at.mode == 0 && at.held == 0) {
+                const auto leg = quick_flight(system.modes[0], at, flown, horizon, memory);
+                if (leg.end.landed) return detail::quick_event(system, at, leg.end);
+                flown = leg.end.duration;
+                earlier += leg.applications;
+            }
+        memory.forget();
+        auto e = detail::go_on(system, at, flown, earlier, horizon);
+        if (!detail::goes_on(e.what)) return e;
+        if (e.what == status::searching) {
+            if (interrupted && interrupted()) return e;
+            if (!is_modal<Flow> && ++searched == most_searched) {
+                e.what = status::steps;
+                return e;
+            }
         }
+        flown = e.duration;
+        earlier = e.code;
     }
-    memory.forget();
-    return certified_step(system, at, horizon);
 }
 // The same of one that has none.
 template <class T, class Flow>

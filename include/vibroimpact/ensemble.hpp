@@ -23,6 +23,8 @@ enum class member_end : int {
     missing = 4,     // a closed set of contacts has no mode
     behind_stop = 5, // the start lies behind a stop
     interrupted = 6, // from outside
+    diverged = 8,    // the state is so large that nothing can be decided; 7 is the host's
+    steps = 9,       // a flight took more steps than are allowed
 };
 
 struct window {
@@ -53,6 +55,10 @@ VI_HD inline member_end end_of_member(run_end why) {
         return member_end::missing;
     case run_end::interrupted:
         return member_end::interrupted;
+    case run_end::diverged:
+        return member_end::diverged;
+    case run_end::steps:
+        return member_end::steps;
     default:
         return member_end::cap;
     }

@@ -11,6 +11,7 @@
 // The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
 #pragma once
 
+#include "vibroimpact/event/stride.hpp"
 #include "vibroimpact/event/wide_view.hpp"
 
 namespace vi {
@@ -18,14 +19,19 @@ namespace vi {
 inline constexpr int max_lines = 8;
 
 // What a look along the wide grid reads belongs to the system of one lane; packs share theirs (lanes.hpp).
+// Flows without blocks have what strides read in its place.
 struct no_view {};
-template <class R, class Flow, bool Looks = is_modal<Flow> && is_same<R, double>>
+template <class R, class Flow, bool Alone = is_same<R, double>, bool Modal = is_modal<Flow>>
 struct view_of {
     using type = no_view;
 };
 template <class R, class Flow>
-struct view_of<R, Flow, true> {
+struct view_of<R, Flow, true, true> {
     using type = wide_view<single_t<R>, typename Flow::shape_type>;
+};
+template <class R, class Flow>
+struct view_of<R, Flow, true, false> {
+    using type = stride_view<R, Flow>;
 };
 
 template <class R, class Flow, int Orders = taylor_order>
@@ -34,15 +40,17 @@ struct mode {
     static constexpr int dimension_limit = Flow::max_dimension;
     Flow flow;
     guard<R, dimension_limit, Orders> guards[Flow::max_contacts];
-    [[no_unique_address]] typename view_of<R, Flow>::type wide;
+    [[no_unique_address]] typename view_of<R, Flow>::type view;
 };
 
 inline constexpr double liveliest = 0.07; // as measured: more, and the wider spacing costs time
 
-// What the quick flight reads, once flow and guards have their numbers.
+// What the search for events reads, once flow and guards have their numbers: rounds are of the free mode.
 template <class R, class Flow, int Orders>
-VI_HD inline void prepare_quick(mode<R, Flow, Orders>& m) {
-    if constexpr (is_modal<Flow>) {
+VI_HD inline void prepare_search(mode<R, Flow, Orders>& m, bool free) {
+    if constexpr (!is_modal<Flow>) {
+        prepare_strides(m.view, m);
+    } else if (free) {
         const int contacts = m.flow.contacts();
         R most = R(0.0);
         for (int i = 0; i < contacts; ++i)
@@ -50,7 +58,7 @@ VI_HD inline void prepare_quick(mode<R, Flow, Orders>& m) {
         if (most > liveliest) m.flow.set_spacing(lively_spacing);
         for (int i = 0; i < contacts; ++i)
             prepare_quick(m.guards[i], m.flow);
-        prepare_wide(m.wide, m.guards, m.flow);
+        prepare_wide(m.view, m.guards, m.flow);
     }
 }
 

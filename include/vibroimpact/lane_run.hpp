@@ -157,7 +157,7 @@ private:
     void put_system(int i, const hybrid<Flow>& system, long version) {
         if (keys_.put(i, system, version)) {
             vi::put_system(flight_.own, i, system);
-            look_->put(beside_ + i, system.modes[0].wide);
+            look_->put(beside_ + i, system.modes[0].view);
             if (!flight_.reads_own()) common_->leave();
         } else if (!flight_.reads_own()) {
             return;
@@ -227,7 +227,7 @@ private:
         if (!lane(flight_.stuck, i)) {
             event<double, Shape> e;
             take_landing(i, e);
-            tell(i, e, left);
+            tell(i, e);
         } else if constexpr (has_tangent) {
             const auto& system = *slots_[i].system;
             trajectory<alone, Shape> with_tangent{};
@@ -244,7 +244,8 @@ private:
         auto& all = flight_.all;
         const int earlier = static_cast<int>(lane(all.applications, i));
         auto e = detail::go_on(*slot.system, at, lane(all.flown, i), earlier, left);
-        if (e.what == status::paused) {
+        if (detail::goes_on(e.what)) {
+            if (e.what == status::searching) *work_ += steps_in_a_row;
             resume(i, at);
             set_lane(all.flown, i, e.duration);
             set_lane(all.applications, i, e.code);
@@ -256,7 +257,7 @@ private:
                 return want(i, e.code);
             }
             count(slot.run->so_far, e);
-            if (!tell_certified(i, e, at, left)) return;
+            if (!tell_certified(i, e, at)) return;
             if (hops == most_hops) break;
             ++*work_;
             left = slot.limit.t_max - slot.run->so_far.now.time();
@@ -265,25 +266,24 @@ private:
         resume(i, at);
     }
 
-    bool tell_certified(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at,
-                        double left) {
+    bool tell_certified(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
         if constexpr (has_tangent) {
             const auto& system = *slots_[i].system;
             follow_tangent(i, e, at);
             slots_[i].run->at = detail::values(at, system.dimension(), system.contacts());
-            return tell(i, detail::values(e, system.dimension()), left);
+            return tell(i, detail::values(e, system.dimension()));
         } else {
-            return tell(i, e, left);
+            return tell(i, e);
         }
     }
 
     // An event that is counted, as in run(); false if it is the last.
-    bool tell(int i, const event<double, Shape>& e, double left) {
+    bool tell(int i, const event<double, Shape>& e) {
         const auto& slot = slots_[i];
         const auto& [at, so_far] = *slot.run;
         const bool seen = so_far.now.time() >= slot.watch;
         const bool go_on = !seen || host_->see(first_ + i, e, at, so_far.now);
-        run_end why = end_of_run(so_far, e, slot.limit, left);
+        run_end why = end_of_run(so_far, e, slot.limit, true);
         if (why == run_end::none && !go_on) why = run_end::observer;
         if (why == run_end::none && so_far.events >= slot.limit.events) why = run_end::events;
         if (why != run_end::none) finish(i, why);

@@ -23,12 +23,12 @@ struct clock {
 
 struct limits {
     double t_max;                    // of the whole run
-    double flight_limit;             // longest flight without an event
+    double flight_limit;             // longest flight without an event that is not sure to come
     long events;                     // records
     long impacts;                    // of status impact, simultaneous or chatter
     bool (*interrupted)() = nullptr; // asked now and then; true ends the run
 };
-inline constexpr long between_questions = 4096; // events
+inline constexpr long between_questions = 4096; // events, and steps of certified flights
 
 // At one instant only so many events are plausible; more means that nothing moves on.
 inline constexpr int most_events_at_once = 64;
@@ -37,13 +37,15 @@ enum class run_end : int {
     none = -1,       // not ended
     impacts = 0,     // the number of impacts asked for was reached
     horizon = 1,     // t_max was reached
-    silent = 2,      // no event within flight_limit
+    silent = 2,      // no event within flight_limit, nor known to come
     undecided = 3,   // an event could not be decided
     stalled = 4,     // time does not advance
     missing = 5,     // the host has to build a mode
     events = 6,      // the record is full
     observer = 7,    // the observer had enough
     interrupted = 8, // from outside
+    diverged = 9,    // the state is so large that nothing can be decided
+    steps = 10,      // a flight took more steps than are allowed
 };
 
 struct run_result {
@@ -77,16 +79,56 @@ VI_HD inline void count(run_progress& p, const event<T, Shape>& e) {
     ++p.events;
 }
 
-// Does a run end with an event that was counted? `left` was the time left before it.
+// Does a run end with an event that was counted? `to_the_end` says whether it was looked for up to t_max.
 template <class T, class Shape>
 VI_HD inline run_end end_of_run(const run_progress& p, const event<T, Shape>& e,
-                                const limits& limit, double left) {
+                                const limits& limit, bool to_the_end) {
     if (e.what == status::undecided) return run_end::undecided;
-    if (e.what == status::horizon)
-        return left <= limit.flight_limit ? run_end::horizon : run_end::silent;
+    if (e.what == status::diverged) return run_end::diverged;
+    if (e.what == status::steps) return run_end::steps;
+    if (e.what == status::horizon) return to_the_end ? run_end::horizon : run_end::silent;
     if (p.at_once > most_events_at_once) return run_end::stalled;
     return p.impacts >= limit.impacts ? run_end::impacts : run_end::none;
 }
+
+namespace detail {
+
+// After what time there is surely an event, as some contact drifts towards a stop; infinite where that
+// is not known, or is so long that the phase would be lost: to 1/50 in 2^47 steps.
+template <class T, class Flow>
+VI_HD inline double surely_over(const hybrid<Flow>& system,
+                                const trajectory<T, typename Flow::shape_type>& at) {
+    double soonest = infinity();
+    if constexpr (is_modal<Flow>) {
+        const auto& m = system.modes[at.mode];
+        const auto y = plain_state(at.y, m.flow.dimension());
+        for (int i = 0; i < m.flow.contacts(); ++i)
+            soonest = min(soonest, surely_met(m.guards[i], m.flow, y));
+        if (soonest > 0x1p47 * m.flow.step) return infinity();
+    }
+    return soonest;
+}
+
+// The next event within `left`, and whether it was looked for up to there: no further than flight_limit,
+// unless it is sure to come.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
+            const limits& limit, flight_memory<Flow>& memory, bool& to_the_end) {
+    const double first = min(left, limit.flight_limit);
+    auto e = step(system, at, first, memory, limit.interrupted);
+    to_the_end = first == left;
+    if (e.what != status::horizon || to_the_end) return e;
+    const T flown = e.duration;
+    const double rest = left - plain(flown), sure = surely_over(system, at);
+    if (!(sure < infinity())) return e;
+    to_the_end = rest <= sure;
+    e = step(system, at, min(rest, sure), memory, limit.interrupted);
+    e.duration = flown + e.duration;
+    return e;
+}
+
+} // namespace detail
 
 // Go on until a limit is reached. The counts of events and impacts are those of the whole run.
 template <class T, class Flow, class Observer>
@@ -94,17 +136,28 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
                             trajectory<T, typename Flow::shape_type>& at, run_progress& so_far,
                             const limits& limit, Observer& observer) {
     flight_memory<Flow> memory;
+    long work = 0; // since it was asked whether to go on
+    if (has_diverged(system.modes[at.mode], at.y)) {
+        const auto e = certified_step(system, at, 0.0);
+        count(so_far, e);
+        observer.see(e, at, so_far.now);
+        return {run_end::diverged, 0};
+    }
     while (so_far.events < limit.events) {
         const double left = limit.t_max - so_far.now.time();
-        const auto e = step(system, at, min(left, limit.flight_limit), memory);
+        bool to_the_end = true;
+        const auto e = detail::next_of_run(system, at, left, limit, memory, to_the_end);
         if (e.what == status::missing_mode) return {run_end::missing, e.code};
+        if (e.what == status::searching) return {run_end::interrupted, 0};
         count(so_far, e);
         const bool go_on = observer.see(e, at, so_far.now);
-        const run_end why = end_of_run(so_far, e, limit, left);
+        const run_end why = end_of_run(so_far, e, limit, to_the_end);
         if (why != run_end::none) return {why, 0};
         if (!go_on) return {run_end::observer, 0};
-        if (so_far.events % between_questions == 0 && limit.interrupted && limit.interrupted())
-            return {run_end::interrupted, 0};
+        work += 1 + e.code;
+        if (work < between_questions) continue;
+        work = 0;
+        if (limit.interrupted && limit.interrupted()) return {run_end::interrupted, 0};
     }
     return {run_end::events, 0};
 }

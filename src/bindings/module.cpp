@@ -73,6 +73,8 @@ public:
                                 {},
                                 {},
                                 {},
+                                0.0,
+                                {},
                                 numbers_of(to_x),
                                 numbers_of(to_v),
                                 std::move(offset),
@@ -86,6 +88,8 @@ public:
         } else {
             data.b = flattened(flow["b"]);
             data.constant = nb::cast<numbers>(flow["constant"]);
+            data.norm = flattened(flow["norm"]);
+            data.growth = nb::cast<numbers>(flow["growth"]).at(0);
         }
         for (nb::handle guard : guards) {
             const auto t = nb::cast<std::tuple<numbers, double, double, double, int>>(guard);
@@ -151,9 +155,14 @@ public:
     nb::dict tangents(numbers x, numbers v, numbers phases, const array& seeds, double t_max,
                       double flight_limit, long events, long impacts) const {
         const int count = static_cast<int>(seeds.shape(1));
-        auto r =
-            system_->tangents({std::move(x), std::move(v), std::move(phases)}, numbers_of(seeds),
-                              count, {t_max, flight_limit, events, impacts});
+        binding::tangent_result r;
+        {
+            const numbers columns = numbers_of(seeds);
+            nb::gil_scoped_release release;
+            r = system_->tangents({std::move(x), std::move(v), std::move(phases)}, columns, count,
+                                  {t_max, flight_limit, events, impacts, interrupted});
+        }
+        raise_if_interrupted();
         nb::dict out;
         out["why"] = r.why;
         out["code"] = r.code;

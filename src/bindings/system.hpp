@@ -23,8 +23,9 @@ struct guard_data {
 // Row-major matrices; see hybrid.py for what they mean.
 struct mode_data {
     int code;
-    numbers k, c, a;     // modal
-    numbers b, constant; // dense
+    numbers k, c, a;           // modal
+    numbers b, constant, norm; // dense
+    double growth;
     std::vector<guard_data> guards;
     numbers to_x, to_v, offset, from_x, from_v, particular;
 };

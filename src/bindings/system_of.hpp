@@ -196,13 +196,13 @@ private:
         vi::mode<double, Flow> m{};
         static_cast<vi::sizes<Shape>&>(m.flow) = hybrid_;
         vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
-                              data.b.data(), data.constant.data()});
+                              data.b.data(), data.constant.data(), data.norm.data(), &data.growth});
         for (int i = 0; i < hybrid_.contacts(); ++i) {
             const auto& from = data.guards[i];
             vi::set_guard(m.guards[i],
                           {from.row.data(), from.gain, from.lower, from.upper, from.side}, m.flow);
         }
-        if (data.code == 0) vi::prepare_quick(m); // rounds are of the free mode
+        vi::prepare_search(m, data.code == 0);
         return m;
     }
 

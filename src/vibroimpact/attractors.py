@@ -221,7 +221,7 @@ def _windows(
         spent = max(settle, spent)
         window = _look(motion, points, contact, stop)
         yield spent, window
-        if window.kind in (Kind.PERIODIC, Kind.SILENT):
+        if window.kind in (Kind.PERIODIC, Kind.SILENT, Kind.DIVERGED):
             return
         spent, settle = spent + window.impacts, settle * SETTLING_FACTOR
 
@@ -253,8 +253,8 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
         iterates = scale.points(section.position, section.velocity, section.phase)
         shape = classify_points(iterates, exponent)
     else:
-        silent = part.end is RunEnd.SILENT
-        shape = Shape(Kind.SILENT if silent else Kind.UNDECIDED, reason=part.end.sentence)
+        kinds = {RunEnd.SILENT: Kind.SILENT, RunEnd.DIVERGED: Kind.DIVERGED}
+        shape = Shape(kinds.get(part.end, Kind.UNDECIDED), reason=part.end.sentence)
     omega = mechanism_of(section.system).omega
     elapsed = np.diff(section.time) * (omega / (2.0 * np.pi))
     kind = orbit_type(shape, part, section)

@@ -7,6 +7,7 @@ forcing line (theory.md, sections 2 and 3).
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -203,6 +204,39 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
     nothing = linear.zeros(size, 2 * lines)
     flow: dict[str, object] = {"b": b, "constant": constant}
     return ModeCoordinates(flow, to_x, to_v, r.offset, from_x, from_v, nothing)
+
+
+def with_energy(c: ModeCoordinates, r: Reduced, rate: float) -> ModeCoordinates:
+    """The dense coordinates with a norm of z = (xi, xi' / rate), and how fast it may grow.
+
+    Its square is z^T P z = xi^T (K + 4 s M) xi + xi'^T M xi', with K + s M >= 0 and C + g M >= 0.
+    As K + 4 s M >= 3 s M, motion without forcing has
+
+        d/dt |z| <= (2 s / sqrt(3 s) + g) |z|,
+
+    and s and g are the least of 4^n times (2^-20 rate)^2 and 2^-20 rate that serve: small beside
+    what oscillates, large beside rounding. The norm is |N z|, N upper triangular, P = N^T N.
+    """
+    size, free = len(c.to_x[0]), len(r.mass)
+    norm = linear.zeros(size, size)
+    slow = rate * 2.0**-20
+    s = _least_shift(r.stiffness, r.mass, slow * slow)
+    g = _least_shift(r.damping, r.mass, slow)
+    spring = linear.cholesky(linear.plus(r.stiffness, r.mass, 4.0 * s)) or []
+    inertia = linear.cholesky(r.mass) or []
+    for i in range(free):
+        for j in range(i + 1):
+            norm[2 * j][2 * i] = spring[i][j]
+            norm[2 * j + 1][2 * i + 1] = rate * inertia[i][j]
+    growth = 2.0 * s / square_root(3.0 * s) + g
+    return dataclasses.replace(c, flow={**c.flow, "norm": norm, "growth": [growth]})
+
+
+def _least_shift(a: Matrix, mass: Matrix, least: float) -> float:
+    """The least of 4^n times this number that makes A + number M positive definite."""
+    while linear.cholesky(linear.plus(a, mass, least)) is None:
+        least = 4.0 * least
+    return least
 
 
 def guard_row(c: ModeCoordinates, contact: Contact) -> tuple[Vector, float]:

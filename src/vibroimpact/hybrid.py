@@ -28,6 +28,7 @@ from vibroimpact.coordinates import (
     force_rows,
     guard_row,
     modal,
+    with_energy,
 )
 from vibroimpact.decoupling import Decoupled, decoupled
 from vibroimpact.errors import InvalidParameterError, ResonanceError
@@ -208,7 +209,8 @@ class Hybrid:
             )
         reduced, motion = shape
         if self.dense:
-            return dense(self.mechanism, reduced, self.size, self.scale)
+            c = dense(self.mechanism, reduced, self.size, self.scale)
+            return with_energy(c, reduced, self.scale)
         if motion is None:
             raise ArithmeticError(
                 f"contacts {closed}: no blocks, though others of this set had them"

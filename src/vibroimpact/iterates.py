@@ -56,6 +56,7 @@ class Kind(StrEnum):
     QUASIPERIODIC = "quasiperiodic"
     CHAOTIC = "chaotic"
     SILENT = "without impacts"
+    DIVERGED = "diverging"
     UNDECIDED = "undecided"
 
 

@@ -36,6 +36,8 @@ class Status(IntEnum):
     SIMULTANEOUS = 5  #: several contacts closed at once, resolved by Moreau's law
     HORIZON = 6  #: no event up to the given time
     UNDECIDED = 7  #: the search for the next event could not be finished
+    DIVERGED = 8  #: the state became so large that nothing can be decided
+    STEPS = 9  #: the search for the next event took more steps than are allowed
 
 
 class RunEnd(IntEnum):
@@ -50,6 +52,8 @@ class RunEnd(IntEnum):
     EVENTS = 6
     OBSERVER = 7
     INTERRUPTED = 8
+    DIVERGED = 9
+    STEPS = 10
 
     @property
     def sentence(self) -> str:
@@ -60,13 +64,17 @@ class RunEnd(IntEnum):
 _SENTENCES = {
     RunEnd.IMPACTS: "the number of impacts asked for was reached",
     RunEnd.HORIZON: "t_max was reached",
-    RunEnd.SILENT: "no contact within flight_limit: the motion may have stopped impacting",
+    RunEnd.SILENT: "no contact within flight_limit, and none is sure to come: the motion may have "
+    "stopped impacting",
     RunEnd.UNDECIDED: "the next event could not be decided at double precision",
     RunEnd.STALLED: "time does not advance: more than 64 events at one instant",
     RunEnd.MISSING: "a set of closed contacts could not be compiled: they depend on each other, "
     "or the forcing meets an undamped resonance of it",
     RunEnd.EVENTS: "the record is full: mostly events that are no impacts",
     RunEnd.INTERRUPTED: "it was interrupted",
+    RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
+    "rounding",
+    RunEnd.STEPS: "one flight took more than 2^22 steps of the search",
     RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest forgets its start",
 }
 

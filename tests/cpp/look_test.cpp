@@ -25,7 +25,7 @@ double push_or_none() {
 void set_stops(mode& m, double lower, double upper, double unit) {
     const double row[] = {unit, 0.0, -unit, 0.0, 0.4 * unit, -0.3 * unit};
     vi::set_guard(m.guards[0], {row, 0.1 * unit, lower, upper, 0}, m.flow);
-    vi::prepare_quick(m);
+    vi::prepare_search(m, true);
 }
 
 vi::detail::sight<double> look(const mode& m, const state& y, double touching = 0.0) {
@@ -34,8 +34,8 @@ vi::detail::sight<double> look(const mode& m, const state& y, double touching = 
     for (int j = 0; j < 6; ++j)
         z[j] = L(y[j]);
     vi::wide_look<L, shape> wide;
-    wide.look(m.wide, z, {{L(touching)}});
-    wide.cross(m.wide);
+    wide.look(m.view, z, {{L(touching)}});
+    wide.cross(m.view);
     return wide.seen_by<0>();
 }
 

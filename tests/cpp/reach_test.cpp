@@ -14,19 +14,30 @@ struct block {
     double k, c, a;
 };
 
-// u = r q + s q', clear for so long between limits symmetric to `middle`?
+// u = r q + s q' between limits symmetric to `middle`.
+vi::mode<double, flow> one_block(const block& b, double r, double s, double middle, double limit) {
+    const double row[] = {r, s};
+    vi::mode<double, flow> m{};
+    vi::set_flow(m.flow, {0.25, &b.k, &b.c, &b.a, nullptr, nullptr});
+    vi::set_guard(m.guards[0], {row, 0.0, middle - limit, middle + limit, 0}, m.flow);
+    return m;
+}
+
+// Clear for so long?
 bool clear(const block& b, double r, double s, double q, double v, double middle, double limit,
            double time) {
-    flow f{};
-    f.k[0] = b.k;
-    f.c[0] = b.c;
-    f.a[0] = b.a;
-    guard g{};
-    g.rows[0] = {{r, s}};
-    g.lower = middle - limit;
-    g.upper = middle + limit;
-    g.reach = vi::max(vi::abs(g.lower), vi::abs(g.upper));
-    return vi::stays_clear(g, f, vi::vec<double, 2>{{q, v}}, time);
+    const auto m = one_block(b, r, s, middle, limit);
+    return vi::stays_clear(m.guards[0], m.flow, vi::vec<double, 2>{{q, v}}, time);
+}
+
+// The time until a limit of 5 on one side is surely met, from u = r q + s q'.
+bool met_after(const char* name, const block& b, double r, double s, double q, double v,
+               double time) {
+    const auto m = one_block(b, r, s, 0.0, 5.0);
+    const double found = vi::surely_met(m.guards[0], m.flow, vi::vec<double, 2>{{q, v}});
+    if (found == time || vi::abs(found - time) < 1e-6 * time) return true;
+    std::fprintf(stderr, "%s: met after %g, not %g\n", name, found, time);
+    return false;
 }
 
 // The answer changes at a limit of this size: no less is clear, and a little more is.
@@ -56,12 +67,31 @@ vi::mode<double, flow> between_stops(double k) {
     return m;
 }
 
-// An oscillator between far stops, without a horizon: leaps end where the march would.
-bool a_flight_without_end_is_undecided() {
+// An oscillator between far stops, without a horizon.
+bool a_flight_without_end_takes_too_many_steps() {
     vi::trajectory<double, flow::shape_type> start{};
     start.y = {{1.0, 0.0}};
     const auto end = vi::certified_flight(between_stops(1.0), start, vi::infinity(), false, 0);
-    return end.end == vi::flight_end::undecided;
+    return end.end == vi::flight_end::steps;
+}
+
+// A free mass that needs 2^31 steps to its stop is there in few leaps, and at the right time.
+bool a_long_drift_takes_few_leaps() {
+    vi::trajectory<double, flow::shape_type> start{};
+    start.y = {{0.0, 0x1p-29}};
+    const auto end = vi::certified_flight(between_stops(0.0), start, vi::infinity(), false, 0);
+    return end.end == vi::flight_end::contact && end.side == vi::upper_side && end.looked < 200 &&
+           vi::abs(end.duration - 0x1p30) < 1e-12 * 0x1p30;
+}
+
+// Off all stops, but nearer to one than the margin of leaps.
+bool a_long_flight_lets_others_be_asked() {
+    auto m = between_stops(1.0);
+    m.guards[0].upper = 1.0 + 0x1p-32;
+    vi::trajectory<double, flow::shape_type> start{};
+    start.y = {{1.0, 0.0}};
+    const auto end = vi::certified_flight(m, start, 1e6, false, 0);
+    return end.end == vi::flight_end::searching && end.duration == 4096 * m.flow.step;
 }
 
 // From the upper stop at some speed: a flight that may pause does so after its first step, and what is left of
@@ -133,7 +163,19 @@ int main() {
     right &= never_clear("falling", falling, 1, 0, 0.0, -0.5, 0.0, 105.0, 10.0);
     right &= never_clear("its speed", falling, 0, 1, 0.0, -0.5, 0.0, 20.5, 10.0);
     right &= never_clear("braked", braked, 1, 0, 0.0, 0.3, 0.0, 1.0 - 0.05, 10.0);
-    right &= a_flight_without_end_is_undecided();
+    // drifts that are sure: (5 - q) / v, v / c short of it, sqrt(2 way / a); the rest is infinite
+    right &= met_after("a drift", free, 1, 0, 1.0, 0.5, 8.0);
+    right &= met_after("a drift back", free, -1, 0, 1.0, 0.5, 8.0);
+    right &= met_after("at rest", free, 1, 0, 1.0, 0.0, vi::infinity());
+    right &= met_after("a fall", falling, 1, 0, 4.0, 0.0, 3.0);
+    right &= met_after("a throw", falling, 1, 0, 4.0, 8.0, 9.0);
+    right &= met_after("a speed that grows", falling, 0, 1, 0.0, 1.0, 3.0);
+    right &= met_after("a brake", braked, 1, 0, 1.0, 0.3, vi::infinity());
+    right &= met_after("a brake pushed", block{0.0, 0.5, 1.0}, 1, 0, 1.0, 0.0, 4.0);
+    right &= met_after("a swing", oscillator, 1, 0, 1.0, 9.0, vi::infinity());
+    right &= a_flight_without_end_takes_too_many_steps();
+    right &= a_long_drift_takes_few_leaps();
+    right &= a_long_flight_lets_others_be_asked();
     right &= a_flight_pauses_off_its_stop(1.0, 0.1) && a_flight_pauses_off_its_stop(0.0, 0.1);
     right &= a_flight_next_to_its_stop_does_not_pause();
     right &= what_rounds_may_have_added_counts();

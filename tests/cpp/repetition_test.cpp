@@ -23,7 +23,7 @@ void draw_system(mode& m) {
     const auto lag = [] { return MIXED ? uniform(-1.0, 1.0) : 0.0; };
     const double row[] = {1.0, lag(), -1.0, lag(), uniform(-1.0, 1.0), uniform(-1.0, 1.0)};
     vi::set_guard(m.guards[0], {row, 0.1, -1.0, 1.0, 0}, m.flow);
-    vi::prepare_quick(m);
+    vi::prepare_search(m, true);
 }
 
 double u_of(const mode& m, const state& y) {

@@ -50,7 +50,7 @@ struct machine {
         drawn::draw(free.flow, [] { return uniform(-0.5, 0.5); });
         const double row[] = {1.0, 0.0, -1.0, 0.0, 0.4, -0.3};
         vi::set_guard(free.guards[0], {row, 0.1, -100.0, 1.0, 0}, free.flow);
-        vi::prepare_quick(free);
+        vi::prepare_search(free, true);
         static_cast<vi::sizes<shape>&>(hybrid) = free.flow;
         for (int i = 0; i < 6; ++i)
             same.matrix[i][i] = 1.0;

@@ -36,6 +36,8 @@ struct batch_arrays {
     const double* a;
     const double* b; // of dense flows, in place of k, c, a
     const double* constant;
+    const double* norm;
+    const double* growth;
     const double* rows;
     const double* gains;
     const double* lower;

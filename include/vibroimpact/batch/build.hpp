@@ -57,6 +57,8 @@ VI_HD inline flow_numbers flow_of(const batch_arrays& b, long long mode, long lo
     } else {
         from.b = b.b + at * d * d;
         from.constant = b.constant + at * d;
+        from.norm = b.norm + at * d * d;
+        from.growth = b.growth + at;
     }
     return from;
 }
@@ -78,7 +80,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
             {b.rows + at * n, b.gains[at], b.lower[at], b.upper[at], b.side[m * contacts + i]},
             flow);
     }
-    if (m == 0) prepare_quick(to); // rounds are of the free mode
+    prepare_search(to, m == 0);
     const auto free = coordinates_of(b, 0, s), here = coordinates_of(b, m, s);
     room.from_free[m] = map_between<D>(free, here, n);
     room.to_free[m] = map_between<D>(here, free, n);

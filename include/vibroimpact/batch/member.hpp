@@ -93,14 +93,16 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
 
 } // namespace detail
 
-// Take member i to its start; false if it ends there, behind a stop.
+// Take member i to its start; false if it ends there, behind a stop or beyond all sizes.
 template <class Flow>
 VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Flow>& built,
                         const member_room<Flow>& lent, passage<Flow>& out) {
     member_rows<Flow>(b, i).clear();
     detail::start_member(b, *built.system, i, out.now.at);
-    if (behind_stop(*built.system, out.now.at)) {
-        b.end[i] = static_cast<signed char>(member_end::behind_stop);
+    const bool diverged = has_diverged(built.system->modes[0], out.now.at.y);
+    if (diverged || behind_stop(*built.system, out.now.at)) {
+        const auto end = diverged ? member_end::diverged : member_end::behind_stop;
+        b.end[i] = static_cast<signed char>(end);
         return false;
     }
     out.now.so_far = {};

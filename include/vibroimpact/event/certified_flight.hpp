@@ -4,18 +4,22 @@
 //             polynomial (18 derivatives, rows of the guard times y), and its first root is found or
 //             excluded by first_root.hpp. The earliest over all guards ends the flight.
 //             Where nothing that moves can reach a stop (event/reach.hpp), 32 or 1024 steps are taken
-//             at once; the states are those of the march.
+//             at once; the states are those of the march, but where 2^15 or more are. Flows without
+//             blocks take strides of 2^n steps (event/stride.hpp).
 //             A hop, back on its stop long before the first step is over, is looked for up to a
 //             quarter beyond its return alone, with polynomials of lower order, at all guards. A root
 //             there ends the flight; without one, or where that is not decided, it is marched.
-//             A flight that may pause does so as soon as it is off all stops.
+//             A flight that may pause does so as soon as it is off all stops, and any that is off
+//             them after a while, so that others may be asked whether to go on.
 // Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
 //             and sums can have added since the flight began, rounds before `start` counted in
 //             `earlier`. Outside eps no contact is missed and none invented; inside
 //             it the flight ends as grazing.
 //             A flight that leaves a stop starts from exact zeros, so short hops keep their
 //             relative accuracy down to the smallest speeds.
-// Fails       horizon: no event up to the given time; paused: none yet; undecided: see first_root.hpp, or 2^26 steps.
+// Assumes     a state that has not diverged
+// Fails       horizon: no event up to the given time; paused, searching: none yet; undecided: see
+//             first_root.hpp; steps: none in 2^51 steps; diverged: see has_diverged
 // Reference   theory.md, "First contact"
 #pragma once
 
@@ -25,9 +29,11 @@
 
 namespace vi {
 
-inline constexpr double most_steps = 0x1p26; // of one flight: some seconds
+inline constexpr double most_steps = 0x1p51; // of one flight: the time is known to a step's part
+inline constexpr int steps_in_a_row = 4096;  // leaps and strides are one: some milliseconds
+inline constexpr int longer_leap = 5; // doublings: then the states are not those of the march
 
-enum class flight_end { contact, grazing, horizon, paused, undecided };
+enum class flight_end { contact, grazing, horizon, paused, searching, undecided, steps, diverged };
 
 // Where a trajectory stands: coordinates in a mode, and which stops it is about to leave.
 template <class T, class Shape>
@@ -48,7 +54,27 @@ struct landing {
     T duration;
     T rate;                         // gap rate at arrival
     vec<T, Shape::max_dimension> y; // in the coordinates of the flight's mode
+    double applications = 0.0;      // of propagators on the way
+    int looked = 0;                 // steps, leaps and strides
 };
+
+// Beyond this size 18 derivatives at the fastest rate that is accepted, 10^12, might overflow.
+inline constexpr double largest_state = 0x1p256;
+
+// Whether nothing can be decided any more: y is that large, or no number, or the clearance of a contact
+// is hardly more than the rounding of its u.
+template <class Mode, class T, int D>
+VI_HD inline bool has_diverged(const Mode& m, const vec<T, D>& y) {
+    for (int i = 0; i < m.flow.dimension(); ++i)
+        if (!(abs(plain(y[i])) < largest_state)) return true;
+    for (int i = 0; i < m.flow.contacts(); ++i) {
+        const auto& g = m.guards[i];
+        if (!(g.upper - g.lower < infinity())) continue;
+        const double rounding = rounding_at(g.reach, plain(magnitude(g, 0, y, m.flow)));
+        if (!(16.0 * rounding < g.upper - g.lower)) return true;
+    }
+    return false;
+}
 
 namespace detail {
 
@@ -106,8 +132,9 @@ VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
 // `still` says whether the flight has not left the stop that it started on.
 template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
-                                  const trajectory<T, Shape>& start, bool& still, int applications,
-                                  int earlier, double span, earliest<N>& first) {
+                                  const trajectory<T, Shape>& start, bool& still,
+                                  double applications, int earlier, double span,
+                                  earliest<N>& first) {
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
     const taylor<N> u = derivatives<N>(guard, y, n);
@@ -116,8 +143,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
-        const double eps =
-            unit_roundoff * (16.0 + 4.0 * (applications + earlier)) * (terms + abs(limit));
+        const double eps = rounding_after(applications + earlier, terms + abs(limit));
         const double gap = side * (limit - u.d[0]);
         bool leaving = still && start.touching[i] == side && !guard.closed;
         if (leaving && applications > 0) still = leaving = abs(gap) <= eps;
@@ -144,12 +170,18 @@ VI_HD inline bool all_stay_clear(const Mode& m, const vec<T, D>& y, double time)
 template <class Mode, class Ladder>
 VI_HD inline bool leap(const Mode& m, double horizon, Ladder& at) {
     const auto& flow = m.flow;
-    const auto may = [&](int steps) {
-        return steps > 0 && at.steps() + steps < most_steps &&
+    const auto may = [&](double steps) {
+        return steps > 0.0 && at.steps() + steps < most_steps &&
                (at.steps() + steps + 1.0) * flow.step < horizon &&
                all_stay_clear(m, at.y, steps * flow.step);
     };
-    if (may(at.far_leap_ahead()))
+    const double far = at.far_leap_ahead();
+    int doublings = longer_leap;
+    while (may(two_to(doublings) * far))
+        ++doublings;
+    if (doublings > longer_leap)
+        at.leap_farther(flow, doublings - 1);
+    else if (may(far))
         at.leap_far(flow);
     else if (may(at.leap_ahead()))
         at.leap(flow);
@@ -272,31 +304,50 @@ VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<
     bool still[Shape::max_contacts];
     for (bool& s : still)
         s = true;
-    const auto look = [&](auto& first, const auto& y, int applications, double span) {
+    const auto look = [&](auto& first, const auto& y, double applications, double span) {
         for (int i = 0; i < flow.contacts(); ++i)
             inspect_contact(m, i, y, start, still[i], applications, earlier, span, first);
     };
     ladder<T, typename Mode::flow_type> at(start.y);
     earliest<taylor_order> first;
-    double left = horizon;
-    for (; at.steps() < most_steps; at.advance(flow)) {
-        if (may_pause && at.steps() > 0.0 && has_left(m, at.y, start))
-            return {flight_end::paused, -1, 0, T(at.steps() * flow.step), T(0.0), at.y};
-        if constexpr (is_modal<typename Mode::flow_type>)
+    int looked = 0;
+    const auto stop = [&](flight_end why, double s) -> landing<T, Shape> {
+        return {why, -1, 0, T(at.steps() * flow.step + s), T(0.0), at.y, at.applications(), looked};
+    };
+    int waiting = 0, wait = 0; // until a stride is looked for
+    for (;; ++looked, at.advance(flow)) {
+        const bool off =
+            at.steps() > 0.0 && (may_pause || looked >= steps_in_a_row) && has_left(m, at.y, start);
+        if (off) return stop(may_pause ? flight_end::paused : flight_end::searching, 0.0);
+        if (at.steps() > 0.0 && has_diverged(m, at.y)) return stop(flight_end::diverged, 0.0);
+        if (!(at.steps() < most_steps)) return stop(flight_end::steps, 0.0);
+        if constexpr (is_modal<typename Mode::flow_type>) {
             while (leap(m, horizon, at))
-                continue;
-        left = horizon - at.steps() * flow.step;
-        const double span = min(flow.step, left);
-        look(first, at.y, at.applications(), span);
-        if (first.what != finding::none || left <= flow.step) break;
+                ++looked;
+        } else if (waiting-- == 0) {
+            for (; looked < steps_in_a_row && stride(m, horizon, earlier, at); ++looked) {
+                wait = 0;
+                for (bool& s : still)
+                    s = false;
+                if (has_diverged(m, at.y)) return stop(flight_end::diverged, 0.0);
+            }
+            wait = 2 * wait + 1 < most_waiting ? 2 * wait + 1 : most_waiting;
+            waiting = wait;
+        }
+        const double left = horizon - at.steps() * flow.step;
+        look(first, at.y, at.applications(), min(flow.step, left));
+        if (first.what != finding::none) {
+            auto out =
+                land_on<taylor_order, T, Mode, Shape>(m, first, at.y, at.steps() * flow.step);
+            out.looked = looked;
+            return out;
+        }
+        if (left > flow.step) continue;
+        const double s = max(left, 0.0);
+        auto out = stop(flight_end::horizon, s);
+        out.y = flow.template short_flight<taylor_order>(at.y, s);
+        return out;
     }
-    const double passed = at.steps() * flow.step;
-    if (first.what != finding::none)
-        return land_on<taylor_order, T, Mode, Shape>(m, first, at.y, passed);
-    const bool over = left <= flow.step;
-    const double s = over ? max(left, 0.0) : 0.0;
-    return {over ? flight_end::horizon : flight_end::undecided, -1, 0, T(passed + s), T(0.0),
-            flow.template short_flight<taylor_order>(at.y, s)};
 }
 
 } // namespace vi

@@ -17,6 +17,7 @@
 namespace vi {
 
 inline constexpr double unit_roundoff = 0x1p-53;
+inline constexpr double proof_margin = 0x1p-30; // of terms: far above their rounding
 
 enum side_of_guard { lower_side = -1, no_side = 0, upper_side = 1 };
 
@@ -128,6 +129,11 @@ VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow
 // Rounding of u - limit, u being the sum of terms of this size.
 VI_HD inline double rounding_at(double limit, double terms) {
     return 64.0 * unit_roundoff * (terms + abs(limit));
+}
+
+// The same after so many applications of a propagator, which recurrences and sums add up.
+VI_HD inline double rounding_after(double applications, double terms) {
+    return unit_roundoff * (16.0 + 4.0 * applications) * terms;
 }
 
 // The side on whose limit u lies within rounding, or 0.

@@ -3,6 +3,7 @@
 // Method      y_{n+1} = exp(B step) y_n. After 32 steps the state is taken anew by one step 32 times
 //             as long, and after 32 of those by one 1024 times as long, so at most
 //             31 + 31 + n / 1024 applications lie between a state and the start of its flight.
+//             Longer leaps are by squares of that last step, and count as often as it is in them.
 // Accuracy    each application adds at most 4 ulp of the amplitude; applications() counts them
 #pragma once
 
@@ -10,11 +11,20 @@
 
 namespace vi {
 
+VI_HD constexpr double two_to(int n) {
+    double power = 1.0;
+    for (; n > 0; --n)
+        power = power + power;
+    return power;
+}
+
 template <class T, class Flow>
 struct ladder {
     using state = typename Flow::template state<T>;
     state y, tens, hundreds; // after 1, 32 and 1024 steps
-    int ones_ = 0, tens_ = 0, hundreds_ = 0;
+    int ones_ = 0, tens_ = 0;
+    double hundreds_ = 0.0;
+    double before_ = 0.0, applied_ = 0.0; // steps and applications before the last stride ended
 
     VI_HD explicit ladder(const state& start) : y(start), tens(start), hundreds(start) {}
 
@@ -38,19 +48,24 @@ struct ladder {
         tens = hundreds;
         y = tens;
     }
+    // As often doubled.
+    VI_HD void leap_farther(const Flow& flow, int doublings) {
+        hundreds_ = hundreds_ + two_to(doublings);
+        y = tens = hundreds = flow.apply(flow.squared(flow.rungs[1], doublings), hundreds);
+    }
+    // To a state so many steps from here, by one application: it begins anew there.
+    VI_HD void stride(const state& to, double steps_on) {
+        const double passed = steps() + steps_on, applied = applications() + 1.0;
+        *this = ladder(to);
+        before_ = passed;
+        applied_ = applied;
+    }
     // So many steps may be leapt from here, though not where the flight starts.
     VI_HD int leap_ahead() const { return ones_ > 0 || steps() == 0.0 ? 0 : rung; }
     VI_HD int far_leap_ahead() const { return tens_ > 0 ? 0 : rung * leap_ahead(); }
 
-    VI_HD double steps() const {
-        return ones_ + rung * (tens_ + rung * static_cast<double>(hundreds_));
-    }
-    VI_HD int applications() const { return ones_ + tens_ + hundreds_; }
+    VI_HD double steps() const { return before_ + (ones_ + rung * (tens_ + rung * hundreds_)); }
+    VI_HD double applications() const { return applied_ + (ones_ + tens_ + hundreds_); }
 };
-
-// Of so many steps, at most.
-VI_HD inline int most_applications(double steps) {
-    return static_cast<int>(min(steps, 2.0 * (rung - 1) + steps / (rung * rung)));
-}
 
 } // namespace vi

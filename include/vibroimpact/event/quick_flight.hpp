@@ -338,8 +338,8 @@ VI_HOT void look_ahead(const Mode& m, quick_round<T, Mode, Shape>& round) {
     vec<L, Shape::max_contacts> touching;
     m.flow.each_coordinate([&](auto j) VI_WITHIN { y[j] = L(value(round.at().y[j])); });
     m.flow.each_contact([&](auto i) VI_WITHIN { touching[i] = L(round.at().touching[i]); });
-    look.look(m.wide, y, touching);
-    look.cross(m.wide);
+    look.look(m.view, y, touching);
+    look.cross(m.view);
     round.see(look.template seen_by<0>());
 }
 

@@ -132,6 +132,9 @@ struct dense_flow : linear_field<R, Shape> {
     using state = vec<T, max_dimension>;
 
     propagator once, leap, rungs[2];
+    typename field::matrix
+        norm; // |N z| of the mechanical part z of y grows by exp(growth t) at most (event/stride.hpp)
+    R growth;
     propagator ladder[ladder_length];
 
     template <class T>
@@ -142,10 +145,8 @@ struct dense_flow : linear_field<R, Shape> {
             double length = step;
             for (int i = 0; i < m; ++i)
                 length = length + length;
-            if (left >= length) {
+            for (; left >= length; left = left - length)
                 out = this->apply(ladder[m], out);
-                left = left - length;
-            }
         }
         return this->template short_flight<taylor_order>(out, left);
     }

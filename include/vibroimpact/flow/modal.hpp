@@ -203,23 +203,27 @@ struct modal_flow : sizes<Shape> {
     VI_HD state<T> flight(const state<T>& y, double t) const
         requires is_same<R, double>
     {
-        const double longest = 0x1p20 * step; // 700 000 rad: within the range of sincos
-        if (t <= longest) return apply(at_time(t), y);
-        state<T> out = y;
-        const auto far = at_time(longest);
-        double left = t;
-        while (left > longest) {
-            out = apply(far, out);
-            left = left - longest;
-        }
-        return apply(at_time(left), out);
+        return apply(at_time(t), y);
     }
+    // exp(B t), by halving t until it is within the range of sincos, 700 000 rad, and squaring.
     VI_HD propagator at_time(double t) const
         requires is_same<R, double>
     {
+        double part = t;
+        int halvings = 0;
+        for (; part > 0x1p20 * step; ++halvings)
+            part = part / 2.0;
         propagator e{};
         for (int j = 0; j < this->blocks(); ++j)
-            e.block[j] = propagate(k[j], c[j], a[j], t);
+            e.block[j] = propagate(k[j], c[j], a[j], part);
+        return squared(e, halvings);
+    }
+    // Of twice the time, so many times over.
+    VI_HD propagator squared(const propagator& p, int times) const {
+        propagator e = p;
+        for (; times > 0; --times)
+            for (int j = 0; j < this->blocks(); ++j)
+                e.block[j] = after(e.block[j], e.block[j]);
         return e;
     }
 

@@ -38,8 +38,7 @@ struct growth {
     VI_HD void see(const event<jet<R, W>, Shape>& e, trajectory<jet<R, W>, Shape>& at,
                    const clock& now, int n, int contacts) {
         // completed chatter leaves parts that the rest on the stop, which follows, takes away
-        if (e.what == status::horizon || e.what == status::undecided || e.what == status::chatter)
-            return;
+        if (e.what == status::chatter || e.what >= status::horizon) return;
         see(true, at, now.time(), n, contacts);
     }
 

@@ -18,6 +18,8 @@ class Outcome(IntEnum):
     BEHIND_STOP = 5
     INTERRUPTED = 6
     RESONANCE = 7  #: of the system: not run
+    DIVERGED = 8
+    STEPS = 9
 
     @property
     def sentence(self) -> str:
@@ -34,4 +36,7 @@ _SENTENCES = {
     Outcome.BEHIND_STOP: "the start lies behind a stop",
     Outcome.INTERRUPTED: "it was interrupted",
     Outcome.RESONANCE: "its system is forced at or too near an undamped resonance: not run",
+    Outcome.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
+    "rounding",
+    Outcome.STEPS: "one flight took more than 2^22 steps of the search",
 }

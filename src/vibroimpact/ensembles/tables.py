@@ -190,7 +190,8 @@ def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
     c, n, size = mode.coordinates, hybrid.mechanism.degrees, hybrid.size
     contacts, lines = len(mode.guards), len(hybrid.omegas)
     rows, gains, lower, upper, side = zip(*mode.guards, strict=True)
-    shapes = {"b": (size, size), "constant": (size,)} if hybrid.dense else {}
+    square, row = (size, size), (size,)
+    shapes = {"b": square, "constant": row, "norm": square, "growth": (1,)} if hybrid.dense else {}
     return {
         "code": mode.code,
         "flow": {k: stack(x, *shapes.get(k, (size // 2,))) for k, x in c.flow.items()},

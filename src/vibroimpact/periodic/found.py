@@ -22,6 +22,7 @@ class MotionEnd(StrEnum):
     IMPACTS = "kept impacting"
     RESTED = "chattered or stuck"
     SILENT = "stopped impacting"
+    DIVERGED = "diverged"
     BROKEN = "could not be followed"
 
 

@@ -216,6 +216,8 @@ class _Sweep:
 
 
 def _end_of(run: Run) -> MotionEnd:
+    if run.end is RunEnd.DIVERGED:
+        return MotionEnd.DIVERGED
     if np.isin(run.status, NOT_FREE).any():
         return MotionEnd.RESTED
     if run.end is RunEnd.IMPACTS:
