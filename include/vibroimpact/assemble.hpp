@@ -95,6 +95,81 @@ VI_HD inline void set_law(hybrid<Flow>& system, int contact, const law_numbers& 
     law.restitution_upper = from.restitution[1];
 }
 
+namespace detail {
+
+// |P| |P^-1| as a map of |y|, P being (2) of mode_coordinates.hpp: y comes from such terms.
+template <int D>
+VI_HD inline coordinate_map<D> terms_of_coordinates(const mode_coordinates& p, int n) {
+    const int pairs = 2 * p.lines, first_line = n - pairs;
+    coordinate_map<D> out{};
+    for (int i = 0; i < first_line; ++i) {
+        for (int k = 0; k < p.degrees; ++k) {
+            const double x = abs(p.from_x[i * p.degrees + k]), v = abs(p.from_v[i * p.degrees + k]);
+            for (int j = 0; j < n; ++j)
+                out.matrix[i][j] += x * abs(p.to_x[k * n + j]) + v * abs(p.to_v[k * n + j]);
+            out.shift[i] += x * (2.0 * abs(p.offset[k]));
+        }
+        for (int l = 0; l < pairs; ++l)
+            out.matrix[i][first_line + l] += abs(p.particular[i * pairs + l]);
+    }
+    for (int l = first_line; l < n; ++l)
+        out.matrix[l][l] = 1.0;
+    return out;
+}
+
+// Terms of the derivative of what has these terms; returns those of its constant part.
+template <int D, class Flow>
+VI_HD inline double next_terms(const Flow& flow, const vec<double, D>& row, vec<double, D>& next) {
+    const int n = flow.dimension();
+    double gain = 0.0;
+    next = {};
+    for (int i = 0; i < n; ++i) {
+        vec<double, D> unit{};
+        unit[i] = 1.0;
+        const auto part = flow.next_row(unit);
+        for (int j = 0; j < n; ++j)
+            next[j] += row[i] * abs(part[j]);
+        gain += row[i] * abs(flow.row_gain(unit));
+    }
+    return gain;
+}
+
+} // namespace detail
+
+// Of all gaps of a system, whose free mode these are.
+template <class Flow>
+VI_HD inline void set_terms(hybrid<Flow>& system, const mode<double, Flow>& free,
+                            const mode_coordinates& p) {
+    constexpr int D = Flow::max_dimension;
+    const int n = free.flow.dimension();
+    const auto of_y = detail::terms_of_coordinates<D>(p, n);
+    for (int i = 0; i < free.flow.contacts(); ++i) {
+        vec<double, D> row{}, next{};
+        for (int k = 0; k < p.degrees; ++k) {
+            double gradient = 0.0; // du / dx_k
+            for (int j = 0; j < n; ++j)
+                gradient += free.guards[i].rows[0][j] * p.from_x[j * p.degrees + k];
+            for (int j = 0; j < n; ++j)
+                row[j] += abs(gradient * p.to_x[k * n + j]);
+        }
+        auto& to = system.terms[i];
+        double gain = 0.0;
+        for (int m = 0; m < gap_terms<D>::orders; ++m) {
+            const double later = detail::next_terms(free.flow, row, next);
+            to.rows[m] = {};
+            to.gains[m] = gain + free.flow.step * later;
+            for (int k = 0; k < n; ++k) {
+                const double size = row[k] + free.flow.step * next[k];
+                for (int j = 0; j < n; ++j)
+                    to.rows[m][j] += size * of_y.matrix[k][j];
+                to.gains[m] += size * of_y.shift[k];
+            }
+            row = next;
+            gain = later;
+        }
+    }
+}
+
 template <class Flow>
 VI_HD inline void set_lines(hybrid<Flow>& system, const double* kappas, int lines) {
     system.lines_ = lines;

@@ -20,7 +20,7 @@ enum class status : int {
     chatter = 2,       // infinitely many impacts summed; the contact is at rest afterwards
     stick = 3,         // a contact begins to press
     release = 4,       // its force has fallen to zero
-    simultaneous = 5,  // several contacts closed at once (Moreau's law)
+    simultaneous = 5,  // an impact that moves several touching contacts (Moreau's law)
     horizon = 6,       // no event up to the given time; from here on no event at all
     undecided = 7,     // the search could not be finished: an error, never silence
     diverged = 8,      // the state is so large that nothing can be decided
@@ -70,28 +70,37 @@ VI_HD inline event<double, Shape> values(const event<T, Shape>& e, int n) {
             values_of(e.before, n)};
 }
 
-// Which other stops are reached within rounding at the moment of an impact.
+// Which other stops are reached within rounding at the moment of an event, or not left yet.
 template <class T, class Flow>
-VI_HD inline int touch_neighbours(const hybrid<Flow>& system,
-                                  trajectory<T, typename Flow::shape_type>& at, int hit) {
+VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
+                                   trajectory<T, typename Flow::shape_type>& at, int hit) {
     const auto& free = system.modes[0];
     const int n = system.dimension();
-    int approaching = 0;
     for (int i = 0; i < system.contacts(); ++i) {
         if (i == hit || side_in_code(at.held, i) != 0.0) continue;
         at.touching[i] = 0.0;
         const auto& g = free.guards[i];
         const double u = plain(watch(g, 0, at.y, n));
-        const double terms = plain(magnitude(g, 0, at.y, free.flow));
-        const double side = side_within(g, u, terms);
+        const double side = side_within(g, u, terms_of(system, at.y, i, 0));
         if (side == 0.0) continue;
         at.touching[i] = side;
         at.rate[i] = -side * watch(g, 1, at.y, n);
         at.flat[i] = 0.0;
-        if (abs(plain(at.rate[i])) <= rounding_of(system, at, i, 1)) at.rate[i] = T(0.0);
-        approaching += plain(at.rate[i]) < 0.0;
+        if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at.y, i, 1))
+            at.rate[i] = T(0.0);
     }
-    return approaching;
+}
+
+// Whether an impact at a contact moves others that touch and do not leave.
+template <class T, class Flow>
+VI_HD inline bool moves_others(const hybrid<Flow>& system,
+                               const trajectory<T, typename Flow::shape_type>& at, int hit) {
+    for (int i = 0; i < system.contacts(); ++i) {
+        if (i == hit || at.touching[i] == 0.0) continue;
+        const double rate = plain(at.rate[i]);
+        if (rate < 0.0 || (rate == 0.0 && gap_mobility(system, at, hit, i) != 0.0)) return true;
+    }
+    return false;
 }
 
 // The impact of everything that touches with a negative rate; free coordinates.
@@ -99,9 +108,8 @@ template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, int contact,
        const T& duration) {
-    const int others = touch_neighbours(system, at, contact);
     auto e = plain_event<T, typename Flow::shape_type>(
-        others > 0 ? status::simultaneous : status::impact, contact,
+        moves_others(system, at, contact) ? status::simultaneous : status::impact, contact,
         static_cast<int>(plain(at.touching[contact])), duration, at.y);
     e.rate_before = at.rate[contact];
     if (!resolve_impact(system, at)) e.what = status::undecided;
@@ -146,26 +154,28 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
                                      in_free_coordinates(system, at));
     }
     leave_mode(system, at);
-    for (int i = 0; i < system.contacts(); ++i) {
-        at.touching[i] = 0.0;
-        at.flat[i] = 0.0;
-    }
+    const int c = end.contact;
+    const bool unloaded = at.flat[c] < 0.0;
+    const bool from_rest = at.touching[c] == end.side && plain(at.rate[c]) == 0.0;
+    at.flat = {};
     touch_held(system, at, at.held);
+    touch_neighbours(system, at, c);
     if (was_closed) {
-        const double side = side_in_code(at.held, end.contact);
-        at.held -= code_of(end.contact, side);
-        at.flat[end.contact] = 1.0; // the force is zero: the third derivative decides (theory T24)
-        return plain_event<T, Shape>(status::release, end.contact, static_cast<int>(side),
-                                     end.duration, at.y);
+        const double side = side_in_code(at.held, c);
+        at.held -= code_of(c, side);
+        at.flat[c] = unloaded ? 0.0 : 1.0; // no force: the third derivative decides (theory T24)
+        return plain_event<T, Shape>(status::release, c, static_cast<int>(side), end.duration,
+                                     at.y);
     }
-    at.touching[end.contact] = end.side;
-    if (end.end == flight_end::grazing) {
-        at.rate[end.contact] = T(0.0);
-        touch_neighbours(system, at, end.contact);
-        return plain_event<T, Shape>(status::grazing, end.contact, end.side, end.duration, at.y);
+    at.touching[c] = end.side;
+    const bool lost = // a hop from rest, within rounding
+        from_rest && -plain(end.rate) <= tie_margin * terms_of(system, at.y, c, 1);
+    if (end.end == flight_end::grazing || lost) {
+        at.rate[c] = T(0.0);
+        return plain_event<T, Shape>(status::grazing, c, end.side, end.duration, at.y);
     }
-    at.rate[end.contact] = end.rate;
-    return strike(system, at, end.contact, end.duration);
+    at.rate[c] = end.rate;
+    return strike(system, at, c, end.duration);
 }
 
 template <class T, class Flow>
@@ -188,7 +198,10 @@ VI_HD inline event<T, typename Flow::shape_type>
 next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
            bool may_pause, int earlier) {
     const int struck = approached(at, system.contacts());
-    if (struck >= 0) return strike(system, at, struck, T(0.0));
+    if (struck >= 0) {
+        touch_neighbours(system, at, struck);
+        return strike(system, at, struck, T(0.0));
+    }
     const rest<T> r = settle(system, at, horizon);
     if (r.what != settled::nothing) return event_of_rest(system, at, r);
     const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);

@@ -88,6 +88,16 @@ struct contact_law {
     R restitution_lower, restitution_upper;
 };
 
+// The terms that add up to the m-th derivative of a gap in free flight, within a step, are of the size
+// rows[m] . |y| + gains[m]. Those terms are counted of which rows and y are sums themselves: there, too,
+// large ones may have cancelled, and left their rounding.
+template <int Dimension>
+struct gap_terms {
+    static constexpr int orders = 4;
+    vec<double, Dimension> rows[orders];
+    double gains[orders];
+};
+
 template <class Flow>
 struct hybrid : sizes<typename Flow::shape_type> {
     static constexpr int max_dimension = Flow::max_dimension;
@@ -101,6 +111,7 @@ struct hybrid : sizes<typename Flow::shape_type> {
     const int* codes; // codes[m]: which contacts mode m holds closed
     int mode_count;
     contact_law<double, max_dimension, max_contacts> laws[max_contacts];
+    gap_terms<max_dimension> terms[max_contacts];
     double inverse_omega_squared[max_lines];
 
     // The mode with this code, or -1 if it has not been built.
@@ -110,6 +121,22 @@ struct hybrid : sizes<typename Flow::shape_type> {
         return -1;
     }
 };
+
+// The size of those terms at y, free coordinates.
+template <class T, class Flow>
+VI_HD inline double terms_of(const hybrid<Flow>& system, const vec<T, Flow::max_dimension>& y,
+                             int contact, int m) {
+    const auto& terms = system.terms[contact];
+    const int n = system.dimension();
+    double largest = 0.0, sum = terms.gains[m];
+    for (int j = 0; j < n; ++j)
+        largest = max(largest, abs(plain(y[j])));
+    for (int j = 0; j < n;
+         ++j) // a flow that is not modal leaves the rounding of the largest in all
+        sum = sum + terms.rows[m][j] * (is_modal<Flow> ? abs(plain(y[j])) : largest);
+    return sum;
+}
+inline constexpr double tie_margin = 64.0 * unit_roundoff; // of these terms is nothing but rounding
 
 // sin^2 + cos^2 = 1, restored to first order after each flight.
 template <class T, class Rates, int Dimension>

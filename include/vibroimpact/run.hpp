@@ -30,8 +30,9 @@ struct limits {
 };
 inline constexpr long between_questions = 4096; // events, and steps of certified flights
 
-// At one instant only so many events are plausible; more means that nothing moves on.
-inline constexpr int most_events_at_once = 64;
+// At one instant only so many events are plausible, as impacts that drive each other's contacts together
+// die out geometrically; more means that nothing moves on.
+inline constexpr int most_events_at_once = 4096;
 
 enum class run_end : int {
     none = -1,       // not ended

@@ -23,7 +23,7 @@ VI_HD inline start_gap gap_at_start(const hybrid<Flow>& system,
     const int n = system.dimension();
     const double u = watch(g, 0, at.y, n);
     const double above = u - g.lower, below = g.upper - u;
-    const double terms = magnitude(g, 0, at.y, system.modes[0].flow);
+    const double terms = terms_of(system, at.y, contact, 0);
     return {above, below, rounding_at(above < below ? g.lower : g.upper, terms)};
 }
 
@@ -43,21 +43,23 @@ namespace detail {
 template <class T, class Flow>
 VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordinates& p, int i,
                                  const T* v, trajectory<T, typename Flow::shape_type>& at) {
-    const auto& free = system.modes[0];
-    const auto& g = free.guards[i];
+    const auto& g = system.modes[0].guards[i];
     const int n = system.dimension(), degrees = system.oscillators();
     const double u = plain(watch(g, 0, at.y, n));
-    at.touching[i] = side_within(g, u, magnitude(g, 0, at.y, free.flow));
+    at.touching[i] = side_within(g, u, terms_of(system, at.y, i, 0));
     at.rate[i] = T(0.0);
     if (at.touching[i] == 0.0) return;
     T rate = T(0.0);
     double terms = 0.0;
     for (int k = 0; k < degrees; ++k) {
-        double gradient = 0.0; // du / dx_k
-        for (int j = 0; j < n; ++j)
-            gradient += g.rows[0][j] * p.from_x[j * degrees + k];
+        double gradient = 0.0, size = 0.0; // du / dx_k
+        for (int j = 0; j < n; ++j) {
+            const double part = g.rows[0][j] * p.from_x[j * degrees + k];
+            gradient += part;
+            size += abs(part);
+        }
         rate = rate + gradient * v[k];
-        terms += abs(gradient * plain(v[k]));
+        terms += size * abs(plain(v[k]));
     }
     at.rate[i] = -at.touching[i] * rate;
     if (abs(plain(rate)) <= 8.0 * degrees * unit_roundoff * terms)

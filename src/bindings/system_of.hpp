@@ -42,6 +42,7 @@ public:
         physical_.add(
             {data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular});
         modes_.push_back(compile(data));
+        if (data.code == 0) vi::set_terms(hybrid_, modes_[0], physical_[0]);
         codes_.push_back(data.code);
         const int m = static_cast<int>(modes_.size()) - 1;
         from_free_.push_back(vi::map_between<D>(physical_[0], physical_[m], n_));

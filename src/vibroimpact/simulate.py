@@ -33,7 +33,7 @@ class Status(IntEnum):
     CHATTER = 2  #: infinitely many impacts summed; the contact is at rest afterwards
     STICK = 3  #: a contact begins to press
     RELEASE = 4  #: its force has fallen to zero; one lifted by an impact elsewhere has no event
-    SIMULTANEOUS = 5  #: several contacts closed at once, resolved by Moreau's law
+    SIMULTANEOUS = 5  #: an impact that moves several touching contacts, by Moreau's law
     HORIZON = 6  #: no event up to the given time
     UNDECIDED = 7  #: the search for the next event could not be finished
     DIVERGED = 8  #: the state became so large that nothing can be decided
@@ -67,7 +67,7 @@ _SENTENCES = {
     RunEnd.SILENT: "no contact within flight_limit, and none is sure to come: the motion may have "
     "stopped impacting",
     RunEnd.UNDECIDED: "the next event could not be decided at double precision",
-    RunEnd.STALLED: "time does not advance: more than 64 events at one instant",
+    RunEnd.STALLED: "time does not advance: more than 4096 events at one instant",
     RunEnd.MISSING: "a set of closed contacts could not be compiled: they depend on each other, "
     "or the forcing meets an undamped resonance of it",
     RunEnd.EVENTS: "the record is full: mostly events that are no impacts",

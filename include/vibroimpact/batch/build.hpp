@@ -82,6 +82,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
     }
     prepare_search(to, m == 0);
     const auto free = coordinates_of(b, 0, s), here = coordinates_of(b, m, s);
+    if (m == 0) set_terms(*room.system, to, free);
     room.from_free[m] = map_between<D>(free, here, n);
     room.to_free[m] = map_between<D>(here, free, n);
     for (long long r = 0; r < b.extremes_count; ++r)

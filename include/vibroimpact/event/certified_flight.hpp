@@ -43,8 +43,10 @@ struct trajectory {
     int mode = 0;
     int held = 0;                            // code of the contacts that were closed last
     vec<real, Shape::max_contacts> touching; // +1, -1: on that stop, 0: not
-    vec<T, Shape::max_contacts> rate;    // gap rate of a touching contact, exact as the law gave it
-    vec<real, Shape::max_contacts> flat; // 1 where the gap's second derivative is zero exactly
+    vec<T, Shape::max_contacts> rate; // gap rate of a touching contact, exact as the law gave it
+    // 1 where the gap's second derivative is zero exactly; where a contact is closed without a force,
+    // minus the size of the terms of that force.
+    vec<real, Shape::max_contacts> flat;
 };
 
 template <class T, class Shape>
@@ -139,7 +141,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     const int n = m.flow.dimension();
     const taylor<N> u = derivatives<N>(guard, y, n);
     const double farthest = change_bound(u, span);
-    const double terms = plain(magnitude(guard, 0, y, m.flow));
+    const double terms = max(plain(magnitude(guard, 0, y, m.flow)), -plain(start.flat[i]));
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;

@@ -14,8 +14,8 @@
 //             exact zeros in d_0 (and d_1, d_2 where they vanish): t = 0 is then not a root.
 // Accuracy    outside eps every extremum is decided as it is; the root itself to a few ulp of s,
 //             or eps / |g'|
-// Fails       grazing also where a piece of 2^-24 of the window is still undecided and |g| <= eps:
-//             g, g' and g'' vanish together; undecided where |g| > eps there (never observed).
+// Fails       grazing also where a piece of 2^-24 of the window, of 2^-60 next to the stop that is left,
+//             is still undecided and |g| <= eps: g, g' and g'' vanish together; undecided where |g| > eps there (never observed).
 #pragma once
 
 #include "vibroimpact/event/polynomial.hpp"
@@ -102,7 +102,7 @@ VI_HD inline window_verdict first_root(taylor<N> g, double span, double eps, boo
         if (verdict.what == detail::piece::grazing) return {finding::grazing, from + verdict.s};
         if (verdict.what == detail::piece::cut) {
             length = length / 2.0;
-            if (length >= span * 0x1p-24) continue;
+            if (length >= span * (leaving ? 0x1p-60 : 0x1p-24)) continue;
             return {abs(g.d[0]) <= eps ? finding::grazing : finding::undecided, from};
         }
         if (from + length >= span) break;

@@ -8,7 +8,9 @@
 //             decides them: forces that grow at rates r make their gap jerks
 //                 c + A' r,   0 <= r  complementary to  c + A' r >= 0                      (2)
 //             where c are the jerks in the mode of the closed ones, ties being open, and A' is the
-//             mobility that is left beside these, A_tt - A_tc A_cc^-1 A_ct. What ties in (2), closes.
+//             mobility that is left beside these, A_tt - A_tc A_cc^-1 A_ct. What ties in (2), closes,
+//             and stays closed until its force is negative beyond rounding: bodies that move along
+//             together without a force between them touch for ever.
 // Assumes     gap rates of resting contacts are zero
 // Fails       no solution: contacts that hold the same coordinate. A mode that was not built
 // Reference   theory.md, "Sticking and release"
@@ -53,6 +55,19 @@ VI_HD inline double rounding_of(const hybrid<Flow>& system, const State& at, int
     return 64.0 * unit_roundoff * plain(magnitude(mode.guards[i], m, at.y, mode.flow));
 }
 
+// Size of the terms of the force that it takes to hold the gap of i, beside the other contacts at rest.
+// Free coordinates.
+template <class Flow, class State>
+VI_HD inline double terms_of_force(const hybrid<Flow>& system, const State& at, int i) {
+    double sum = 0.0;
+    for (int j = 0; j < system.contacts(); ++j) {
+        if (at.touching[j] == 0.0 || at.rate[j] != 0.0) continue;
+        const double share = abs(gap_mobility(system, at, i, j)) / system.laws[j].mobility[j];
+        sum = sum + share * terms_of(system, at.y, j, 2);
+    }
+    return sum / system.laws[i].mobility[i];
+}
+
 // Resting contacts: those that are known to tie, the others, and (1) for these.
 template <int N>
 struct resting_contacts {
@@ -67,14 +82,11 @@ VI_HD inline auto find_resting(const hybrid<Flow>& system, const State& at) {
             (at.flat[i] != 0.0 ? out.ties : out.others).add(i);
     out.problem = mobilities_of(system, at, out.others);
     auto& p = out.problem;
-    double noise[Flow::max_contacts] = {};
     for (int i = 0; i < p.n; ++i) {
-        p.b[i] = gap_derivative<double>(system, at, out.others.index[i], 2);
-        noise[i] = rounding_of(system, at, out.others.index[i], 2);
+        const int ci = out.others.index[i];
+        p.b[i] = gap_derivative<double>(system, at, ci, 2);
+        p.slack[i] = tie_margin * p.a[i][i] * terms_of_force(system, at, ci);
     }
-    for (int i = 0; i < p.n; ++i) // rounding reaches a contact through the forces at others, too
-        for (int j = 0; j < p.n; ++j)
-            p.slack[i] += abs(p.a[i][j]) * (noise[j] / p.a[j][j]);
     return out;
 }
 
@@ -90,18 +102,22 @@ VI_HD inline vec<double, N> shares_of(const hybrid<Flow>& system, const State& a
     return shares;
 }
 
-// (2); the trajectory is in the mode of the active contacts.
+// (2); `there` is the trajectory in the mode of the active contacts.
 template <class Flow, class State, int N>
 VI_HD inline small_system<N> problem_of_ties(const hybrid<Flow>& system, const State& at,
-                                             const resting_contacts<N>& resting, int active) {
+                                             const State& there, const resting_contacts<N>& resting,
+                                             int active) {
     const auto& ties = resting.ties;
     small_system<N> p{};
     p.n = ties.count;
     for (int j = 0; j < p.n; ++j) {
         const auto shares = shares_of(system, at, resting, active, ties.index[j]);
-        const double jerk = gap_derivative<double>(system, at, ties.index[j], 3);
-        const double noise = rounding_of(system, at, ties.index[j], 3);
-        p.b[j] = abs(jerk) <= noise ? -noise : jerk;
+        p.b[j] = gap_derivative<double>(system, there, ties.index[j], 3);
+        p.slack[j] = terms_of(system, at.y, ties.index[j], 3);
+        for (int c = 0; c < resting.others.count; ++c)
+            if (active >> c & 1)
+                p.slack[j] += abs(shares[c]) * terms_of(system, at.y, resting.others.index[c], 3);
+        p.slack[j] = tie_margin * p.slack[j];
         for (int i = 0; i < p.n; ++i) {
             p.a[i][j] = gap_mobility(system, at, ties.index[i], ties.index[j]);
             for (int c = 0; c < resting.others.count; ++c)
@@ -111,6 +127,31 @@ VI_HD inline small_system<N> problem_of_ties(const hybrid<Flow>& system, const S
         }
     }
     return p;
+}
+
+// Solve (1) or (2): which contacts close, and which tie, opening and force both within rounding.
+struct solution {
+    int closed, tied; // bit i: contact i of the problem; closed is -1 where there is no solution
+};
+template <int N>
+VI_HD inline solution solve_with_ties(const small_system<N>& p) {
+    const auto found = solve_complementarity(p);
+    if (found.active < 0) return {-1, 0};
+    solution out{found.active, 0};
+    for (int i = 0; i < p.n; ++i) {
+        const double pressed = p.a[i][i] * found.x[i];
+        if ((found.active >> i & 1 ? pressed : left_over(p, i, found.x)) > p.slack[i]) continue;
+        out.closed &= ~(1 << i);
+        out.tied |= 1 << i;
+    }
+    return out;
+}
+
+// What flat says of a contact that is closed without force, with the other sign: it takes twice the
+// margin of a tie to open it, so that it does not tie again. Never zero.
+template <class Flow, class State>
+VI_HD inline double unloaded(const hybrid<Flow>& system, const State& at, int i) {
+    return max(2.0 * terms_of_force(system, at, i), 0x1p-1000);
 }
 
 // The code of the active ones among contacts.
@@ -150,31 +191,31 @@ VI_HD inline void leave_mode(const hybrid<Flow>& system,
 }
 
 // (1), then (2); free coordinates. Sets flat where a resting contact tied in (1): one that opens does
-// so with zero acceleration, one that closes with zero force.
+// so with zero acceleration, one that closes with zero force. What ties in (2), too, closes: its force
+// is zero within rounding, and flat says of what.
 template <class Flow>
 VI_HD inline closing closed_set(const hybrid<Flow>& system,
                                 trajectory<double, typename Flow::shape_type>& at) {
     auto resting = detail::find_resting(system, at);
-    const auto& p = resting.problem;
-    const auto found = solve_complementarity(p);
-    if (found.active < 0) return {-1, true};
-    for (int i = 0; i < p.n; ++i)
-        if (!(found.active >> i & 1) && detail::left_over(p, i, found.x) <= p.slack[i])
-            resting.ties.add(resting.others.index[i]);
-    int code = detail::code_of_active(at, resting.others, found.active);
-    if (resting.ties.count > 0) {
-        auto there = at;
-        if (!enter_mode(system, there, code)) return {code, false};
-        const auto problem = detail::problem_of_ties(system, there, resting, found.active);
-        const int active = solve_complementarity(problem).active;
-        if (active < 0) return {-1, true};
-        code += detail::code_of_active(at, resting.ties, active);
-    }
-    for (int i = 0; i < resting.others.count; ++i)
+    const auto pressed = detail::solve_with_ties(resting.problem);
+    if (pressed.closed < 0) return {-1, true};
+    for (int i = 0; i < resting.others.count; ++i) {
         at.flat[resting.others.index[i]] = 0.0;
-    for (int i = 0; i < resting.ties.count; ++i)
-        at.flat[resting.ties.index[i]] = 1.0;
-    return {code, true};
+        if (pressed.tied >> i & 1) resting.ties.add(resting.others.index[i]);
+    }
+    const int code = detail::code_of_active(at, resting.others, pressed.closed);
+    if (resting.ties.count == 0) return {code, true};
+    auto there = at;
+    if (!enter_mode(system, there, code)) return {code, false};
+    const auto growing = detail::solve_with_ties(
+        detail::problem_of_ties(system, at, there, resting, pressed.closed));
+    if (growing.closed < 0) return {-1, true};
+    for (int i = 0; i < resting.ties.count; ++i) {
+        const int tie = resting.ties.index[i];
+        at.flat[tie] = 1.0;
+        if (growing.tied >> i & 1) at.flat[tie] = -detail::unloaded(system, at, tie);
+    }
+    return {code + detail::code_of_active(at, resting.ties, growing.closed | growing.tied), true};
 }
 
 } // namespace vi

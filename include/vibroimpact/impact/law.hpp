@@ -70,13 +70,17 @@ VI_HD inline small_system<N> mobilities_of(const hybrid<Flow>& system, const Sta
             p.a[i][j] = gap_mobility(system, at, list.index[i], list.index[j]);
     return p;
 }
-// What the impulses p of a list do to the rate of a contact.
+// What the impulses p of a list do to the rate of a contact; what rounding leaves of it is none.
 template <class T, int N, class Flow, class State>
 VI_HD inline void push_rate(const hybrid<Flow>& system, State& at, int contact,
                             const contact_list<N>& list, const vec<T, N>& p) {
-    for (int j = 0; j < list.count; ++j)
-        at.rate[contact] =
-            at.rate[contact] + gap_mobility(system, at, contact, list.index[j]) * p[j];
+    double terms = abs(plain(at.rate[contact]));
+    for (int j = 0; j < list.count; ++j) {
+        const T change = gap_mobility(system, at, contact, list.index[j]) * p[j];
+        at.rate[contact] = at.rate[contact] + change;
+        terms += abs(plain(change));
+    }
+    if (abs(plain(at.rate[contact])) <= tie_margin * terms) at.rate[contact] = T(0.0);
 }
 
 // p of the active set with derivatives: A_SS p_S = -(1 + R) gamma_S, by the inverse applied to T.

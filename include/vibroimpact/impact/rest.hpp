@@ -176,6 +176,7 @@ VI_HD inline T complete_chatter(const hybrid<Flow>& system,
     }
     at.y = mode.flow.template short_flight<taylor_order>(at.y, t);
     leave_mode(system, at);
+    at.flat = {};
     at.rate[i] = detail::gap_derivative<T>(system, at, i, 1);
     touch_held(system, at, at.held);
     if (at.held != 0 && detail::rest_together(system, at, i, pressed))

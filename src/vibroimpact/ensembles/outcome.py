@@ -31,7 +31,7 @@ _SENTENCES = {
     Outcome.OK: "the end of the window was reached",
     Outcome.CAP: "most_impacts was reached, or four times as many events, before the window ended",
     Outcome.UNDECIDED: "the next event could not be decided at double precision",
-    Outcome.STALLED: "time does not advance: more than 64 events at one instant",
+    Outcome.STALLED: "time does not advance: more than 4096 events at one instant",
     Outcome.MISSING: "a set of closed contacts could not be compiled",
     Outcome.BEHIND_STOP: "the start lies behind a stop",
     Outcome.INTERRUPTED: "it was interrupted",

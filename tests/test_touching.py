@@ -1,0 +1,212 @@
+"""Bodies that touch: rest without force, impacts that move several, and nothing at what departs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+from support import UNIT
+
+import vibroimpact as vi
+
+IMPACTS = (vi.Status.IMPACT, vi.Status.SIMULTANEOUS)
+
+
+def links(n: int) -> list[tuple[float, ...]]:
+    """Rows of the gaps between neighbours in a chain."""
+    return [tuple(float(j == i + 1) - float(j == i) for j in range(n)) for i in range(n - 1)]
+
+
+def chain(
+    masses: list[float],
+    rates: list[float],
+    restitution: float | list[float],
+    forces: tuple[vi.Harmonic, ...] = (),
+) -> vi.Mechanism:
+    """Pendula side by side: masses on springs to the ground, with these natural frequencies."""
+    n = len(masses)
+    bounce = np.broadcast_to(restitution, n - 1)
+    return vi.Mechanism(
+        mass=np.diag(masses),
+        damping=np.zeros((n, n)),
+        stiffness=np.diag([m * w * w for m, w in zip(masses, rates, strict=True)]),
+        forces=forces,
+        contacts=tuple(
+            vi.Contact(row, lower=0.0, restitution=float(r))
+            for row, r in zip(links(n), bounce, strict=True)
+        ),
+    )
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("masses", [[1.0, 1.0], [1.0, 2.0], [1.0, 0.3, 7.0], [0.01, 1.0]])
+@pytest.mark.parametrize("rate", [1.0, math.sqrt(1.7)])
+def test_pendula_of_one_frequency_that_swing_together_touch_for_ever(
+    masses: list[float], rate: float, restitution: float
+) -> None:
+    n = len(masses)
+    m = chain(masses, [rate] * n, restitution)
+    run = vi.simulate(m, vi.State((0.0,) * n, (1.0,) * n), impacts=5, t_max=50.0)
+    assert [vi.Status(s) for s in run.status] == [vi.Status.STICK, vi.Status.HORIZON]
+    t = np.linspace(0.0, 50.0, 40)
+    # 50 w radians, each frequency off by its last digits
+    np.testing.assert_allclose(
+        run.at(t)[0], np.sin(rate * t)[:, None] / rate * np.ones(n), atol=200.0 * 16.0 * UNIT
+    )
+
+
+def test_pendula_shaken_alike_touch_for_ever() -> None:
+    for masses in ([1.0, 1.0], [1.0, 2.0], [0.2, 1.0, 3.0]):
+        n = len(masses)
+        shaken = vi.Harmonic(1.7, tuple(0.3 * m for m in masses), tuple(0.2 * m for m in masses))
+        m = chain(masses, [1.0] * n, 0.5, (shaken,))
+        run = vi.simulate(m, vi.State((0.0,) * n, (0.0,) * n), impacts=5, t_max=40.0)
+        assert [vi.Status(s) for s in run.status] == [vi.Status.STICK, vi.Status.HORIZON]
+
+
+def test_pendula_that_collide_plastically_swing_on_together() -> None:
+    m = chain([1.0, 1.0], [1.0, 1.0], 0.0)
+    run = vi.simulate(m, vi.State((0.0, 0.5), (1.0, 0.0)), impacts=5, t_max=20.0)
+    assert [vi.Status(s) for s in run.status] == [
+        vi.Status.IMPACT, vi.Status.STICK, vi.Status.HORIZON,
+    ]  # fmt: skip
+    # the centre of mass has never left its own oscillation
+    assert run.position[-1].mean() == pytest.approx(
+        0.5 * math.sin(20.0) + 0.25 * math.cos(20.0), abs=64.0 * UNIT * 20.0
+    )
+
+
+@pytest.mark.parametrize("n", range(2, 9))
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_newtons_cradle_loses_energy_at_impacts_alone(n: int, restitution: float) -> None:
+    m = chain([1.0] * n, [1.0] * n, restitution)
+    run = vi.simulate(m, vi.State((0.0,) * n, (1.0,) + (0.0,) * (n - 1)), impacts=9, t_max=25.0)
+    audit(m, run)
+    energy = 0.5 * np.sum(run.position**2 + run.velocity_after**2, axis=1)
+    if restitution == 1.0:
+        np.testing.assert_allclose(energy, 0.5, rtol=1e-13)
+    if restitution == 0.0:
+        assert run.velocity_after[0] == pytest.approx(np.full(n, 1.0 / n), abs=16.0 * UNIT)
+
+
+def test_a_contact_that_departs_takes_no_part() -> None:
+    for masses in ([1.0, 1.0, 1.0], [1.0, 0.01, 1.0]):
+        m = chain(masses, [1.0] * 3, 1.0)
+        run = vi.simulate(m, vi.State((0.0,) * 3, (1.0, 0.0, 0.0)), impacts=1, t_max=1.0)
+        share = 2.0 / (1.0 + sum(masses[1:]))  # the others move as one
+        assert run.status[0] == vi.Status.SIMULTANEOUS
+        assert run.velocity_after[0] == pytest.approx([1.0 - share * sum(masses[1:]), share, share])
+        on = vi.simulate(m, run.last, impacts=1, t_max=1.0)
+        assert [vi.Status(s) for s in on.status] == [vi.Status.STICK, vi.Status.HORIZON]
+        assert set(on.contact) == {1, -1}
+
+
+def test_inelastic_collapse_ends_in_rest() -> None:
+    """Three balls at e below 7 - 4 sqrt(3) meet infinitely often, and stay together."""
+    m = chain([1.0] * 3, [0.0] * 3, 0.07)
+    for start in ((0.0, 1.0, 2.0), (0.0, 1.0, 2.5), (0.3, 1.0, 1.7), (0.0, 0.0, 0.0)):
+        for drift in (0.0, 1.0):
+            state = vi.State(start, (1.0 + drift, drift, drift - 0.9))
+            run = vi.simulate(m, state, impacts=2000, t_max=20.0)
+            audit(m, run)
+            assert run.end is vi.RunEnd.HORIZON
+            assert vi.Status.GRAZING not in run.status
+            assert (run.velocity_after @ np.ones(3)) / 3 == pytest.approx(
+                np.full(len(run), drift + 0.1 / 3), abs=64.0 * UNIT
+            )
+
+
+def test_masses_at_rest_against_each_other_begin_without_an_impact() -> None:
+    """Of random velocities along the stops, as a user computes them: rounding is no approach."""
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 5))
+        half, spring = rng.normal(size=(2, n, n))
+        row, v = rng.normal(size=(2, n))
+        x = rng.normal(size=n)
+        x, v = x - row * (row @ x - 0.3) / (row @ row), v - row * (row @ v) / (row @ row)
+        m = vi.Mechanism(
+            mass=half @ half.T + 0.5 * np.eye(n),
+            damping=0.05 * np.eye(n) if seed % 2 else np.zeros((n, n)),
+            stiffness=spring @ spring.T + 0.3 * np.eye(n),
+            contacts=(vi.Contact(tuple(row), lower=0.3, restitution=0.7),),
+        )
+        run = vi.simulate(m, vi.State(tuple(x), tuple(v)), impacts=1, t_max=3.0)
+        at_once = [vi.Status(s) for s in run.status[run.time < 1e-9]]
+        assert at_once in ([], [vi.Status.STICK]), seed
+
+
+def drawn(seed: int) -> tuple[vi.Mechanism, vi.State]:
+    """A random chain of two to six bodies that touch or nearly do."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 7))
+    mass = 10.0 ** rng.uniform(-2, 1, n) if rng.random() < 0.6 else np.ones(n)
+    floor = bool(rng.random() < 0.4)
+    rows = [tuple(float(j == 0) for j in range(n))] * floor + links(n)
+    alike, between = rng.uniform(0.5, 2.0) ** 2, np.array(links(n))
+    stiffness = (
+        np.zeros((n, n)), np.diag(mass * alike), np.diag(mass * rng.uniform(0.2, 4.0, n)),
+        np.diag(mass * alike) + 0.3 * between.T @ between,
+    )[rng.integers(4)]  # fmt: skip
+    gravity = rng.uniform(0.5, 2.0) * (rng.random() < 0.4 or bool(stiffness.any()))
+    bounce = rng.choice([0.0, 1.0, 0.5, 0.05, rng.random()], len(rows))
+    gaps = rng.choice([0.0, 0.0, 0.0, 1e-15, 1e-12, 0.3], len(rows))
+    x = gaps[0] * floor + np.concatenate([[0.0], np.cumsum(gaps[-(n - 1) :])])
+    v = rng.choice([0.0, 1.0, -1.0, rng.normal()], n)
+    m = vi.Mechanism(
+        mass=np.diag(mass),
+        damping=np.zeros((n, n)),
+        stiffness=stiffness,
+        constant_force=tuple(-gravity * mass),
+        contacts=tuple(
+            vi.Contact(row, lower=0.0, restitution=float(r))
+            for row, r in zip(rows, bounce, strict=True)
+        ),
+    )
+    return m, vi.State(tuple(x), tuple(v))
+
+
+def audit(m: vi.Mechanism, run: vi.Run) -> None:
+    """Check that velocities jump at impacts alone, along gaps that touch, by Moreau's law."""
+    mass, rows = np.array(m.mass), np.array([c.row for c in m.contacts])
+    bounce = np.array([c.restitutions[0] for c in m.contacts])
+    fastest = float(np.abs(run.velocity_before).max()) + float(np.abs(run.start.velocity).max())
+    size = fastest + float(np.abs(run.position).max())
+    ratio = mass.diagonal().max() / mass.diagonal().min()
+    # coordinates are scaled by roots of masses; some hundred roundings between two events
+    small = 1e-13 * size * math.sqrt(ratio) * 10.0
+    before, time = np.array(run.start.velocity), 0.0
+    for i, what in enumerate(run.status):
+        arrived, after = run.velocity_before[i], run.velocity_after[i]
+        if what == vi.Status.CHATTER:
+            before, time = after, run.time[i]
+            continue
+        if run.time[i] == time:
+            assert arrived == pytest.approx(before, abs=small)
+        assert (rows @ run.position[i]).min() >= -1e-12 * max(size, 1.0)
+        if what in IMPACTS:
+            impulse, miss = nnls(rows.T, mass @ (after - arrived))
+            assert miss <= 1e-9 * fastest * mass.max()
+            gained = 0.5 * (after @ mass @ after - arrived @ mass @ arrived)
+            assert gained <= 1e-12 * fastest**2 * mass.max()
+            struck = impulse > 1e-10 * fastest * mass.diagonal().min()
+            assert (rows @ run.position[i])[struck] == pytest.approx(0.0, abs=1e-12 * size)
+            kept = rows @ after + bounce * (rows @ arrived)
+            assert kept[struck] == pytest.approx(0.0, abs=1e-9 * fastest)
+            assert np.sum(struck) < 2 or what == vi.Status.SIMULTANEOUS
+        else:
+            assert after == pytest.approx(arrived, abs=small)
+        if what in (vi.Status.GRAZING, vi.Status.STICK):
+            assert (rows @ arrived)[run.contact[i]] <= 1e-7 * fastest
+        before, time = after, run.time[i]
+
+
+@pytest.mark.parametrize("seed", range(0, 120, 20))
+def test_chains_of_touching_bodies_jump_at_impacts_alone(seed: int) -> None:
+    for one in range(seed, seed + 20):
+        m, state = drawn(one)
+        run = vi.simulate(m, state, impacts=600, t_max=10.0)
+        audit(m, run)
+        assert run.end in (vi.RunEnd.HORIZON, vi.RunEnd.IMPACTS, vi.RunEnd.SILENT), one
