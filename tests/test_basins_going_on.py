@@ -66,7 +66,7 @@ def test_a_motion_that_dies_away_is_without_impacts_at_once() -> None:
         contacts=(vi.Contact((1.0,), -0.5, 0.5, 0.9),),
     )  # fmt: skip
     over = {"x1": np.linspace(-0.45, 0.45, 6), "v1": np.linspace(-3.0, 3.0, 6)}
-    assert set(named(basins(dying, over, REST, settle=0))) == {"no impacts"}
+    assert set(named(basins(dying, over, REST, settle=0))) == {"without impacts"}
 
 
 def test_members_that_never_meet_the_section_settle_all_the_same() -> None:

@@ -89,7 +89,7 @@ def test_what_impacts_without_forcing_is_not_without_impacts() -> None:
     assert float(plane.impacts[0, 0]) * 300 == pytest.approx(seen.sum())
     grid = {"v1": [1.0, 2.0], "x1": [0.0, 0.1]}
     basins = vi.basins(bouncing(), over=grid, start=start, progress=False, **options)
-    assert "no impacts" not in basins.name.values
+    assert "without impacts" not in basins.name.values
     starts = vi.GridStarts({"v1": [0.0, 1.0]}, vi.State((0.0, 0.0), (0.0, 0.0)))
     counted = vi.multistability(
         bouncing(), over={"stiffness[0][0]": [2.0]}, start=starts, progress=False, **options
@@ -362,8 +362,8 @@ def test_what_drifts_towards_its_next_impact_is_not_without_impacts() -> None:
     slow, still = (vi.State((0.0, 0.0), (0.0, speed)) for speed in (4e-3, 0.0))
     found = vi.basins(SET_B, start=slow, **options)
     assert (found.impacts_a + found.impacts_b == 0).all()
-    assert "no impacts" not in found.name.values
-    assert vi.basins(SET_B, start=still, **options).name.values.tolist() == ["no impacts"]
+    assert "without impacts" not in found.name.values
+    assert vi.basins(SET_B, start=still, **options).name.values.tolist() == ["without impacts"]
 
 
 def one_sided(omega: float) -> vi.Mechanism:

@@ -129,7 +129,7 @@ def test_symbols_are_proportional_only_if_those_of_every_contact_are() -> None:
 
 def test_a_word_names_contacts_unless_they_are_the_first() -> None:
     assert symbol_word(1, [(1, 1)]) == "1-1-1"
-    assert symbol_word(0, [(0, 1), (2, 0)]) == "?-0-1,2-0"
+    assert symbol_word(0, [(0, 1), (2, 0)]) == "0-1,2-0"
     assert symbol_word(3, [(1, 0), (0, 0), (2, 0)]) == "3-1-0,2-0 (contact 0, 2)"
 
 

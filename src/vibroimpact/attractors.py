@@ -36,6 +36,8 @@ Floats = NDArray[np.float64]
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
 EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
+# A stop and a state on it agree within so much of their size.
+ON_STOP = 64.0 * np.finfo(float).eps
 # Where nothing decides, all is repeated with four times the points (near a locked motion a curve
 # shows only after many turns) and four times the longest settling, twice.
 ATTEMPTS, MORE = 3, 4
@@ -54,7 +56,8 @@ class Attractor:
         counts as one impact.
     symbol
         n-p-q with a pair p-q for every contact that impacts, as of
-        :attr:`~vibroimpact.Orbit.symbol`; empty for other kinds.
+        :attr:`~vibroimpact.Orbit.symbol`; without forcing there is no n: p-q. Empty for other
+        kinds.
     multipliers
         Floquet multipliers of a periodic motion, largest first; None for other kinds and for
         orbits that chatter or stick.
@@ -70,6 +73,8 @@ class Attractor:
         Impacts before the first window from which all windows agree; 0 if all do.
     windows
         (impacts settled, label) of every window.
+    rest
+        "at rest on stop A" (or B, or several) of a motion that ends at rest there; else empty.
     section
         The points of the last window.
     """
@@ -87,6 +92,7 @@ class Attractor:
     section: Section = field(repr=False)
     transient: int = 0
     windows: tuple[tuple[int, str], ...] = ()
+    rest: str = ""
 
     @property
     def kind(self) -> Kind:
@@ -122,7 +128,7 @@ class Attractor:
             return f"quasiperiodic, {shape.pieces} closed curve{plural}{turns}"
         if shape.kind is Kind.CHAOTIC and shape.pieces > 1:
             return f"chaotic in {shape.pieces} pieces"
-        return str(shape.kind)
+        return self.rest or str(shape.kind)
 
     @property
     def label(self) -> str:
@@ -131,7 +137,7 @@ class Attractor:
         if self.symmetric is not None:
             words.append("symmetric" if self.symmetric else "not symmetric")
         words += ["with chatter"] if self.chatters else []
-        words += ["with sticking"] if self.sticks else []
+        words += ["with sticking"] if self.sticks and not self.rest else []
         return ", ".join(words)
 
     @property
@@ -247,12 +253,15 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
     """Take the next window of a motion and say what it looks like."""
     part = motion.record(_impacts_for(motion, points, contact, stop))
     section = section_of(motion, [part], contact, stop, points, part.end)
+    scale = scale_of(part.position, part.velocity, part.velocity_before, section.time)
     exponent = exponent_from(motion, EXPONENT_IMPACTS)
+    rest = ""
     if part.end is RunEnd.IMPACTS:
-        scale = scale_of(section.position, section.velocity, section.time)
         iterates = scale.points(section.position, section.velocity, section.phase)
         shape = classify_points(iterates, exponent)
     else:
+        if part.end is RunEnd.SILENT:
+            rest = rest_on_stops(motion.system, motion.position[None])[0]
         kinds = {RunEnd.SILENT: Kind.SILENT, RunEnd.DIVERGED: Kind.DIVERGED}
         shape = Shape(kinds.get(part.end, Kind.UNDECIDED), reason=part.end.sentence)
     omega = mechanism_of(section.system).omega
@@ -263,14 +272,40 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
         type=kind,
         symbol=orbit_symbol(kind, shape, part, section),
         multipliers=multipliers(motion, shape, part, section),
-        symmetric=is_symmetric(shape, part, section),
+        symmetric=is_symmetric(shape, part, section, scale),
         exponent=exponent,
         periods_per_point=float(weighted_average(elapsed)) if len(elapsed) else 0.0,
         impacts=len(part.high),
         chatters=int((part.status == Status.CHATTER).sum()),
         sticks=part.sticks,
+        rest=rest,
         section=section,
     )
+
+
+def rest_on_stops(system: System, position: Floats) -> list[str]:
+    """Say where motions without impacts rest that have come to these positions, shape (k, n).
+
+    "at rest on stop A", with the number of the contact ("A1 and B2") where there are several; empty
+    of motions in flight.
+    """
+    words = [""] * len(position)
+    for name, rests in _stops(system, position):
+        joined = (f"{word} and {name}" if word else f"at rest on stop {name}" for word in words)
+        words = [new if r else old for new, old, r in zip(joined, words, rests, strict=True)]
+    return words
+
+
+def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """The name of every stop, and which positions (k, n) lie on it."""
+    contacts = mechanism_of(system).contacts
+    for number, law in enumerate(contacts):
+        row = np.array(law.row)
+        u, size = position @ row, np.abs(position) @ np.abs(row)
+        for name, limit in (("A", law.upper), ("B", law.lower)):
+            if np.isfinite(limit):
+                on = np.abs(u - limit) <= ON_STOP * (size + abs(limit))
+                yield (name if len(contacts) == 1 else f"{name}{number}"), on
 
 
 def _impacts_for(motion: Motion, points: int, contact: int, stop: Stop) -> int:

@@ -37,6 +37,7 @@ class Impacts:
     low: Floats
     phase: Floats
     position: Floats
+    velocity_before: Floats
     velocity: Floats
     status: Integers
     contact: Integers
@@ -63,6 +64,12 @@ class Motion:
         self.system, self.last = system, state
         self.compiled: Compiled = compile_mechanism(mechanism_of(system))
         self.at: Any = begin(self.compiled, state)
+
+    @property
+    def position(self) -> Floats:
+        """Where it stands, shape (n,)."""
+        now = self.compiled.kernel.evaluate([self.at.mode], np.array([self.at.y]), np.zeros(1))
+        return np.asarray(now[0, : self.compiled.mechanism.degrees])
 
     def _call(self, kernel_call: Any) -> Any:
         """Repeat a call from the same position until no closed set of contacts is missing."""
@@ -101,6 +108,7 @@ class Motion:
             low=part["low"][keep],
             phase=phases[:, 0] if phases.shape[1] else np.zeros(len(phases)),
             position=part["after"][keep, :n],
+            velocity_before=part["before"][keep, n:],
             velocity=part["after"][keep, n:],
             status=part["status"][keep].astype(np.int32),
             contact=part["contact"][keep].astype(np.int32),

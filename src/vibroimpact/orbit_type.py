@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from vibroimpact.iterates import Kind, Shape
 from vibroimpact.motion import EVENTS_PER_IMPACT, Impacts, Motion
-from vibroimpact.sections import Section, coordinates
+from vibroimpact.sections import Scale, Section
 from vibroimpact.simulate import RunEnd, Status, flight_limit_of, mechanism_of, phases_of
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,8 @@ class OrbitType(NamedTuple):
     impacts_b: int
 
     def __str__(self) -> str:
-        return f"{self.n_periods or '?'}-{self.impacts_a}-{self.impacts_b}"
+        impacts = f"{self.impacts_a}-{self.impacts_b}"
+        return f"{self.n_periods}-{impacts}" if self.n_periods else impacts
 
 
 def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
@@ -52,14 +53,15 @@ def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
     Parameters
     ----------
     n
-        Forcing periods; 0 without forcing: "?-1-0".
+        Forcing periods; 0 without forcing, or where the time is no whole number of them. There is
+        no n then: "1-0".
     counts
         Impacts at stops A and B of every contact, shape (contact, 2). Contacts are named unless
         they are the first ones: "1-2-1 (contact 1)".
     """
     struck = [contact for contact, pair in enumerate(counts) if any(pair)]
     pairs = ",".join("{}-{}".format(*counts[contact]) for contact in struck)
-    word = f"{n or '?'}-{pairs}"
+    word = f"{n}-{pairs}" if n else pairs
     first = struck == list(range(len(struck)))
     return word if first else f"{word} (contact {', '.join(map(str, struck))})"
 
@@ -125,7 +127,7 @@ def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -
     return values[np.argsort(-np.abs(values))]
 
 
-def is_symmetric(shape: Shape, part: Impacts, section: Section) -> bool | None:
+def is_symmetric(shape: Shape, part: Impacts, section: Section, scale: Scale) -> bool | None:
     """Whether an attractor is its own mirror image (2); None for chaos and the undecided."""
     if shape.kind not in (Kind.PERIODIC, Kind.QUASIPERIODIC):
         return None
@@ -133,9 +135,10 @@ def is_symmetric(shape: Shape, part: Impacts, section: Section) -> bool | None:
     a, b = (part.at(section.contact, stop)[-tail:] for stop in ("A", "B"))
     if not a.size or not b.size:
         return False
-    x, v = (np.abs(c).max() or 1.0 for c in (part.position, part.velocity))
-    here = coordinates(part.position[a] / x, part.velocity[a] / v, part.phase[a])
-    there = -coordinates(part.position[b] / x, part.velocity[b] / v, part.phase[b])
+    here, there = (
+        scale.points(part.position[on], part.velocity[on], part.phase[on]) for on in (a, b)
+    )
+    there = -there
     distance = max(cKDTree(here).query(there)[0].max(), cKDTree(there).query(here)[0].max())
     allowed = MIRROR_GAPS * shape.curve.widest_gap if shape.curve else MIRROR_TOLERANCE
     return bool(distance <= allowed)

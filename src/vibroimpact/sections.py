@@ -128,7 +128,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Scale:
-    """Largest position and velocity of section points, the units in which these are compared."""
+    """Largest position and velocity of a motion at its impacts: the units of section points."""
 
     position: float
     velocity: float
@@ -144,17 +144,24 @@ class Scale:
         return flat.reshape(*phase.shape, 2 * n + 2)
 
 
-def scale_of(position: Floats, velocity: Floats, time: Floats) -> Scale:
+def scale_of(position: Floats, velocity: Floats, before: Floats, time: Floats) -> Scale:
     """The units of section points, shapes (..., k, n), (..., k, n) and (..., k); NaN is missing.
 
-    Where the wall is at zero, positions on it are rounding errors: those far smaller than what a
-    velocity makes between two points do not count.
+    Velocities after plastic impacts are rounding errors, so those ``before`` impacts, of any
+    shape, count as well. Where the wall is at zero, positions on it are rounding errors: those far
+    smaller than what a velocity makes between two points do not count.
     """
-    x, v = (float(np.nanmax(np.abs(part), initial=0.0)) for part in (position, velocity))
+    x, after, v = (_largest(part) for part in (position, velocity, before))
+    v = max(v, after)
     between = np.diff(time)
     between = between[np.isfinite(between)]
     least = LEAST_POSITION * v * float(np.median(between)) if between.size else 0.0
     return Scale(max(x, least) or 1.0, v or 1.0)
+
+
+def _largest(values: Floats) -> float:
+    """Largest absolute value, NaN left out; 0 of none."""
+    return float(np.nanmax(np.abs(values), initial=0.0))
 
 
 def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:

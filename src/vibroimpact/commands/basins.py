@@ -8,7 +8,7 @@ import xarray as xr
 
 from vibroimpact.commands import common, ensemble, members
 from vibroimpact.ensembles.attractors import NOT_MATCHED
-from vibroimpact.ensembles.basins import attractor_state, basins
+from vibroimpact.ensembles.basins import attractor_state, basins, share_of_starts
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_basins
 
@@ -51,7 +51,7 @@ def _listed(found: xr.Dataset) -> list[str]:
         f"for example {attractor_state(found, str(name))}"
         for name, row in ((n, found.isel(label=i)) for i, n in enumerate(found["name"].values))
     ]
-    left = float((found["attractor"] == NOT_MATCHED).mean())
+    left = share_of_starts(found["attractor"], NOT_MATCHED)
     if left:
         lines.append(f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle, or --most.")
     return lines

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from vibroimpact.attractors import Attractor, classify
 from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional
-from vibroimpact.ensembles.member_table import FLYING, Floats, Integers, Longer, Rows, Table
+from vibroimpact.ensembles.member_table import Floats, Integers, Longer, Rows, Table
 from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions
 from vibroimpact.ensembles.states import States
 from vibroimpact.iterates import Kind
@@ -185,8 +185,8 @@ class Search:
             self.labels.values[one.among(table, self.labels.left)] = label
         left = self.labels.left
         silent = left[table.silent[left]]
-        words = np.array(table.resting(silent))
-        rest = words != FLYING
+        words = np.array(table.without_impacts(silent))
+        rest = words != Kind.SILENT
         _by_word(self.labels, table, silent[rest], words[rest], Kind.SILENT)
         elsewhere = left[table.settled[left] & ~table.seen[left]]
         words = np.array(table.symbol_words(elsewhere))
@@ -264,7 +264,7 @@ def _rest(labels: Labels, table: Table, longer: Longer) -> None:
         times = LONGER if silent.sum() > MANY else LONGER**OFTEN
         table = table.gone_on(left[silent], longer, times, whole=True)
         still = left[silent & table.silent[left]]
-        _by_word(labels, table, still, np.array(table.resting(still)), Kind.SILENT)
+        _by_word(labels, table, still, np.array(table.without_impacts(still)), Kind.SILENT)
 
 
 def _by_word(labels: Labels, table: Table, members: Rows, words: Words, kind: Kind) -> None:

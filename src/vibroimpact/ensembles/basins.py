@@ -16,7 +16,9 @@ from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.matching import TOLERANCE
 from vibroimpact.ensembles.member_table import Longer
+from vibroimpact.ensembles.motions import BELOW
 from vibroimpact.ensembles.observers import Section
+from vibroimpact.ensembles.outcome import Outcome
 from vibroimpact.ensembles.starts import GridStarts
 from vibroimpact.ensembles.states import States
 from vibroimpact.ensembles.sweep import sweep
@@ -61,11 +63,12 @@ def basins(
     -------
     Dataset
         ``attractor``: the label of every start, 0 for the most frequent; below zero an outcome, as
-        ``flag_meanings`` says. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b", "no impacts"),
-        ``kind``, ``share`` of the starts, ``exponent`` (NaN of motions that never hit this stop),
-        and a state on it to go on from, ``attractor_position``, ``attractor_velocity``,
-        ``attractor_phase``: :func:`~vibroimpact.attractor_state`. Where no start leads to an
-        attractor, ``label`` has length 0. Beside them what the sweep observed.
+        ``flag_meanings`` says. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b", "without
+        impacts", "at rest on stop A"), ``kind``, ``share`` of the starts that are not behind a
+        stop, ``exponent`` (NaN of motions that never hit this stop), and a state on it to go on
+        from, ``attractor_position``, ``attractor_velocity``, ``attractor_phase``:
+        :func:`~vibroimpact.attractor_state`. Where no start leads to an attractor, ``label`` has
+        length 0. Beside them what the sweep observed.
 
     Raises
     ------
@@ -78,8 +81,9 @@ def basins(
     second or two where it stays undecided. At most ``most`` members are classified.
     Where members are still on their way, those without a label go on for 8, then 64 times
     ``settle + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are theirs
-    then, the other variables those of the window asked for. "No impacts" are motions in flight
-    that had none for as long.
+    then, the other variables those of the window asked for. "Without impacts" are motions in
+    flight that had none for as long: one attractor, also where a free or undamped mass may stand,
+    or swing, anywhere in its clearance. Rest is an attractor for each set of stops.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
     ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
     are one. Motions that impact, but never at this stop, are told apart by their symbol only.
@@ -103,7 +107,7 @@ def basins(
     check_tolerance(tolerance)
     refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
-    asked = {"over": {}, "observe": [section, "symbol", "impacts", "final"]} | options
+    asked = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
     starts = GridStarts(over, start)
     members = sweep(system, start=starts, **asked)
     labels, found, ends = labelled(
@@ -134,6 +138,12 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     row = basins.isel(label=names.index(name))
     position, velocity = (row[f"attractor_{kind}"].values for kind in ("position", "velocity"))
     return State(tuple(position), tuple(velocity), float(row["attractor_phase"]))
+
+
+def share_of_starts(labels: xr.DataArray, label: int) -> float:
+    """Share of a label among the starts that are not behind a stop."""
+    started = np.count_nonzero(labels.values != BELOW - Outcome.BEHIND_STOP)
+    return np.count_nonzero(labels.values == label) / max(started, 1)
 
 
 def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:
@@ -179,7 +189,7 @@ def _table(labels: xr.DataArray, found: tuple[Found, ...], degrees: int) -> dict
         "label": np.arange(len(found)),
         "name": (row, np.array([one.word for one in found], dtype=object)),
         "kind": (row, np.array([one.kind for one in found], dtype=object)),
-        "share": (row, [float((labels.values == i).mean()) for i in range(len(found))]),
+        "share": (row, [share_of_starts(labels, i) for i in range(len(found))]),
         "exponent": (row, [one.exponent for one in found]),
         "attractor_position": (both, np.reshape([s.position for s in states], shape)),
         "attractor_velocity": (both, np.reshape([s.velocity for s in states], shape)),

@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vibroimpact import sections
+from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -46,10 +47,17 @@ TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multipl
 QUANTILE = 0.99  # of (2)
 
 
-def scale_of(members: xr.Dataset) -> sections.Scale:
-    """The units of an ensemble with sections."""
-    names = (f"section_{kind}" for kind in ("position", "velocity", "time"))
-    return sections.scale_of(*(members[name].values for name in names))
+def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
+    """The units of an ensemble with sections and impact speeds.
+
+    An impact speed |row . v| says that a velocity before the impact was at least |row . v| / |row|,
+    |row| the sum of the absolute values.
+    """
+    position, velocity, time = (
+        members[f"section_{kind}"].values for kind in ("position", "velocity", "time")
+    )
+    rows = max(sum(map(abs, contact.row)) for contact in mechanism_of(system).contacts)
+    return sections.scale_of(position, velocity, members["speed_largest"].values / rows, time)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,9 +10,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibroimpact.attractors import rest_on_stops
 from vibroimpact.ensembles.matching import scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, motions, symbol, symbols_of
 from vibroimpact.ensembles.states import States
+from vibroimpact.iterates import Kind
 from vibroimpact.sections import Scale
 from vibroimpact.simulate import System, mechanism_of
 from vibroimpact.state import STATE
@@ -25,9 +27,6 @@ Numbers = NDArray[Any]
 
 # Members go on, so many times as long; True: observed all the time.
 Longer = Callable[[States, int, bool], xr.Dataset]
-
-FLYING = "no impacts"
-UNIT = 64.0 * np.finfo(float).eps  # a stop and a state on it agree within so much of their size
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Table:
             array = members[name].transpose(*dims, ...).values
             return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
 
-        scale = scale or scale_of(members)
+        scale = scale or scale_of(members, system)
         section = (column(f"section_{kind}") for kind in STATE)
         symbols = symbols_of(members)
         symbols = symbols.reshape(-1, symbols.shape[-1])
@@ -70,9 +69,12 @@ class Table:
 
     def gone_on(self, rows: Rows, longer: Longer, times: int, *, whole: bool = False) -> Table:
         """With these members so many times as long, where they reach the end of that."""
+        if not rows.size:
+            return self
         states = self.ends.of(rows)
         members = longer(states, times, whole)
-        more = Table.of(self.system, members, motions(members), states.phase, self.scale)
+        scale = self.scale if self.seen.any() else None
+        more = Table.of(self.system, members, motions(members), states.phase, scale)
         through = more.codes >= NO_IMPACTS
 
         def renewed(old: Numbers, new: Numbers) -> Numbers:
@@ -82,6 +84,7 @@ class Table:
 
         return replace(
             self,
+            scale=more.scale,
             codes=renewed(self.codes, more.codes),
             points=renewed(self.points, more.points),
             symbols=renewed(self.symbols, more.symbols),
@@ -114,22 +117,7 @@ class Table:
         words = [symbol(row) if row[1:].any() else "not periodic" for row in found]
         return [words[i] for i in place]
 
-    def resting(self, members: Rows) -> list[str]:
-        """Whether each member is in flight or on which stops it rests."""
-        stops = [""] * len(members)
-        for name, rests in _stops(self.system, self.ends.position[members]):
-            joined = (f"{before} and {name}" if before else name for before in stops)
-            stops = [new if r else old for new, old, r in zip(joined, stops, rests, strict=True)]
-        return [f"at rest on stop {on}" if on else FLYING for on in stops]
-
-
-def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """The name of every stop, and which positions (m, n) lie on it."""
-    contacts = mechanism_of(system).contacts
-    for number, law in enumerate(contacts):
-        row = np.array(law.row)
-        u, size = position @ row, np.abs(position) @ np.abs(row)
-        for name, limit in (("A", law.upper), ("B", law.lower)):
-            if np.isfinite(limit):
-                on = np.abs(u - limit) <= UNIT * (size + abs(limit))
-                yield (name if len(contacts) == 1 else f"{name}{number}"), on
+    def without_impacts(self, members: Rows) -> list[str]:
+        """Name what each member without impacts does: it rests on stops, or flies."""
+        rests = rest_on_stops(self.system, self.ends.position[members])
+        return [rest or str(Kind.SILENT) for rest in rests]

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.attractors import rest_on_stops
 from vibroimpact.ensembles.asked import MATCHED, Observe, check_axes, refuse, together
 from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.matching import TOLERANCE, different, distinct, scale_of
@@ -18,6 +19,7 @@ from vibroimpact.ensembles.starts import Many
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Stop
+from vibroimpact.parameters import with_parameters
 from vibroimpact.simulate import System
 from vibroimpact.state import STATE, State
 
@@ -127,8 +129,9 @@ def multistability(
     -------
     Dataset
         The sweep with ``attractors``: how many different ones were met. Motions without impacts
-        count as one, those that impact but never at this stop as one for each ratio n : p : q;
-        starts behind a stop and members that did not reach their end count nothing.
+        count as one, rest as one for each set of stops, motions that impact but never at this stop
+        as one for each ratio n : p : q; starts behind a stop and members that did not reach their
+        end count nothing.
 
     Raises
     ------
@@ -151,16 +154,18 @@ def multistability(
     refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
     members = sweep(
-        system, over=over, observe=[section, "symbol", "impacts"], start=start, **options
-    )
-    counted = _counted(members, list(over), contact, stop, tolerance)
+        system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],
+        start=start, **options,
+    )  # fmt: skip
+    counted = _counted(system, members, list(over), contact, stop, tolerance)
     made = {"made_by": "multistability", "tolerance": tolerance}
     return members.assign(attractors=counted).assign_attrs(made)
 
 
 def _counted(
-    members: xr.Dataset, over: list[str], contact: int, stop: Stop, tolerance: float
-) -> xr.DataArray:
+    system: System, members: xr.Dataset, over: list[str], contact: int, stop: Stop,
+    tolerance: float,
+) -> xr.DataArray:  # fmt: skip
     """Attractors met at every point of the parameters."""
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
@@ -170,16 +175,19 @@ def _counted(
         return values.reshape(*shape, -1, *values.shape[codes.ndim :])
 
     section = (column(members[f"section_{kind}"]) for kind in STATE)
-    points = scale_of(members).points(*section)
+    points = scale_of(members, system).points(*section)
     each = symbols_of(members)
     symbols = column(xr.DataArray(each, dims=(*codes.dims, "symbol")))
     impacts = column_of(contact, stop, each.shape[-1])
-    kinds = column(codes)
+    kinds, ends = column(codes), column(members["final_position"])
     points[kinds <= NO_IMPACTS] = np.nan
     elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
     counts = np.zeros(shape, dtype=np.int16)
     for at in np.ndindex(*shape):
         others = different(symbols[at][elsewhere[at]])
-        silent = bool((kinds[at] == NO_IMPACTS).any())
-        counts[at] = distinct(points[at], symbols[at], impacts, tolerance) + others + silent
+        silent = ends[at][kinds[at] == NO_IMPACTS]
+        if len(silent):
+            values = {name: float(members[name][i]) for name, i in zip(over, at, strict=True)}
+            others += len(set(rest_on_stops(with_parameters(system, values), silent)))
+        counts[at] = distinct(points[at], symbols[at], impacts, tolerance) + others
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})
