@@ -15,6 +15,7 @@ from vibroimpact.lyapunov import (
     LyapunovEstimate,
     error_of_mean,
     lyapunov_exponent,
+    parts_of,
     ratio_of_means,
 )
 from vibroimpact.rotation import closed_curve, rotation_number, weighted_average
@@ -260,6 +261,66 @@ def product_of_multipliers(damper, attractor: Attractor):
     n, p, q = attractor.type
     time = n * damper.period
     return damper.restitution ** (2 * (p + q)) * math.exp(-2 * damper.zeta * damper.omega_n * time)
+
+
+def correlated(rng, n, memory):
+    """Noise of mean 0, spread 1 and correlation ``memory`` between neighbours."""
+    noise = rng.standard_normal(n) * math.sqrt(1.0 - memory**2)
+    for i in range(1, n):
+        noise[i] += memory * noise[i - 1]
+    return noise
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_growth_is_cut_where_planted_chaos_ends_or_begins(seed):
+    """The regular part has blocks that are all alike, or beat as on a torus."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(300, 1000))
+    at = int(rng.integers(32, n - 32))
+    memory = rng.choice([0.0, 0.5, 0.8])
+    chaos = 15.0 + 4.0 * correlated(rng, at, memory)
+    regular = rng.choice([-1.0, 0.0]) + 0.3 * rng.choice([0.0, 1.0]) * np.sin(
+        rng.uniform(0.1, 3.0) * np.arange(n - at)
+    )
+    growth = np.concatenate([chaos, regular])
+    duration = np.concatenate([rng.uniform(40.0, 60.0, at), np.full(n - at, 45.0)])
+    assert parts_of(growth, duration) == [slice(0, at), slice(at, n)]
+    backwards = parts_of(growth[::-1], duration[::-1])
+    assert backwards == [slice(0, n - at), slice(n - at, n)]
+
+
+def test_stationary_growth_is_left_whole():
+    """Of 160 series none: a share below one in fifty at 95 per cent."""
+    rng = np.random.default_rng(5)
+    for memory in (0.0, 0.5, 0.8, -0.5):
+        for _ in range(40):
+            n = int(rng.integers(200, 1000))
+            growth = rng.uniform(-2.0, 10.0) + 5.0 * correlated(rng, n, memory)
+            assert parts_of(growth, rng.uniform(40.0, 60.0, n)) == [slice(0, n)]
+
+
+def test_growth_that_still_settles_by_a_few_e_folds_is_left_whole():
+    growth = -1.0 + np.exp(-np.arange(900) / 8.0)
+    assert parts_of(growth, np.ones(900)) == [slice(0, 900)]
+
+
+SHORT_LIVED = vi.ImpactDamper(
+    mass_ratio=0.074, omega_n=1.44, zeta=0.026, restitution=0.92, half_clearance=5.25, omega=0.705
+)
+
+
+def test_chaos_that_ends_while_its_exponent_is_measured_is_a_transient():
+    """Chaos of exponent 0.09, then 1-1-1, whose multipliers say what its exponent is."""
+    found = classify(SHORT_LIVED, PLAIN)
+    assert found.label == "1-1-1 periodic, symmetric, after transient chaos"
+    assert found.transient_name == "chaotic"
+    contracting = math.log(abs(found.multipliers[0])) / SHORT_LIVED.period
+    assert found.exponent.value == pytest.approx(contracting, abs=5.0 * found.exponent.error)
+    estimate = lyapunov_exponent(SHORT_LIVED, PLAIN, impacts=120_000)
+    assert estimate.value == pytest.approx(contracting, abs=5.0 * estimate.error)
+    (chaos,) = estimate.earlier
+    assert chaos.is_positive
+    assert "before, " in estimate.statement
 
 
 def test_set_a_at_the_first_panel_is_the_symmetric_orbit():

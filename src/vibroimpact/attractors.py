@@ -2,7 +2,8 @@
 
 Method      windows of section points after 1, 8, 64 ... times the shortest settling are looked
             at (iterates.py); the first periodic window decides, otherwise the last; where that is
-            undecided, all are taken again with more points and settling
+            undecided, all are taken again with more points and settling; where chaos ends while
+            its exponent is measured, one more window is looked at from there on
             transient: the settling before the first window from which all windows agree
 Fails       undecided, with the reason
 """
@@ -41,6 +42,7 @@ ON_STOP = 64.0 * np.finfo(float).eps
 # Where nothing decides, all is repeated with four times the points (near a locked motion a curve
 # shows only after many turns) and four times the longest settling, twice.
 ATTEMPTS, MORE = 3, 4
+MOST_CHANGES = 3  # of the motion while exponents are measured, that are followed
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ class Attractor:
     symmetric
         Whether the attractor is its own mirror image; None where not decided (chaos).
     exponent
-        Largest Lyapunov exponent.
+        Largest Lyapunov exponent, from where the points end; of its last part where the motion
+        changes on the way.
     periods_per_point
         Forcing periods per section point, on average; 0 without forcing.
     impacts, chatters, sticks
@@ -132,12 +135,14 @@ class Attractor:
 
     @property
     def label(self) -> str:
-        """Name, symmetry, chatter and sticking in one line."""
+        """Name, symmetry, chatter, sticking and what was chaos before in one line."""
         words = [self.name]
         if self.symmetric is not None:
             words.append("symmetric" if self.symmetric else "not symmetric")
         words += ["with chatter"] if self.chatters else []
         words += ["with sticking"] if self.sticks and not self.rest else []
+        chaos = self.transient_name.startswith(Kind.CHAOTIC) and self.kind is not Kind.CHAOTIC
+        words += ["after transient chaos"] if chaos else []
         return ", ".join(words)
 
     @property
@@ -221,7 +226,7 @@ def _windows(
     motion: Motion, settle: int, max_settle: int, points: int, contact: int, stop: Stop
 ) -> Iterator[tuple[int, Attractor]]:
     """Impacts settled and what is seen then, until a window decides."""
-    spent = 0
+    spent = changes = 0
     while settle <= max_settle:
         motion.settle(max(settle - spent, 0))
         spent = max(settle, spent)
@@ -230,6 +235,10 @@ def _windows(
         if window.kind in (Kind.PERIODIC, Kind.SILENT, Kind.DIVERGED):
             return
         spent, settle = spent + window.impacts, settle * SETTLING_FACTOR
+        if window.exponent.earlier and changes < MOST_CHANGES:
+            changes += 1
+            settle = min(settle, spent + EXPONENT_IMPACTS)
+            max_settle = max(max_settle, settle)
 
 
 def _with_history(seen: list[tuple[int, Attractor]]) -> Attractor:
@@ -258,7 +267,8 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
     rest = ""
     if part.end is RunEnd.IMPACTS:
         iterates = scale.points(section.position, section.velocity, section.phase)
-        shape = classify_points(iterates, exponent)
+        first = (*exponent.earlier, exponent)[0]  # the points come before the exponent
+        shape = classify_points(iterates, first)
     else:
         if part.end is RunEnd.SILENT:
             rest = rest_on_stops(motion.system, motion.position[None])[0]

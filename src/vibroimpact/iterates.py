@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vibroimpact.lyapunov import LyapunovEstimate
+from vibroimpact.lyapunov import LEAST_GROWTH, LyapunovEstimate
 from vibroimpact.rotation import ClosedCurve, closed_curve, weights
 
 Floats = NDArray[np.float64]
@@ -39,8 +39,6 @@ NEARLY = 1e-6
 # thousand may be wrong, at the ends of a chaotic band.
 NEIGHBOURS, STRAY = 6, 1e-3
 MOST_PIECES, FEWEST_PER_PIECE = 64, 64
-# (3): a smooth curve of N points stretches its tangents by less than N, some 8 e-folds, for ever.
-LEAST_GROWTH = 10.0
 UNSTABLE = 0.01  # e-folds: rounding alone leaves 1e-12 where an exponent is 0
 # (4): the weighted spread of a quasiperiodic motion changes between thirds by far less; of a spiral
 # by more, unless it contracts by less than this per record.

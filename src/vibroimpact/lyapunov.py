@@ -3,17 +3,24 @@
 Method      lambda = lim log |dz_n| / t_n, dz the tangent of the motion between impacts     (1)
             on blocks b: growth G_b, duration T_b;  lambda = sum G_b / sum T_b              (2)
             error^2 = max over levels of var(mean of r_b) / T^2,  r_b = G_b - lambda T_b    (3)
+            change    where n_1 log var_1(r) + n_2 log var_2(r) is least, of the n_1 blocks before
+                      and the n_2 from there on, if the spreads differ by a factor of four, the
+                      lambdas by three errors, and the sum of r before it is more e-folds than a
+                      regular motion stretches and shrinks again                             (4)
 Accuracy    (3) is the blocking method: neighbours are averaged in pairs again and again, and the
             largest of the naive errors of the mean is kept. Correlation makes the first levels too
             small; anticorrelation (quasiperiodic motion) makes the last too small.
+            (4) finds where chaos begins or ends, not what lasts for fewer than 16 blocks, nor
+            where one chaos becomes another. In a thousand series of correlated noise it found a
+            change in none with correlation times below 10 blocks, in one per cent at 30.
 Fails       tangents that vanish: the motion forgets its start altogether (lambda = -inf)
-Reference   [flyvbjerg1989]
+Reference   [flyvbjerg1989] for (3)
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +35,10 @@ Floats = NDArray[np.float64]
 BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
 FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here 18 %
 ALIGNING = 16  # one part in so many is discarded while the tangent turns to its own direction
+# (4): a smooth curve of N points stretches its tangents by less than N, some 8 e-folds, for ever.
+LEAST_GROWTH = 10.0
+OTHER_SPREAD = 4.0
+FLOOR = 1e-9  # of a variance, as a share of that of the whole: growth of periodic motion has none
 # Against errors from few blocks, three errors stand for one chance in a hundred or less.
 ERRORS = 3.0
 
@@ -46,6 +57,9 @@ class LyapunovEstimate:
         Of every block that was used: natural logarithm, time.
     run_end
         Why the run ended; ``RunEnd.OBSERVER`` where the tangent vanished and the value is -inf.
+    earlier
+        Where the motion has changed on the way, as at the end of transient chaos, the estimates of
+        what was before, in order; all else is about what came last.
     """
 
     value: float
@@ -54,6 +68,18 @@ class LyapunovEstimate:
     growth: Floats = field(repr=False)
     duration: Floats = field(repr=False)
     run_end: RunEnd
+    earlier: tuple[LyapunovEstimate, ...] = field(default=(), repr=False)
+
+    @property
+    def statement(self) -> str:
+        """Value and error, and what was before where the motion has changed on the way."""
+        sizes = [one.blocks for one in (*self.earlier, self)]
+        parts = zip(self.earlier, sizes, strict=False)
+        before = [f"{one.value:.3g} +- {one.error:.1g} in {n}" for one, n in parts]
+        now = f"{self.value:.3g} +- {self.error:.1g}"
+        if not before:
+            return now
+        return f"{now} in the last {sizes[-1]} of {sum(sizes)} blocks; before, {', '.join(before)}"
 
     @property
     def blocks(self) -> int:
@@ -91,7 +117,9 @@ def lyapunov_exponent(
     Returns
     -------
     LyapunovEstimate
-        Value nan with the reason in ``run_end`` if the motion stops impacting.
+        Value nan with the reason in ``run_end`` if the motion stops impacting. Where the motion
+        has changed on the way (transient chaos), the value is that of its last part;
+        ``earlier`` holds the others, and ``statement`` says so.
 
     Raises
     ------
@@ -103,8 +131,8 @@ def lyapunov_exponent(
     The tangent vector goes through flight, impact, completed chatter, sticking and release exactly
     (theory.md, "Jacobian"). It is taken from event to event, where a shift along the motion is no
     change; so a stable periodic motion gives log |largest multiplier| / period < 0, quasiperiodic
-    motion 0, and chaos > 0. About 0.5 microseconds per impact of the damper. Unreliable where a
-    motion is chaotic only for a while: settle longer; and near grazing, where single impacts
+    motion 0, and chaos > 0. About 0.5 microseconds per impact of the damper. Unreliable where
+    chaos ends later, or within the last 16 of 1024 blocks; and near grazing, where single impacts
     stretch without bound.
     """
     check_count("impacts", impacts, BLOCKS)
@@ -131,12 +159,64 @@ def exponent_from(motion: Motion, impacts: int) -> LyapunovEstimate:
     if end not in (RunEnd.IMPACTS, RunEnd.EVENTS) or len(result["time"]) - skip <= FEWEST_BLOCKS:
         return _nothing(end)
     growth, duration = np.diff(result["growth"][skip:]), np.diff(result["time"][skip:])
+    *earlier, last = (
+        _estimate(growth[part], duration[part], block, end) for part in parts_of(growth, duration)
+    )
+    return replace(last, earlier=tuple(earlier))
+
+
+def _estimate(growth: Floats, duration: Floats, block: int, end: RunEnd) -> LyapunovEstimate:
     value, error = ratio_of_means(growth, duration)
     return LyapunovEstimate(value, error, float(growth.mean()) / block, growth, duration, end)
 
 
 def _nothing(end: RunEnd) -> LyapunovEstimate:
     return LyapunovEstimate(math.nan, math.nan, math.nan, np.empty(0), np.empty(0), end)
+
+
+def parts_of(growth: Floats, duration: Floats) -> list[slice]:
+    """Cut blocks where the growth changes for good (4), again and again.
+
+    Parameters
+    ----------
+    growth, duration
+        Of consecutive blocks, at least 16.
+    """
+    whole = slice(0, growth.size)
+    if growth.size < 2 * FEWEST_BLOCKS or not np.isfinite(growth).all():
+        return [whole]
+    value, _ = ratio_of_means(growth, duration)
+    at = _change(growth - value * duration)
+    if not at:
+        return [whole]
+    sides = slice(0, at), slice(at, growth.size)
+    (a, error_a), (b, error_b) = (ratio_of_means(growth[s], duration[s]) for s in sides)
+    if not abs(a - b) > ERRORS * math.hypot(error_a, error_b):
+        return [whole]
+    first, second = (parts_of(growth[s], duration[s]) for s in sides)
+    return first + [slice(at + part.start, at + part.stop) for part in second]
+
+
+def _change(residual: Floats) -> int:
+    """Where the spread of the residuals changes, (4); 0 where it does not."""
+    n = np.arange(1, residual.size)
+    floor = FLOOR * residual.var() or 1.0
+    before = _variances(residual)[:-1]
+    after = _variances(residual[::-1])[-2::-1]
+    before, after = (np.maximum(variance, floor) for variance in (before, after))
+    cost = n * np.log(before) + n[::-1] * np.log(after)
+    inside = slice(FEWEST_BLOCKS - 1, residual.size - FEWEST_BLOCKS)
+    at = FEWEST_BLOCKS - 1 + int(np.argmin(cost[inside]))
+    spread = 0.5 * abs(math.log(before[at] / after[at]))
+    growth = abs(float(residual[: at + 1].sum()))
+    return at + 1 if spread > math.log(OTHER_SPREAD) and growth > LEAST_GROWTH else 0
+
+
+def _variances(series: Floats) -> Floats:
+    """Variance of the first 1, 2, ... numbers."""
+    n = np.arange(1, series.size + 1)
+    variances: Floats = np.cumsum(series**2) / n - (np.cumsum(series) / n) ** 2
+    return variances
 
 
 def ratio_of_means(growth: Floats, duration: Floats) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """What each member of an ensemble does, as one category.
 
 n-p-q           periodic, codes 0, 1, 2, ... from the most frequent to the rarest symbol; with a
-                pair p-q for every contact that impacts
+                pair p-q for every contact that impacts; without forcing there is no n: p-q
 chaotic         the exponent says so: the tangent grows by more e-folds in the window than along any
                 smooth curve (iterates.py)
 not periodic    within the tolerance and the window of the symbol: a closed curve, weak chaos, or
@@ -20,7 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact.ensembles.outcome import NOT_COMPUTED
-from vibroimpact.iterates import LEAST_GROWTH
+from vibroimpact.lyapunov import LEAST_GROWTH
 from vibroimpact.motion import Stop
 from vibroimpact.orbit_type import symbol_word
 
