@@ -92,8 +92,36 @@ def test_without_forcing_lengths_are_times():
 
 
 def test_a_member_with_too_many_impacts_says_so():
-    found = swept(most_impacts=7)
+    with pytest.warns(UserWarning, match=r"^(\d+) of \1 members have no results: they had 7 imp"):
+        found = swept(most_impacts=7)
     assert (found.end == Outcome.CAP).all()
+    assert not found.n.values.any()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_ordinary_chatter_never_meets_the_default_cap(seed):
+    """A slow force presses a mass on its stops: it chatters on both in every period."""
+    rng = np.random.default_rng(seed)
+    damping, stiffness = rng.uniform(0.0, 0.2), rng.uniform(0.0, 1.0)
+
+    def masses(omega: float, restitution: float) -> vi.Mechanism:
+        return vi.Mechanism(
+            mass=[[1.0]], damping=[[damping]], stiffness=[[stiffness]],
+            forces=(vi.Harmonic(omega, (2.0,)),),
+            contacts=(vi.Contact((1.0,), -0.2, 0.5, restitution),),
+        )  # fmt: skip
+
+    start = vi.GridStarts({"v1": np.linspace(-1.0, 1.0, 4)}, vi.State((0.0,), (0.0,)))
+    over = {"omega": [0.01, 0.1 ** rng.uniform(0.0, 2.0)], "restitution": [0.7, 0.9, 0.97]}
+    found = vi.sweep(
+        vi.Family(masses, omega=0.1, restitution=0.9), over=over, start=start,
+        observe=["impacts", "shares"], settle=5, periods=15, progress=False,
+    )  # fmt: skip
+    assert (found.end == Outcome.OK).all()
+    slow = found.isel(omega=0)
+    assert (slow.chatters >= 28).all()  # two in each of 15 periods, but at the ends
+    assert (slow.impacts_a + slow.impacts_b).min() > 60
+    assert (slow.impacts_a + slow.impacts_b).max() > 1000
 
 
 # --- starts ---------------------------------------------------------------------------------------

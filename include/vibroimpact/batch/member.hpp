@@ -112,7 +112,8 @@ VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Fl
     return true;
 }
 
-// Write down what was seen; where settling is asked for, member i is run again.
+// Write down what was seen, if it is the whole window, and where the run ended; where settling is asked
+// for, member i is run again.
 template <class Flow, int W, class Build>
 VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& system,
                         const passage<Flow>& from, member_end end, const growth<W>& tangents,
@@ -121,9 +122,11 @@ VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& 
     const double time = from.now.so_far.now.time(), omega = detail::forcing_of(b, b.system[i]);
     const member_rows<Flow> rows(b, i);
     b.time[i] = time;
+    b.end[i] = static_cast<signed char>(end);
+    rows.write_final(from.now.at);
+    if (end != member_end::ok) return;
     rows.write(all, omega > 0.0 ? 2.0 * pi / omega : 1.0, time - from.window.settle);
     rows.write(tangents);
-    rows.write_final(from.now.at);
     if constexpr ((observers_compiled & sees_settling) != 0)
         if (all.wants(sees_settling)) {
             motion<double, Flow> again{};
@@ -131,7 +134,6 @@ VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& 
             b.settling[i] = settling_time(system, again, from.window, all.settling,
                                           from.now.so_far.impacts, build);
         }
-    b.end[i] = static_cast<signed char>(end);
 }
 
 } // namespace vi

@@ -142,8 +142,8 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
 
 def share_of_starts(labels: xr.DataArray, label: int) -> float:
     """Share of a label among the starts that are not behind a stop."""
-    started = np.count_nonzero(labels.values != BELOW - Outcome.BEHIND_STOP)
-    return np.count_nonzero(labels.values == label) / max(started, 1)
+    started = int((labels.values != BELOW - Outcome.BEHIND_STOP).sum())
+    return int((labels.values == label).sum()) / max(started, 1)
 
 
 def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.ensembles.axes import parameter_axes
 from vibroimpact.ensembles.backends import backend_of
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.compute import Done
-from vibroimpact.ensembles.observers import Observer, resolve, rounds
+from vibroimpact.ensembles.observers import Observer, Outcome, resolve, rounds
 from vibroimpact.ensembles.plan import Plan, Window
 from vibroimpact.ensembles.question import Question, question_of
 from vibroimpact.ensembles.schema import Schema, schema_of
@@ -30,13 +33,16 @@ from vibroimpact.ensembles.tiles import (
     tiles_of,
 )
 from vibroimpact.errors import ClusterLostError, InvalidParameterError
-from vibroimpact.mechanism import check_count, nonnegative, positive
+from vibroimpact.mechanism import Mechanism, check_count, nonnegative, positive
 from vibroimpact.parameters import with_parameters
 from vibroimpact.progress import Progress
 from vibroimpact.simulate import System, mechanism_of
 
-MOST_PER_PERIOD = 100  # impacts per contact: chatter is summed, so more are rarely of interest
-FEWEST_IMPACTS = 1000  # that end a member by default
+# By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
+# down to rounding, log(eps) / log(restitution) impacts, and so many more; livelier stops count as
+# this one.
+MORE_IMPACTS, LIVELIEST = 64, 0.999
+UNIT = float(np.finfo(float).eps)
 MOST_IMPACTS = 2**50  # the kernel counts events, some four per impact, in doubles
 
 Told = Callable[[int, int], None]
@@ -83,8 +89,9 @@ def sweep(
         Length of a run before, and while, it is observed, in forcing periods (first forcing
         line), >= 0 and > 0. In units of time for a system without forcing.
     most_impacts
-        Impacts (at all stops) that end a run; the outcome is then CAP. By default 100 per contact
-        and forcing period, at least 1000; at most 2^50.
+        Impacts (at all stops) that end a run; the outcome is then CAP, and there are no results
+        but ``time`` and ``final``. By default more than ordinary motion has: room for a chatter
+        down to rounding at every stop in every cycle of the fastest motion. At most 2^50.
     store
         A folder to keep results in, in Zarr's format (needs the extra ``store``): for sweeps
         bigger than memory or longer than patience. If it is there, the sweep resumes. ``~`` is
@@ -107,8 +114,10 @@ def sweep(
     -------
     Dataset
         Dimensions: the parameters, then "start" or the coordinates of the starts, then those of
-        the observers. Always with ``end``, why each run ended. Attributes repeat the sweep, by
-        :func:`~vibroimpact.sweep_again`. From a store, it is read only where it is used.
+        the observers. Always with ``end``, why each run ended, and ``time``, when. Results are of
+        whole windows: where a run ended before, whole numbers are 0 and others NaN, but for the
+        state of ``final``. Attributes repeat the sweep, by :func:`~vibroimpact.sweep_again`. From
+        a store, it is read only where it is used.
 
     Raises
     ------
@@ -154,6 +163,7 @@ def sweep(
     question = question_of(plan)
     schema = schema_of(plan, question)
     sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)
+    capped = 0
     with _sink(path, schema, question, sizes, strict=tile is not None) as sink:
         missing = sink.missing
         try:
@@ -163,10 +173,17 @@ def sweep(
             ):
                 for done, arrays in shown:
                     sink.write(done, arrays)
+                    capped += int((arrays["end"] == Outcome.CAP).sum())
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"interrupted; {sink.kept}") from None
         except ClusterLostError as error:
             raise ClusterLostError(f"{error}; {sink.kept}") from error.__cause__
+    if capped:
+        warnings.warn(
+            f"{capped} of {plan.size} members have no results: they had {plan.window.most_impacts} "
+            "impacts before the end of their windows. Raise most_impacts, or look at one of them.",
+            stacklevel=2,
+        )
     return sink.dataset()
 
 
@@ -190,15 +207,43 @@ def plan_of(
     _check_follow(follow, axes)
     length = nonnegative("settle", settle) + positive("periods", periods)
     if most_impacts is None:
-        most = MOST_PER_PERIOD * length * len(mechanism.contacts)
+        most = max(_ordinary(one, length) for one in _corners(system, axes, mechanism))
         if most > MOST_IMPACTS:
             raise InvalidParameterError(
                 f"settle + periods = {length:g}: must be shorter, or give most_impacts."
             )
-        most_impacts = max(math.ceil(most), FEWEST_IMPACTS)
+        most_impacts = 2 ** math.ceil(math.log2(most))  # eigenvalues differ between machines
     check_count("most_impacts", most_impacts, 1, MOST_IMPACTS)
     window = Window(float(settle), float(periods), int(most_impacts))
     return Plan(first, axes, starts, resolve(observe), window, follow)
+
+
+def _corners(
+    system: System, axes: Mapping[str, NDArray[np.float64]], first: Mechanism
+) -> Iterator[Mechanism]:
+    """The mechanisms at the least and largest values of the parameters, as far as they exist."""
+    yield first
+    ends = [(float(axis.min()), float(axis.max())) for axis in axes.values()]
+    for values in product(*ends):
+        with suppress(InvalidParameterError):
+            yield mechanism_of(with_parameters(system, dict(zip(axes, values, strict=True))))
+
+
+def _ordinary(mechanism: Mechanism, length: float) -> float:
+    """More impacts than ordinary motion has in so many forcing periods, or units of time."""
+    mass = np.array(mechanism.mass)
+    stiff, damp = (
+        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, np.array(part)))).max())
+        for part in (mechanism.stiffness, mechanism.damping)
+    )
+    fastest = max(math.sqrt(stiff) + damp, *(force.omega for force in mechanism.forces), 0.0)
+    cycles = length * (1.0 + fastest / (mechanism.omega or 2.0 * math.pi))
+    chatters = sum(
+        MORE_IMPACTS + math.log(UNIT) / math.log(min(max(r, UNIT), LIVELIEST))
+        for contact in mechanism.contacts
+        for r in contact.restitutions
+    )
+    return cycles * chatters
 
 
 def _check_follow(follow: str | None, axes: Mapping[str, object]) -> None:
