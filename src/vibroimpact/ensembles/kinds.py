@@ -106,8 +106,8 @@ class Symbol:
     ----------
     tolerance
         The motion is back where x, v / omega, and sine and cosine of the phase differ by at most
-        ``tolerance`` times the largest |x| and |v| / omega, and 1; in (0, 1). Without forcing
-        omega is the inverse of the kernel's step.
+        ``tolerance`` times the largest |x| and |v| / omega, before the impact or after it, and
+        1; in (0, 1). Without forcing omega is the inverse of the kernel's step.
     returns
         It is periodic if it returns at every multiple of its period to the end of the window, and
         at least so often, 1 to 10^6.
