@@ -125,3 +125,15 @@ def test_rests_on_different_stops_are_counted_apart() -> None:
     assert counted.attractors.values.tolist() == [2, 2]
     for x, name in ((0.2, "at rest on stop A"), (-0.2, "at rest on stop B")):
         assert vi.classify(slot(0.5), vi.State((x,), (0.0,))).label == name
+
+
+def test_a_motion_that_leaves_the_stop_of_the_section_alone_names_it() -> None:
+    slot = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], constant_force=(-1.5,),
+        forces=(vi.Harmonic(1.3, (2.0,)),), contacts=(vi.Contact((1.0,), -1.0, 50.0, 0.7),),
+    )  # fmt: skip
+    found = vi.classify(slot, ORIGIN)
+    assert found.kind == "undecided"
+    assert found.reason.startswith("0 of ")
+    assert found.reason.endswith("at stop A of contact 0: look at another stop or contact.")
+    assert vi.classify(slot, ORIGIN, stop="B").kind == "periodic"

@@ -265,7 +265,12 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
     scale = scale_of(part.position, part.velocity, part.velocity_before, section.time)
     exponent = exponent_from(motion, EXPONENT_IMPACTS)
     rest = ""
-    if part.end is RunEnd.IMPACTS:
+    if part.end is RunEnd.IMPACTS and len(section) < FEWEST_POINTS:
+        seldom = (
+            f"{len(section)} of {len(part.high)} impacts are at stop {stop} of contact {contact}"
+        )
+        shape = Shape(Kind.UNDECIDED, reason=f"{seldom}: look at another stop or contact.")
+    elif part.end is RunEnd.IMPACTS:
         iterates = scale.points(section.position, section.velocity, section.phase)
         first = (*exponent.earlier, exponent)[0]  # the points come before the exponent
         shape = classify_points(iterates, first)
