@@ -2,8 +2,7 @@
 #pragma once
 
 #include "physical_map.hpp"
-#include "vibroimpact/run.hpp"
-#include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/observe/growth.hpp"
 
 namespace binding {
 
@@ -42,31 +41,22 @@ struct counter {
     }
 };
 
-// Log growth of one tangent vector, renormalised at every event; stops when it has vanished.
+// Log growth of one tangent vector in blocks of events; stops when it has vanished.
 template <class Shape>
 struct growth_meter {
     using jet = vi::jet<double, 1>;
-    static constexpr double vanished = 64.0 * vi::unit_roundoff; // what rounding leaves of length 1
     int n, contacts;
     long block;
     lyapunov_result out{};
-    double log_sum = 0.0;
+    vi::growth<1> tangent{};
     long in_block = 0;
 
-    bool see(const vi::event<jet, Shape>&, vi::trajectory<jet, Shape>& at, const vi::clock& now) {
-        double square = 0.0;
-        for (int i = 0; i < n; ++i)
-            square += at.y[i].d[0] * at.y[i].d[0];
-        const double length = vi::sqrt(square);
-        if (!(length > vanished)) return false;
-        log_sum += vi::log(length);
-        for (int i = 0; i < n; ++i)
-            at.y[i].d[0] = at.y[i].d[0] / length;
-        for (int i = 0; i < contacts; ++i)
-            at.rate[i].d[0] = at.rate[i].d[0] / length;
+    bool see(const vi::event<jet, Shape>& e, vi::trajectory<jet, Shape>& at, const vi::clock& now) {
+        tangent.see(e, at, now, n, contacts);
+        if (tangent.sum[0] == -vi::infinity()) return false;
         ++out.events;
         if (++in_block == block) {
-            out.growth.push_back(log_sum);
+            out.growth.push_back(tangent.sum[0]);
             out.time.push_back(now.time());
             in_block = 0;
         }

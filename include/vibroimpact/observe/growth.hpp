@@ -12,6 +12,8 @@
 // Assumes     tangents had time to turn before the window (ensemble.hpp: `aligning`)
 // Accuracy    (1) tends to the exponents as 1 / window in periodic, 1 / sqrt(window) in chaotic
 //             motion. Grazing has infinite derivatives.
+//             A long flight turns all vectors into the direction that shrinks least; one by itself
+//             loses no digits so, several are made orthonormal on the way (ensemble.hpp).
 // Fails       NaN: fewer than two events in the window, or a tangent that is no number (grazing).
 //             -infinity from a vector on that has vanished: the motion forgets that direction, as
 //             at rest on a stop.
@@ -27,12 +29,14 @@ namespace vi {
 template <int W, class R = double>
 struct growth {
     static constexpr double vanished = 0x1p-44; // what rounding leaves of length 1
+    static constexpr double parallel = 0x1p-24; // shorter, a flight has cost half of the digits
     R settle = R(0.0);                          // begin of the window
     int count = W;                              // vectors in use
     R sum[W] = {};
     R first = R(0.0), last = R(0.0);
     R events = R(0.0); // in the window
     mask_t<R> broken{};
+    mask_t<R> lost{}; // a vector that was not 0 is now `parallel` to those before it
 
     template <class Shape>
     VI_HD void see(const event<jet<R, W>, Shape>& e, trajectory<jet<R, W>, Shape>& at,
@@ -67,6 +71,8 @@ private:
             combine(at, k, j, R(1.0), -product(at, j, k, n), n, contacts, happened);
         const R length = sqrt(product(at, k, k, n));
         broken = broken | (happened & !(length < infinity()));
+        if (k > 0)
+            lost = lost | (happened & (whole > 0.0) & (length <= parallel * max(whole, R(1.0))));
         const mask_t<R> gone = !(length > vanished * max(whole, R(1.0)));
         if (any(counted))
             sum[k] = select(counted, sum[k] + select(gone, R(-infinity()), log(length)), sum[k]);
