@@ -170,8 +170,8 @@ def test_a_function_that_returns_something_else_is_named(function: Any, sentence
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"dimension": 0}, "dimension = 0: must be a whole number >= 1"),
-        ({"iterate": 1.5}, "iterate = 1.5: must be a whole number >= 1"),
+        ({"dimension": 0}, "dimension = 0: must be an integer >= 1"),
+        ({"iterate": 1.5}, "iterate = 1.5: must be an integer >= 1"),
         ({"sizes": (1.0,)}, "sizes has shape"),
         ({"sizes": (1.0, 0.0)}, "every size must be > 0"),
     ],

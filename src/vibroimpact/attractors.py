@@ -17,15 +17,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.checks import check_count
 from vibroimpact.iterates import FEWEST_POINTS, Kind, Shape, classify_points
 from vibroimpact.lyapunov import LyapunovEstimate, exponent_from
-from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Motion, Stop
 from vibroimpact.orbit_type import OrbitType, is_symmetric, multipliers, orbit_symbol, orbit_type
 from vibroimpact.rotation import Rotation, weighted_average
 from vibroimpact.sections import (
     IMPACTS_PER_POINT,
     Section,
+    check_points,
     check_stop,
     scale_of,
     section_of,
@@ -211,6 +212,7 @@ def classify(
     check_count("points", points, FEWEST_POINTS)
     check_count("max_settle", max_settle, settle)
     check_stop(system, contact, stop)
+    check_points("points", points, system)
     for attempt in range(ATTEMPTS):
         more = MORE**attempt
         windows = _windows(

@@ -34,9 +34,9 @@ from numpy.polynomial import chebyshev as series
 from numpy.typing import NDArray
 
 from vibroimpact.chebyshev import bracketed_zero, pieces, real_zeros
+from vibroimpact.checks import check_kind, ends_of, positive
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import positive
 from vibroimpact.orbits import SymmetricOrbit, half_map_jacobian, on_circle, symmetric_orbits
 
 Floats = NDArray[np.float64]
@@ -232,9 +232,9 @@ def symmetric_bifurcations(
     >>> [point.kind for point in vi.symmetric_bifurcations(damper, (1.0, 1.02))]
     ['NS']
     """
-    low, high = (positive("omega", x) for x in omega)
-    if not low < high:
-        raise InvalidParameterError(f"omega = {omega}: need low < high.")
+    check_kind("damper", damper, ImpactDamper, "an ImpactDamper")
+    low, high = ends_of("omega", omega)
+    positive("omega", low)
     if damper.zeta * damper.omega_n == 0.0 and damper.restitution == 1.0:
         raise InvalidParameterError(
             "zeta = 0, restitution = 1: without loss every multiplier stays on the unit circle. "

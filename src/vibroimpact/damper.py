@@ -10,15 +10,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import (
-    Contact,
-    Harmonic,
-    Mechanism,
+from vibroimpact.checks import (
+    check_kind,
+    check_stop_name,
     fraction,
+    names_arguments,
     nonnegative,
     positive,
+    real,
 )
+from vibroimpact.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
 from vibroimpact.state import State
 
 
@@ -37,6 +38,10 @@ class Scales:
     time: float = 1.0
     length: float = 1.0
 
+    def __post_init__(self) -> None:
+        for name in ("time", "length"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+
     @property
     def velocity(self) -> float:
         """Metres per second per unit of velocity."""
@@ -48,6 +53,11 @@ class Scales:
         return 1.0 / self.time
 
 
+@names_arguments(
+    M1="Give SI values to ImpactDamper.from_physical.",
+    friction=FRICTIONLESS,
+    stiffness="Give omega_n. Stops are rigid.",
+)
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImpactDamper:
     """Two-degree-of-freedom impact damper, nondimensional.
@@ -113,6 +123,7 @@ class ImpactDamper:
         }
         for name, value in checks.items():
             object.__setattr__(self, name, value)
+        check_kind("scales", self.scales, Scales, "Scales")
 
     @classmethod
     def from_physical(
@@ -192,7 +203,8 @@ class ImpactDamper:
         phase
             Phase theta of the force F sin(theta) at this instant, radians.
         """
-        if stop not in ("A", "B"):
-            raise InvalidParameterError(f'stop = {stop!r}: must be "A" or "B".')
+        check_stop_name(stop)
+        place = real("x1", x1)
+        speeds = real("v1", v1), real("v2", v2)
         side = 1.0 if stop == "A" else -1.0
-        return State((x1, x1 + side * self.half_clearance), (v1, v2), phase)
+        return State((place, place + side * self.half_clearance), speeds, phase)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.checks import check_kind, numbers
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import compile_mechanism
@@ -90,10 +91,10 @@ def map_derivative(
     compiled = compile_mechanism(mechanism)
     begin(compiled, state)  # refuses what simulate refuses
     rows = 2 * mechanism.degrees + len(mechanism.forces)
-    seeds = np.eye(rows) if directions is None else np.array(directions, dtype=float)
-    if seeds.ndim != 2 or seeds.shape[0] != rows or not np.all(np.isfinite(seeds)):
+    seeds = np.eye(rows) if directions is None else numbers("directions", directions)
+    if seeds.ndim != 2 or seeds.shape[0] != rows:
         raise InvalidParameterError(
-            f"directions has shape {seeds.shape}; expected ({rows}, columns), finite."
+            f"directions has shape {seeds.shape}; expected ({rows}, columns)."
         )
     while True:
         out = compiled.kernel.tangents(
@@ -131,5 +132,6 @@ def section_jacobian(damper: ImpactDamper, state: State, *, impacts: int = 2) ->
     ndarray of shape (4, 4)
         Its determinant over a closed 1-1-1 orbit is R^4 exp(-4 pi zeta omega_n / omega).
     """
+    check_kind("damper", damper, ImpactDamper, "an ImpactDamper")
     derivative = map_derivative(damper, state, impacts=impacts, directions=ON_STOP)
     return derivative.matrix[SECTION_ROWS]

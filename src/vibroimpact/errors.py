@@ -17,6 +17,10 @@ class InvalidParameterError(VibroImpactError, ValueError):
     """
 
 
+class KeywordError(InvalidParameterError, TypeError):
+    """A keyword that a class does not take; a TypeError, too, as Python's own is."""
+
+
 class ResonanceError(InvalidParameterError):
     """Forcing at or too near an undamped resonance; in an ensemble, an outcome."""
 

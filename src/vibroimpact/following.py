@@ -8,8 +8,10 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibroimpact import linear
+from vibroimpact.checks import check_choice, check_count, check_kind, vector
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Contact, Mechanism
 from vibroimpact.motion import Stop
@@ -85,10 +87,14 @@ def follow(
     >>> [len(step.section) for step in steps]
     [3, 3]
     """
+    check_count("settle", settle, 0)
+    check_count("keep", keep, 1)
+    check_kind("state", state, State, "a State")
     make = _maker(system, parameter)
     steps: list[Step] = []
     on_stop = False
-    for value in map(float, values):
+    whole = isinstance(values, np.ndarray) or not isinstance(values, Iterable)
+    for value in vector("values", cast(ArrayLike, values if whole else list(values))):
         here = make(value)
         check_stop(here, contact, stop)
         state = carried(mechanism_of(here), state, contact, stop, on_stop=on_stop)
@@ -107,11 +113,10 @@ def _maker(system: System | SystemOf, parameter: str | None) -> SystemOf:
             raise InvalidParameterError("parameter = None: give the name of the field to vary.")
         return system
     names = {f.name for f in dataclasses.fields(cast(Any, system))} if _is_record(system) else set()
-    if parameter not in names:
-        raise InvalidParameterError(
-            f"parameter = {parameter!r}: must be one of {', '.join(sorted(names)) or 'no fields'}. "
-            "Or give a function from the value to the system, and parameter=None."
-        )
+    check_choice(
+        "parameter", parameter, sorted(names),
+        "Or give a function from the value to the system, and parameter=None.",
+    )  # fmt: skip
     return lambda value: cast(System, dataclasses.replace(cast(Any, system), **{parameter: value}))
 
 

@@ -24,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vibroimpact.checks import check_kind, numbers
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.lyapunov import LEAST_GROWTH, LyapunovEstimate
 from vibroimpact.rotation import ClosedCurve, closed_curve, weights
 
@@ -108,6 +110,11 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
     Shape
         ``Kind.UNDECIDED`` with the reason where no test decides.
 
+    Raises
+    ------
+    InvalidParameterError
+        Points that are no finite numbers of this shape, an exponent of another class.
+
     Notes
     -----
     O(256 N + N log N) for N points; 4000 take some 30 ms. Needs some 64 points per piece. Close to
@@ -121,6 +128,12 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
     >>> str(shape.kind), shape.pieces
     ('quasiperiodic', 1)
     """
+    points = numbers("points", points)
+    if points.ndim != 2:
+        raise InvalidParameterError(
+            f"points has shape {points.shape}; expected (n_point, dimension)."
+        )
+    check_kind("exponent", exponent, (LyapunovEstimate, type(None)), "a LyapunovEstimate, or None")
     n = len(points)
     if n < FEWEST_POINTS:
         return Shape(Kind.UNDECIDED, reason=f"{n} points are too few: at least {FEWEST_POINTS}.")

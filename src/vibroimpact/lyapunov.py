@@ -25,7 +25,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.mechanism import check_count
+from vibroimpact.checks import check_count
 from vibroimpact.motion import EVENTS_PER_IMPACT, Motion
 from vibroimpact.simulate import RunEnd, System, flight_limit_of
 from vibroimpact.state import State

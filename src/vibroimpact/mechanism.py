@@ -11,34 +11,33 @@ with contacts ``lower <= row . x <= upper``, each an impact pair with its own re
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sized
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import linear
+from vibroimpact.checks import (
+    fraction,
+    names_arguments,
+    numbers,
+    positive,
+    real_or_infinite,
+    refusal,
+    vector,
+)
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.scalars import is_finite, is_infinite, is_number
+from vibroimpact.scalars import is_infinite
 
 MAX_DEGREES, MAX_CONTACTS, MAX_LINES = 10, 8, 6
 
-
-def real(name: str, value: Any, allowed: str = "a finite number") -> float:
-    """Return value as a float, or raise naming the parameter.
-
-    A jet or a column is a number too, and stays one (scalars.py).
-    """
-    if is_number(value) and is_finite(value):
-        return cast(float, value)
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise InvalidParameterError(f"{name} = {value!r}: must be {allowed}.")
-    return number
+HARMONIC_ONLY = "A force is a sum of harmonic lines: one Harmonic each."
+NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
+STANDS_STILL = "Stops stand still: take a coordinate relative to a stop that moves."
+FRICTIONLESS = "Contacts have no friction."
+RIGID = "Stops are rigid: restitution says how they rebound. Soft stops are not described."
 
 
 def infinite(value: Any) -> bool:
@@ -46,66 +45,10 @@ def infinite(value: Any) -> bool:
     return is_infinite(value)
 
 
-def positive(name: str, value: Any, advice: str = "") -> float:
-    """Return value as a float > 0, or raise naming the parameter."""
-    number = real(name, value, "a finite number > 0")
-    if number <= 0.0:
-        raise InvalidParameterError(f"{name} = {value!r}: must be > 0.{advice and ' ' + advice}")
-    return number
-
-
-def nonnegative(name: str, value: Any, advice: str = "") -> float:
-    """Return value as a float >= 0, or raise naming the parameter."""
-    number = real(name, value, "a finite number >= 0")
-    if number < 0.0:
-        raise InvalidParameterError(f"{name} = {value!r}: must be >= 0.{advice and ' ' + advice}")
-    return number
-
-
-def fraction(name: str, value: Any) -> float:
-    """Return a coefficient of restitution, or raise naming the parameter."""
-    number = real(name, value, "in [0, 1]")
-    if not 0.0 <= number <= 1.0:
-        raise InvalidParameterError(
-            f"{name} = {value!r}: must be in [0, 1] (0 plastic, 1 elastic). "
-            "An impact cannot add energy."
-        )
-    return number
-
-
-def check_count(name: str, value: object, least: int, most: int | None = None) -> None:
-    """Refuse a count that is no integer, too small or too large."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InvalidParameterError(f"{name} = {value!r}: must be an integer >= {least}.")
-    if most is not None and value > most:
-        raise InvalidParameterError(f"{name} = {value!r}: must be at most {most}.")
-
-
-def vector(name: str, value: ArrayLike, size: int | None = None) -> tuple[float, ...]:
-    """Return value as a tuple of finite floats, or raise naming shape or entry."""
-    array = _numbers(f"{name} = {value!r}", value, "numbers")
-    if array.ndim != 1 or (size is not None and array.size != size):
-        wanted = "(n,)" if size is None else f"({size},)"
-        raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
-    return tuple(array.tolist())
-
-
-def _numbers(label: str, value: ArrayLike, kind: str) -> NDArray[Any]:
-    """Value as an array of floats or other numbers."""
-    try:
-        array = np.asarray(value)
-        if any(is_number(x) for x in array.flat):
-            floats = [x if is_number(x) else float(x) for x in array.flat]
-            array = np.array(floats, dtype=object).reshape(array.shape)
-        else:
-            array = array.astype(float)
-    except (TypeError, ValueError):
-        raise InvalidParameterError(f"{label}: must be {kind}.") from None
-    if not all(is_finite(x) for x in array.flat):
-        raise InvalidParameterError(f"{label}: every entry must be finite.")
-    return array
-
-
+@names_arguments(
+    amplitude="Give sine and cosine, a number for each coordinate.",
+    phase="A sin(omega t + phi) is sine = A cos(phi), cosine = A sin(phi).",
+)
 @dataclass(frozen=True, slots=True)
 class Harmonic:
     """A forcing line: ``sine sin(omega t) + cosine cos(omega t)`` on the coordinates.
@@ -126,11 +69,15 @@ class Harmonic:
         object.__setattr__(
             self, "omega", positive("omega", self.omega, "For a constant force use constant_force.")
         )
-        object.__setattr__(self, "sine", vector("sine", self.sine))
-        cosine = self.cosine if len(self.cosine) else (0.0,) * len(self.sine)
-        object.__setattr__(self, "cosine", vector("cosine", cosine, len(self.sine)))
+        object.__setattr__(self, "sine", vector("sine", self.sine, None, HARMONIC_ONLY))
+        cosine = (0.0,) * len(self.sine) if _empty(self.cosine) else self.cosine
+        object.__setattr__(self, "cosine", vector("cosine", cosine, len(self.sine), HARMONIC_ONLY))
 
 
+@names_arguments(
+    friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=STANDS_STILL,
+    motion=STANDS_STILL, amplitude=STANDS_STILL, omega=STANDS_STILL,
+)  # fmt: skip
 @dataclass(frozen=True, slots=True)
 class Contact:
     """A two-sided or one-sided clearance: ``lower <= row . x <= upper``.
@@ -156,17 +103,16 @@ class Contact:
             raise InvalidParameterError("row = 0: a contact must involve a coordinate.")
         object.__setattr__(self, "row", row)
         for name in ("lower", "upper"):
-            value = getattr(self, name)
-            if not infinite(value):
-                object.__setattr__(self, name, real(name, value))
+            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, STANDS_STILL)
+            object.__setattr__(self, name, value)
         if not self.lower < self.upper or (infinite(self.lower) and infinite(self.upper)):
             raise InvalidParameterError(
                 f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite."
             )
         pair = self.restitution
-        both = pair if isinstance(pair, tuple) else (pair, pair)
+        both = pair if isinstance(pair, tuple | list) else (pair, pair)
         if len(both) != 2:
-            raise InvalidParameterError(f"restitution = {pair}: one number, or (lower, upper).")
+            raise refusal("restitution", pair, "one number, or (lower, upper)")
         object.__setattr__(self, "restitution", tuple(fraction("restitution", r) for r in both))
 
     @property
@@ -178,7 +124,7 @@ class Contact:
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
     """Return a symmetric matrix of finite floats as rows, or raise naming the matrix."""
-    array = _numbers(name, value, "a square matrix of numbers")
+    array = numbers(name, value, "a square matrix of numbers")
     if array.ndim != 2 or array.shape[0] != array.shape[1] or (n and array.shape[0] != n):
         wanted = "(n, n)" if n is None else f"({n}, {n})"
         raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
@@ -189,6 +135,10 @@ def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
     return [[x / 2.0 for x in row] for row in linear.plus(rows, linear.transpose(rows))]
 
 
+@names_arguments(
+    friction=FRICTIONLESS, M="Give mass.", C="Give damping.", K="Give stiffness.",
+    force="Give forces, a Harmonic each, or constant_force.",
+)  # fmt: skip
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mechanism:
     """Masses, dashpots, springs, forces and stops.
@@ -231,11 +181,13 @@ class Mechanism:
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "damping", _square("damping", self.damping, n))
         object.__setattr__(self, "stiffness", _square("stiffness", self.stiffness, n))
-        constant = self.constant_force if len(self.constant_force) else (0.0,) * n
+        constant = (0.0,) * n if _empty(self.constant_force) else self.constant_force
         object.__setattr__(self, "constant_force", vector("constant_force", constant, n))
         contacts = _several("contacts", self.contacts, Contact, 1, MAX_CONTACTS)
         object.__setattr__(self, "contacts", contacts)
         object.__setattr__(self, "forces", _several("forces", self.forces, Harmonic, 0, MAX_LINES))
+        names = _several("contact_names", self.contact_names, str, 0, len(contacts))
+        object.__setattr__(self, "contact_names", names)
         for contact in self.contacts:
             vector("row", contact.row, n)
         for force in self.forces:
@@ -263,13 +215,20 @@ def stop_sizes(m: Mechanism) -> list[float]:
     return [abs(x) for c in m.contacts for x in (c.lower, c.upper) if not infinite(x)]
 
 
+def _empty(value: object) -> bool:
+    return isinstance(value, Sized) and not len(value)
+
+
 def _several(name: str, items: Any, kind: type, low: int, high: int) -> tuple[Any, ...]:
     """Return a sequence as a tuple, or raise naming it."""
-    listed = isinstance(items, Sequence) and low <= len(items) <= high
-    if not listed or not all(isinstance(item, kind) for item in items):
-        raise InvalidParameterError(
-            f"{name}: must be {low} to {high} of {kind.__name__} in a tuple or list, not {items!r}."
-        )
+    allowed = f"{low} to {high} of {kind.__name__} in a tuple or list"
+    if not isinstance(items, list | tuple):
+        raise refusal(name, items, allowed)
+    for i, item in enumerate(items):
+        if not isinstance(item, kind):
+            raise refusal(f"{name}[{i}]", item, f"a {kind.__name__}")
+    if not low <= len(items) <= high:
+        raise InvalidParameterError(f"{name}: {len(items)} are given; must be {allowed}.")
     return tuple(items)
 
 

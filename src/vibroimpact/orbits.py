@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.checks import check_kind
 from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import Compiled, compile_mechanism
 from vibroimpact.simulate import Run, Status, simulate
 from vibroimpact.state import State
@@ -39,8 +39,7 @@ ONLY_CONTACT, STOP_A, STOP_B = 0, 1, -1
 
 def on_circle(damper: ImpactDamper) -> tuple[Floats, float, float, Compiled]:
     """(W, alpha, beta, compiled) of (1) and (2)."""
-    if not isinstance(damper, ImpactDamper):
-        raise InvalidParameterError(f"damper = {damper!r}: must be an ImpactDamper.")
+    check_kind("damper", damper, ImpactDamper, "an ImpactDamper")
     compiled = compile_mechanism(damper.mechanism)
     n = compiled.mechanism.degrees
     flow = compiled.kernel.flow_matrix(math.pi / damper.omega)

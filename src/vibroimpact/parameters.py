@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from vibroimpact._kernel import Jet
+from vibroimpact.checks import check_choice, check_kind, refusal, shown
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Harmonic, Mechanism
 from vibroimpact.scalars import as_python
@@ -66,6 +67,8 @@ class Family:
     parameters: tuple[tuple[str, float], ...]
 
     def __init__(self, build: Callable[..., Mechanism], **parameters: float) -> None:
+        if not callable(build):
+            raise refusal("build", build, "a function that returns a Mechanism")
         try:
             inspect.signature(build).bind(**parameters)
         except TypeError as error:
@@ -81,17 +84,19 @@ class Family:
         try:
             built = self.build(**dict(self.parameters))
         except InvalidParameterError as error:
-            raise InvalidParameterError(f"system = {self!r}: {error}") from error
+            raise InvalidParameterError(f"system = {shown(self)}: {error}") from error
         except TypeError as error:
             jets = any(isinstance(value, Jet) for _, value in self.parameters)
             if jets or not re.search("integer|non-int", str(error)):
                 raise  # of jets :func:`expanded` says which parameter it is
             raise InvalidParameterError(
-                f"system = {self!r}: cannot be built ({error}). A parameter that counts something "
-                "must be an integer, and cannot be varied."
+                f"system = {shown(self)}: cannot be built ({error}). A parameter that counts "
+                "something must be an integer, and cannot be varied."
             ) from error
         if not isinstance(built, Mechanism):
-            raise InvalidParameterError(f"build = {self.build!r}: must return a Mechanism.")
+            raise InvalidParameterError(
+                f"build = {shown(self.build)}: must return a Mechanism, not {shown(built)}."
+            )
         return built
 
     def __repr__(self) -> str:
@@ -108,11 +113,11 @@ def parameter_value(system: System, name: str) -> float:
         No such parameter; the message lists what there is.
     """
     known = names_of(system)
-    if name in known:
-        return float(known[name])
-    if isinstance(system, Mechanism):
+    if isinstance(system, Mechanism) and name not in [*known]:
+        check_kind("parameter", name, str, "a name or a path")
         return _at_path(system, name)
-    raise InvalidParameterError(f"parameter = {name!r}: must be one of {', '.join(known)}.")
+    check_choice("parameter", name, known)
+    return float(known[name])
 
 
 def with_parameter(system: System, name: str, value: Any) -> System:
@@ -165,9 +170,10 @@ def names_of(system: System) -> dict[str, float]:
         return _numbers(dict(system.parameters))
     if isinstance(system, Mechanism):
         return {"omega": system.omega} if system.forces else {}
-    if not dataclasses.is_dataclass(cast(Any, system)):
+    if not dataclasses.is_dataclass(cast(Any, system)) or isinstance(system, type):
         raise InvalidParameterError(
-            f"system = {system!r}: has no parameters by name. Make it a dataclass, or a vi.Family."
+            f"system = {shown(system)}: has no parameters by name. Make it a dataclass, or a "
+            "vi.Family."
         )
     fields = {f.name: getattr(system, f.name) for f in dataclasses.fields(cast(Any, system))}
     return _numbers(fields)

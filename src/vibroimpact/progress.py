@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TextIO, TypeVar
 
@@ -99,3 +100,12 @@ class Progress:
             stream = self.stream or sys.stderr
             stream.write(text)
             stream.flush()
+
+
+@contextmanager
+def interruptible(kept: str) -> Iterator[None]:
+    """Give an interruption words, if it has none yet: what is kept of the work."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        raise KeyboardInterrupt(*(stop.args or (f"interrupted; {kept}.",))) from None

@@ -15,10 +15,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
+from vibroimpact.checks import check_count, check_memory, check_stop_name, refusal
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Impacts, Motion, Stop
-from vibroimpact.simulate import RunEnd, System, mechanism_of
+from vibroimpact.simulate import RunEnd, System, mechanism_of, record_bytes
 from vibroimpact.state import State
 
 if TYPE_CHECKING:
@@ -223,6 +223,7 @@ def impact_section(
     check_count("points", points, 1)
     check_count("settle", settle, 0)
     check_stop(system, contact, stop)
+    check_points("points", points, system)
     motion = Motion(system, state)
     end = motion.settle(settle)
     if end is not RunEnd.IMPACTS:
@@ -280,16 +281,22 @@ def section_of(
     )
 
 
-def check_stop(system: System, contact: int, stop: Stop) -> None:
+def check_stop(system: System, contact: Any, stop: Stop) -> None:
     """Refuse a stop that the system does not have."""
     contacts = mechanism_of(system).contacts
-    if isinstance(contact, bool) or contact not in range(len(contacts)):
+    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
+    if not whole or not 0 <= contact < len(contacts):
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
-        raise InvalidParameterError(f"contact = {contact!r}: must be {known}.")
-    if stop not in ("A", "B"):
-        raise InvalidParameterError(f'stop = {stop!r}: must be "A" or "B".')
+        raise refusal("contact", contact, known)
+    check_stop_name(stop)
     chosen = contacts[contact]
     if math.isinf(chosen.upper if stop == "A" else chosen.lower):
         raise InvalidParameterError(
             f"stop = {stop!r}: contact {contact} has no such stop; use the other one."
         )
+
+
+def check_points(name: str, points: int, system: System) -> None:
+    """Refuse more section points than memory holds; half of the impacts recorded may be points."""
+    size = 2 * record_bytes(mechanism_of(system))
+    check_memory(name, points, size, "Take fewer, then go on from the last state.")

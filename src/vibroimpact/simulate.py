@@ -12,9 +12,18 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
+from vibroimpact.checks import (
+    check_count,
+    check_kind,
+    check_memory,
+    memory_of_machine,
+    numbers,
+    real_or_infinite,
+    refusal,
+)
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.hybrid import Compiled, compile_mechanism
-from vibroimpact.mechanism import Mechanism, check_count
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.state import State
 
 Floats = NDArray[np.float64]
@@ -70,7 +79,7 @@ _SENTENCES = {
     RunEnd.STALLED: "time does not advance: more than 4096 events at one instant",
     RunEnd.MISSING: "a set of closed contacts could not be compiled: they depend on each other, "
     "or the forcing meets an undamped resonance of it",
-    RunEnd.EVENTS: "the record is full: mostly events that are no impacts",
+    RunEnd.EVENTS: "the record is full: mostly events that are no impacts, or all of the memory",
     RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
     "rounding",
@@ -97,9 +106,7 @@ def mechanism_of(system: System) -> Mechanism:
     mechanism = getattr(system, "mechanism", None)
     if isinstance(mechanism, Mechanism):
         return mechanism
-    raise InvalidParameterError(
-        f"system = {system!r}: must be a Mechanism or have one, as ImpactDamper does."
-    )
+    raise refusal("system", system, "a Mechanism or have one, as ImpactDamper does")
 
 
 @dataclass(frozen=True)
@@ -191,7 +198,7 @@ class Run:
         InvalidParameterError
             A time outside the run.
         """
-        times = np.asarray(t, dtype=float)
+        times = numbers("t", t, "times")
         span = float(self.time[-1]) if len(self) else 0.0
         most = span + 4.0 * np.spacing(span)  # of t_max: durations that add up to it are rounded
         outside = times[~((times >= 0.0) & (times <= most))]
@@ -247,8 +254,7 @@ def phases_of(mechanism: Mechanism, phase: float) -> list[float]:
 def begin(compiled: Compiled, state: State) -> Any:
     """The kernel's position for a state; refuses one behind a stop."""
     m = compiled.mechanism
-    if not isinstance(state, State):
-        raise InvalidParameterError(f"state = {state!r}: must be a State.")
+    check_kind("state", state, State, "a State")
     if len(state.position) != m.degrees:
         raise InvalidParameterError(
             f"position has shape ({len(state.position)},); expected ({m.degrees},)."
@@ -279,8 +285,13 @@ def flight_limit_of(compiled: Compiled) -> float:
 def check_counts(impacts: Any, t_max: float) -> None:
     """Refuse an impossible length of run."""
     check_count("impacts", impacts, 1)
-    if not t_max > 0.0:
-        raise InvalidParameterError(f"t_max = {t_max!r}: must be > 0.")
+    if real_or_infinite("t_max", t_max, "a number > 0") <= 0.0:
+        raise refusal("t_max", t_max, "> 0")
+
+
+def record_bytes(m: Mechanism) -> int:
+    """Memory for the record of an event: five vectors of n, kept twice while they are joined."""
+    return 2 * 8 * (6 * m.degrees + len(m.forces) + 8)
 
 
 def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float = math.inf) -> Run:
@@ -307,7 +318,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     Raises
     ------
     InvalidParameterError
-        A state behind a stop, wrong shapes, forcing too near an undamped resonance.
+        A state behind a stop, wrong shapes, forcing too near an undamped resonance; without
+        ``t_max``, more impacts than memory holds.
 
     Notes
     -----
@@ -324,15 +336,18 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     10
     """
     check_counts(impacts, t_max)
-    compiled = compile_mechanism(mechanism_of(system))
+    mechanism = mechanism_of(system)
+    size = record_bytes(mechanism)
+    if t_max == math.inf:
+        check_memory("impacts", impacts, size, "Give t_max, or take vi.impact_section.")
+    compiled = compile_mechanism(mechanism)
     at = begin(compiled, state)
     first = np.array(at.y)
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
+    events = min(RECORDS_PER_IMPACT * remaining + 64, memory_of_machine() // size)
     while why is RunEnd.MISSING:
-        part = compiled.kernel.simulate(
-            at, t_max, flight_limit_of(compiled), RECORDS_PER_IMPACT * int(impacts) + 64, remaining
-        )
+        part = compiled.kernel.simulate(at, t_max, flight_limit_of(compiled), events, remaining)
         parts.append(part)
         why = RunEnd(part["why"])
         if why is RunEnd.MISSING:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from vibroimpact.mechanism import real, vector
+from vibroimpact.checks import names_arguments, real, vector
 
 
+@names_arguments()
 @dataclass(frozen=True, slots=True)
 class State:
     """Where a motion stands at one instant.
@@ -40,7 +41,7 @@ class State:
 
         A shift of phase keeps a state on its stop and excites every direction of the section.
         """
-        return State(self.position, self.velocity, self.phase + amount)
+        return State(self.position, self.velocity, self.phase + real("amount", amount))
 
 
 STATE = tuple(field.name for field in fields(State))  # and what datasets call these of many states

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact.checks import check_choice
 from vibroimpact.periodic.find import mirrored as mirror_of
 
 Floats = NDArray[np.float64]
@@ -140,8 +140,9 @@ def coordinate(branch: Branch, points: Along, name: str, impact: int = 0) -> Flo
         No such coordinate.
     """
     degrees = branch.family.mechanism.degrees
-    numbered = re.fullmatch(r"([xv])(\d+)", name)
-    if numbered and 1 <= int(numbered[2]) <= degrees:
+    every = [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)]
+    check_choice("variable", name, [*every, "phase", *ONE_PER_ORBIT])
+    if numbered := re.fullmatch(r"([xv])(\d+)", name):
         column = int(numbered[2]) - 1 + (degrees if numbered[1] == "v" else 0)
         return _state(branch, points.z, impact)[:, column]
     if name == "phase":
@@ -150,12 +151,7 @@ def coordinate(branch: Branch, points: Along, name: str, impact: int = 0) -> Flo
     if name == "period":
         turns = 2.0 if branch.family.signature.symmetric else 1.0
         return turns * np.array([branch.family.unpacked(z)[1].sum() for z in points.z])
-    if name in ONE_PER_ORBIT:
-        return _of_orbits(branch, points, name)
-    every = [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)]
-    raise InvalidParameterError(
-        f"variable = {name!r}: must be one of {', '.join([*every, 'phase', *ONE_PER_ORBIT])}."
-    )
+    return _of_orbits(branch, points, name)
 
 
 def mirrored(values: Floats, name: str) -> Floats:

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.checks import check_choice, check_index
 from vibroimpact.continuation import Curve
-from vibroimpact.errors import InvalidParameterError
 from vibroimpact.normal_forms import NormalForm, Refusal, normal_form
 from vibroimpact.normal_forms.critical import Status
 from vibroimpact.periodic.admissibility import Nearest
@@ -154,14 +154,13 @@ class Branch:
         return len(self.values)
 
     def __getitem__(self, label: str) -> BifurcationPoint:
-        for point in self.special_points:
-            if point.label == label:
-                return point
-        known = ", ".join(point.label for point in self.special_points) or "none"
-        raise InvalidParameterError(f"label = {label!r}: must be one of {known}.")
+        points = {point.label: point for point in self.special_points}
+        check_choice("label", label, points)
+        return points[label]
 
     def orbit(self, index: int) -> Orbit:
-        """The orbit at a point of the branch."""
+        """The orbit at a point of the branch; the last has the index -1."""
+        check_index("index", index, len(self))
         return self.family.orbit(self.curve.z[index], float(self.values[index]))
 
     @property

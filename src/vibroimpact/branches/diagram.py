@@ -36,12 +36,12 @@ from vibroimpact.branches.loops import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop import StopWhen, inadmissible
 from vibroimpact.branches.sweep import swept
 from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.checks import check_count, check_function, check_index, check_kind, check_memory
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.continuation.walk import Tell
-from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import with_parameter
-from vibroimpact.periodic.find import SAME, Guess, solve
+from vibroimpact.periodic.find import SAME, Guess, converged, solve
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.problem import asymmetry
 from vibroimpact.simulate import mechanism_of
@@ -52,6 +52,7 @@ Told = Callable[[str], None]
 SWITCHED = ("PD", "BP", "GR", "ZERO")
 NEAR = 1e-7  # of the range: values of the parameter at one junction
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
+VALUE_BYTES = 2**14  # of a value of the sweep: some hundred section points, up and down
 PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
 STOP_WHEN = inadmissible()
 
@@ -113,6 +114,7 @@ class Diagram:
 
     def origin(self, number: int) -> Reached | None:
         """Where a branch was found; None for number 0."""
+        check_index("number", number, len(self.branches))
         return next((r for r in self.reached if r.to == number and r.how == "new"), None)
 
     def plot(self, variable: str = "v1", *, ax: Axes | None = None, points: bool = True) -> Axes:
@@ -123,6 +125,7 @@ class Diagram:
         """
         from vibroimpact.plotting import plot_branches
 
+        check_kind("variable", variable, str, "the name of a coordinate")
         family = self.branches[0].family
         held = self.attractors is not None and variable in self.attractors
         return plot_branches(
@@ -250,10 +253,13 @@ def branch_diagram(
         ("attractors", attractors, 0),
     ):
         check_count(name, value, least)
+    check_memory("attractors", attractors, VALUE_BYTES, "Take fewer.")
+    check_function("progress", progress)
+    orbit = converged(orbit)
     tell = progress or (lambda _: None)
     following = _Following(parameter, steps, stop_when, tell)
     first = continue_orbit(orbit, parameter, bounds, **following.options("branch 0, of the orbit"))
-    low, high = float(bounds[0]), float(bounds[1])
+    low, high = first.bounds
     tree = _Tree((low, high), following)
     tree.grow(first, depth, most)
     behind = None

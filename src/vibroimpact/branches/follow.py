@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
-from vibroimpact.branches.checks import check_parameter, converged, range_of
+from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.stop import StopWhen, points_asked
 from vibroimpact.branches.verify import is_neutral, why_none
+from vibroimpact.checks import check_flag, range_of, vector
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import AT_START, Tell
+from vibroimpact.continuation.walk import AT_START, Tell, check_steps
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import parameter_value
+from vibroimpact.periodic.find import converged
 from vibroimpact.periodic.orbit import Orbit
 
 Floats = NDArray[np.float64]
@@ -96,9 +98,13 @@ def continue_orbit(
     """
     start = converged(orbit)
     value = parameter_value(start.system, parameter)
-    low, high = range_of(bounds, parameter, value)
+    low, high = range_of("bounds", bounds, parameter, value)
+    check_steps(steps, progress)
+    check_flag("both", both)
     check_parameter(start, parameter, (low, high))
     z = start.problem.packed(start.states, start.durations)
+    if tangent is not None:
+        tangent = np.array(vector("tangent", tangent, z.size + 1))
     family = OrbitFamily(start.system, start.signature, parameter, z, high - low)
     curve = continue_curve(
         family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.checks import check_count, real
 from vibroimpact.continuation.problem import Floats
 from vibroimpact.continuation.walk import Ask, Begin
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count, real
 from vibroimpact.periodic.orbit import NEUTRAL, Orbit
 
 Rule = Callable[[Orbit], bool | str]

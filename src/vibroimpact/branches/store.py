@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,13 +21,14 @@ from vibroimpact.branches.along import unknowns_of
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.stored_system import chosen, text_of
+from vibroimpact.checks import check_kind, check_target, path_of
 from vibroimpact.continuation import Curve, End, SpecialPoint, Stopped
 from vibroimpact.continuation.curve import Unresolved
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import parameter_value
 from vibroimpact.periodic.admissibility import Nearest
 from vibroimpact.periodic.problem import Signature
-from vibroimpact.simulate import System
+from vibroimpact.simulate import System, mechanism_of
 
 FORMAT = "vibroimpact branch 1"
 SUFFIXES = (".nc",)
@@ -168,6 +168,7 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
     InvalidParameterError
         No such dataset, something missing in it, no system or another one.
     """
+    check_kind("data", data, xr.Dataset, "a Dataset, as Branch.to_dataset gives")
     if data.attrs.get("format") != FORMAT:
         raise InvalidParameterError(
             f"data: format {data.attrs.get('format')!r} must be {FORMAT!r}. Give what "
@@ -175,9 +176,15 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
         )
     try:
         return _built(data, system)
+    except InvalidParameterError:
+        raise
     except KeyError as error:
         raise InvalidParameterError(
             f"data: {error.args[0]} is missing. Give what Branch.to_dataset or save_branch wrote."
+        ) from error
+    except (ValueError, TypeError, IndexError) as error:
+        raise InvalidParameterError(
+            f"data: is damaged ({error}). Give what Branch.to_dataset or save_branch wrote."
         ) from error
 
 
@@ -293,10 +300,11 @@ def save_branch(branch: Branch, path: str | os.PathLike[str]) -> None:
     InvalidParameterError
         Another suffix, no such folder, no permission.
     """
-    from vibroimpact.files import check_target, replacing  # it imports pyplot
+    from vibroimpact.files import replacing  # it imports pyplot
 
-    target = Path(path)
-    check_target(target, SUFFIXES)
+    check_kind("branch", branch, Branch, "a Branch, as continue_orbit gives")
+    target = path_of("path", path)
+    check_target(target, SUFFIXES, "path")
     with replacing(target) as temporary:
         dataset_of(branch).to_netcdf(temporary, engine="h5netcdf")
 
@@ -322,12 +330,14 @@ def load_branch(path: str | os.PathLike[str], system: System | None = None) -> B
     InvalidParameterError
         No such file, no branch in it, no system or another one.
     """
+    target = path_of("path", path)
+    if system is not None:
+        mechanism_of(system)
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as opened:
+        with xr.open_dataset(target, engine="h5netcdf") as opened:
             data = opened.load()
     except (OSError, ValueError) as error:
         raise InvalidParameterError(
-            f"path = {os.fspath(path)}: cannot be read ({error}). Name a file that save_branch "
-            "wrote."
+            f"path = {target}: cannot be read ({error}). Name a file that save_branch wrote."
         ) from error
     return branch_from(data, system)

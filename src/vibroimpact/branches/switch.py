@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.checks import range_of
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.follow import STEPS, branch_of
 from vibroimpact.branches.stop import StopWhen, points_asked
+from vibroimpact.checks import check_kind, range_of
 from vibroimpact.continuation import Steps, continue_curve, switch
-from vibroimpact.continuation.walk import Begin, Tell
+from vibroimpact.continuation.walk import Begin, Tell, check_steps
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.periodic.find import Guess, repeated, rotated, unfolded, with_mirror
 from vibroimpact.periodic.problem import OrbitProblem, Signature
@@ -90,12 +90,12 @@ def switch_branch(
         Not a special point; a range that is empty, without the point or no wider than rounding; a
         ``stop_when`` that is no rule.
     """
-    if not isinstance(point, BifurcationPoint):
-        raise InvalidParameterError(
-            f"point = {point!r}: must be a special point of a branch, such as branch['PD1']."
-        )
+    check_kind(
+        "point", point, BifurcationPoint, "a special point of a branch, such as branch['PD1']"
+    )
+    check_steps(steps, progress)
     wanted = point.bounds if bounds is None else bounds
-    low, high = range_of(wanted, point.name, point.parameter)
+    low, high = range_of("bounds", wanted, point.name, point.parameter)
     builders = {"PD": _doubled, "BP": _branching, "GR": _grown, "ZERO": _shrunk}
     if point.kind not in builders:
         return NoBranch(point, f"at a point of kind {point.kind} no other branch of orbits begins")

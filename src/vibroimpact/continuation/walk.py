@@ -21,6 +21,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vibroimpact.checks import check_count, check_function, check_kind, names_arguments, positive
 from vibroimpact.continuation.curve import End, Stopped
 from vibroimpact.continuation.expansion import Expansion, first_zero, positions
 from vibroimpact.continuation.newton import Node, correct
@@ -28,7 +29,6 @@ from vibroimpact.continuation.panel import BRANCH_POINT, Failure, Panel, Standar
 from vibroimpact.continuation.problem import Floats, Scaled
 from vibroimpact.continuation.special import Found, at_end, at_start, locate
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count, positive
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
@@ -45,6 +45,7 @@ Ask = Callable[[Floats, float], str]  # why a curve is to end at (z, p); empty i
 Begin = Callable[[], Ask]
 
 
+@names_arguments()
 @dataclass(frozen=True, kw_only=True)
 class Steps:
     """How a curve is followed; lengths in scaled arclength.
@@ -81,12 +82,18 @@ class Steps:
 
     def __post_init__(self) -> None:
         for name in ("first", "least", "largest", "tolerance", "turn"):
-            positive(name, getattr(self, name))
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
         if self.largest < self.least:
             raise InvalidParameterError(
                 f"largest = {self.largest}: must be >= least = {self.least}."
             )
         check_count("points", self.points, 1)
+
+
+def check_steps(steps: object, progress: object) -> None:
+    """Refuse what does not say how a curve is followed, and what cannot be told of it."""
+    check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
+    check_function("progress", progress)
 
 
 def turned(node: Node) -> Node:

@@ -11,6 +11,8 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact.branches.stored_system import system_of
+from vibroimpact.checks import check_kind, shown
+from vibroimpact.ensembles.asked import LOST, check_options
 from vibroimpact.ensembles.basins import basins
 from vibroimpact.ensembles.diagram import bifurcation_sweep
 from vibroimpact.ensembles.listed_starts import ListedStarts
@@ -21,7 +23,8 @@ from vibroimpact.ensembles.states import names_of_state
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import with_parameters
-from vibroimpact.simulate import System
+from vibroimpact.progress import interruptible
+from vibroimpact.simulate import System, mechanism_of
 from vibroimpact.state import State
 
 
@@ -32,6 +35,7 @@ class Maker(NamedTuple):
     told: Callable[[xr.Dataset], dict[str, Any]]
 
 
+@interruptible(LOST)
 def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: Any) -> xr.Dataset:
     """Repeat a sweep, plane, basins, diagram or count from its attributes and axes.
 
@@ -68,19 +72,36 @@ def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: A
     >>> vi.sweep_again(found, progress=False).identical(found)
     True
     """
+    check_kind("found", found, xr.Dataset, "a Dataset, as vi.sweep gives")
+    if system is not None:
+        mechanism_of(system)
     maker = MAKERS.get(found.attrs.get("made_by", ""))
     if maker is None:
         raise InvalidParameterError(
             f"found: was made by none of {', '.join(MAKERS)}, or has lost its attributes."
         )
+    check_options("sweep_again", options, maker.make, sweep)
+    try:
+        made, told = _system(found, system), _told(found) | maker.told(found)
+    except InvalidParameterError:
+        raise
+    except (KeyError, ValueError, TypeError, StopIteration) as error:
+        raise InvalidParameterError(
+            f"found: its attributes are damaged ({error!r}). Give what vi.{maker.make.__name__} "
+            "returned."
+        ) from error
+    return maker.make(made, **told | options)
+
+
+def _told(found: xr.Dataset) -> dict[str, Any]:
+    """The axes and the window of what was made, if all of it is there."""
     _check_whole(found)
-    told = {
+    return {
         "over": {name: found[name].values for name in _swept(found)},
         "settle": float(found.attrs["settle"]),
         "periods": float(found.attrs["periods"]),
         "most_impacts": int(found.attrs["most_impacts"]),
     }
-    return maker.make(_system(found, system), **told | maker.told(found) | options)
 
 
 def _system(found: xr.Dataset, given: System | None) -> System:
@@ -96,7 +117,7 @@ def _system(found: xr.Dataset, given: System | None) -> System:
     ends = [found[name].values[[0, -1]].tolist() for name in _swept(found)]  # in any order now
     corners = (dict(zip(_swept(found), values, strict=True)) for values in product(*ends))
     if all(repr(with_parameters(given, corner)) != described for corner in corners):
-        raise InvalidParameterError(f"system = {given!r}: was {described}. Give that one.")
+        raise InvalidParameterError(f"system = {shown(given)}: was {described}. Give that one.")
     return given
 
 

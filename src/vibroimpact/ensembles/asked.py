@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from vibroimpact.checks import shown, unknown_keyword
 from vibroimpact.ensembles.observers import Observer, key_of, resolve
 from vibroimpact.errors import InvalidParameterError
 
@@ -15,19 +17,30 @@ MATCHED = "the matching of attractors fixes what is observed. For other observer
 
 def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
     """Observers that are needed, and those that the user adds; of one kind and label the user's."""
-    given = resolve(more) if more else ()
+    given = () if isinstance(more, Sequence) and not more else resolve(more)
     keys = {key_of(observer) for observer in given}
     return *(one for one in resolve(own) if key_of(one) not in keys), *given
+
+
+LOST = "nothing is kept but what a store holds"  # after an interruption
+
+
+def check_options(name: str, options: Mapping[str, Any], *functions: Callable[..., Any]) -> None:
+    """Refuse options of a function that neither it takes nor those that it calls."""
+    known = [one for function in functions for one in inspect.signature(function).parameters]
+    for option in options:
+        if option not in known:
+            raise unknown_keyword(name, option, known)
 
 
 def check_axes(over: Any, count: int, what: str, example: str) -> None:
     """Refuse another number of axes."""
     if not isinstance(over, Mapping) or len(over) != count:
-        said = ", ".join(map(str, over)) if isinstance(over, Mapping) and over else repr(over)
+        said = ", ".join(map(str, over)) if isinstance(over, Mapping) and over else shown(over)
         raise InvalidParameterError(f"over = {said}: must be {what}, such as {example}.")
 
 
 def refuse(options: Mapping[str, Any], name: str, why: str) -> None:
     """Refuse an option of a sweep that the question itself decides."""
     if name in options:
-        raise InvalidParameterError(f"{name} = {options[name]!r}: must be left out; {why}")
+        raise InvalidParameterError(f"{name} = {shown(options[name])}: must be left out; {why}")

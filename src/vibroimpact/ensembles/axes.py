@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.checks import numbers, refusal
 from vibroimpact.ensembles.states import COORDINATE
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Mechanism
@@ -29,24 +30,15 @@ def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:
     values
         Finite numbers, all different, at least one.
     """
-    try:
-        axis = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidParameterError(
-            f"{argument}[{name!r}] = {values!r}: must be numbers, such as np.linspace(1, 2, 101)."
-        ) from None
+    label = f"{argument}[{name!r}]"
+    axis = numbers(label, values, "numbers, such as np.linspace(1, 2, 101)")
     if axis.ndim != 1 or axis.size == 0:
-        raise InvalidParameterError(
-            f"{argument}[{name!r}] has shape {axis.shape}: must be (k,) with k >= 1."
-        )
-    if not np.isfinite(axis).all():
-        wrong = axis[~np.isfinite(axis)][0]
-        raise InvalidParameterError(f"{argument}[{name!r}] = {wrong}: every value must be finite.")
+        raise InvalidParameterError(f"{label} has shape {axis.shape}: must be (k,) with k >= 1.")
     different, counts = np.unique(axis, return_counts=True)
     if counts.max() > 1:
         twice = different[counts > 1][0]
         raise InvalidParameterError(
-            f"{argument}[{name!r}] = {twice}: is there {counts.max()} times. Give each value once."
+            f"{label} = {twice}: is there {counts.max()} times. Give each value once."
         )
     axis.flags.writeable = False
     return axis
@@ -67,9 +59,8 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
     same ends the sweep when its turn comes.
     """
     if not isinstance(over, Mapping):
-        raise InvalidParameterError(
-            f"over = {over!r}: must be a dictionary from names of parameters to values."
-        )
+        raise refusal("over", over, "a dictionary from names of parameters to values")
+    mechanism_of(system)
     axes = {}
     for name, values in over.items():
         _check_name(system, name)

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.ensembles.asked import MATCHED, check_axes, refuse
+from vibroimpact.checks import check_choice, check_count, check_kind, share
+from vibroimpact.ensembles.asked import LOST, MATCHED, check_axes, check_options, refuse
 from vibroimpact.ensembles.attractors import Found, labelled
-from vibroimpact.ensembles.kinds import check_tolerance
 from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.matching import TOLERANCE
 from vibroimpact.ensembles.member_table import Longer
@@ -23,8 +23,8 @@ from vibroimpact.ensembles.starts import GridStarts
 from vibroimpact.ensembles.states import States
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count
 from vibroimpact.motion import Stop
+from vibroimpact.progress import interruptible
 from vibroimpact.sections import check_stop
 from vibroimpact.simulate import System
 from vibroimpact.state import STATE, State
@@ -33,6 +33,7 @@ EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
 POINTS = 8  # of each member: what the rule of matching.py needs
 
 
+@interruptible(LOST)
 def basins(
     system: System, *, over: Mapping[str, ArrayLike], start: State, stop: Stop = "A",
     contact: int = 0, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
@@ -101,10 +102,11 @@ def basins(
     >>> found["name"].values.tolist()
     ['1-1-1 a']
     """
+    check_options("basins", options, sweep)
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
     check_stop(system, contact, stop)
     check_count("most", most, 1)
-    check_tolerance(tolerance)
+    share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
     asked = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
@@ -130,11 +132,11 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     name
         Its name, such as "1-1-1 a".
     """
+    check_kind("basins", basins, xr.Dataset, "a Dataset, as vi.basins gives")
     if "name" not in basins or "attractor_position" not in basins:
         raise InvalidParameterError("basins: have no attractors. Make them by vi.basins.")
     names = [str(one) for one in basins["name"].values]
-    if name not in names:
-        raise InvalidParameterError(f"name = {name!r}: must be one of {', '.join(names)}.")
+    check_choice("name", name, names)
     row = basins.isel(label=names.index(name))
     position, velocity = (row[f"attractor_{kind}"].values for kind in ("position", "velocity"))
     return State(tuple(position), tuple(velocity), float(row["attractor_phase"]))

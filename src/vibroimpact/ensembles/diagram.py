@@ -14,13 +14,22 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.ensembles.asked import Observe, check_axes, refuse, together
+from vibroimpact.checks import check_choice, check_kind
+from vibroimpact.ensembles.asked import (
+    LOST,
+    Observe,
+    check_axes,
+    check_options,
+    refuse,
+    together,
+)
 from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.observers import Section
 from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Stop
+from vibroimpact.progress import interruptible
 from vibroimpact.simulate import System
 from vibroimpact.state import STATE, State
 
@@ -28,6 +37,7 @@ Way = Literal["up", "down", "both"]
 WAYS = ("up", "down", "both")
 
 
+@interruptible(LOST)
 def bifurcation_sweep(
     system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts | ListedStarts,
     way: Way = "both", stop: Stop = "A", contact: int = 0, points: int = 60,
@@ -89,12 +99,12 @@ def bifurcation_sweep(
     {'direction': 2, 'omega': 6, 'point': 5}
     """
     check_axes(over, 1, "one parameter with its values", '{"omega": np.linspace(0.9, 1.1, 400)}')
-    if way not in WAYS:
-        raise InvalidParameterError(f"way = {way!r}: must be one of {', '.join(WAYS)}.")
-    if not isinstance(start, State | RandomStarts | ListedStarts):
-        raise InvalidParameterError(
-            f"start = {start!r}: must be a State, which is followed, RandomStarts or ListedStarts."
-        )
+    check_choice("way", way, WAYS)
+    check_kind(
+        "start", start, (State, RandomStarts, ListedStarts),
+        "a State, which is followed, RandomStarts or ListedStarts",
+    )  # fmt: skip
+    check_options("bifurcation_sweep", options, sweep)
     refuse(options, "follow", 'way = "up" or "down" follows the motion.')
     section = Section(points=points, contact=contact, stop=stop)
     asked = {"over": over, "observe": together([section, "final"], observe)} | options

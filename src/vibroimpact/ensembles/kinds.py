@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
+from vibroimpact.checks import check_count, check_kind, check_stop_name, share, vector
 from vibroimpact.ensembles.outputs import (
     CONTACT,
     COORDINATE,
@@ -24,7 +25,7 @@ from vibroimpact.ensembles.outputs import (
     whole,
 )  # fmt: skip
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism, check_count, vector
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.motion import Stop
 from vibroimpact.sections import check_stop
 
@@ -39,16 +40,6 @@ class Observer(Protocol):
 
 
 MOST = 10**6  # of a count: so many section points of two coordinates are 48 MB per member
-
-
-def check_tolerance(tolerance: float) -> None:
-    """Refuse a tolerance that is no share."""
-    try:
-        share = bool(0.0 < tolerance < 1.0)
-    except (TypeError, ValueError):
-        share = False
-    if not share:
-        raise InvalidParameterError(f"tolerance = {tolerance!r}: must be in (0, 1).")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +115,7 @@ class Symbol:
     returns: int = 2
 
     def __post_init__(self) -> None:
-        check_tolerance(self.tolerance)
+        share("tolerance", self.tolerance)
         check_count("returns", self.returns, 1, MOST)
 
     def outputs(self, mechanism: Mechanism) -> Table:
@@ -337,7 +328,7 @@ class Rotation:
 
     def __post_init__(self) -> None:
         _check_section(self)
-        check_tolerance(self.tolerance)
+        share("tolerance", self.tolerance)
 
     def outputs(self, mechanism: Mechanism) -> Table:
         """``rotation``, ``rotation_error``."""
@@ -351,12 +342,12 @@ class Rotation:
 
 
 def _check_section(observer: Section | Rotation) -> None:
-    if observer.label != "":
+    check_kind("label", observer.label, str, "a name, such as 'relative'")
+    if observer.label:
         check_label(observer.label)
     check_count("stride", observer.stride, 1, MOST)
     check_count("contact", observer.contact, 0)
-    if observer.stop not in ("A", "B"):
-        raise InvalidParameterError(f'stop = {observer.stop!r}: must be "A" or "B".')
+    check_stop_name(observer.stop)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -380,7 +371,7 @@ class Settling:
     longest: int = 64
 
     def __post_init__(self) -> None:
-        check_tolerance(self.tolerance)
+        share("tolerance", self.tolerance)
         check_count("returns", self.returns, 1, MOST)
         check_count("longest", self.longest, 1, MOST)
 

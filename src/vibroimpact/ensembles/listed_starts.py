@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibroimpact.checks import numbers
 from vibroimpact.ensembles.states import Floats, States, names_of_state
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.state import State
@@ -93,13 +94,7 @@ class ListedStarts:
 
 def _finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> Floats:
     """Numbers that are all finite, copied."""
-    try:
-        copy = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise InvalidParameterError(f"{name}: must be an array of numbers.") from None
+    copy = np.ascontiguousarray(numbers(name, values, "an array of numbers"))
     if shape not in (None, copy.shape):
         raise InvalidParameterError(f"{name} has shape {copy.shape}; expected {shape}.")
-    if not np.isfinite(copy).all():
-        place = np.argwhere(~np.isfinite(copy))[0].tolist()
-        raise InvalidParameterError(f"{name}{place}: every number must be finite.")
     return copy

@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.checks import check_choice, shown
 from vibroimpact.ensembles.kinds import (
     Extremes,
     Final,
@@ -66,8 +67,7 @@ def observer_of(name: str) -> Observer:
     InvalidParameterError
         There is none.
     """
-    if name not in OBSERVERS:
-        raise InvalidParameterError(f"observe = {name!r}: must be one of {', '.join(OBSERVERS)}.")
+    check_choice("observe", name, OBSERVERS)
     return OBSERVERS[name]()
 
 
@@ -87,7 +87,7 @@ def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observe
         if not isinstance(observer, tuple(OBSERVERS.values())):
             name = one.__name__ if isinstance(one, type) else "Symbol"
             raise InvalidParameterError(
-                f"observe = {one!r}: must be a name or an observer, such as {name}()."
+                f"observe = {shown(one)}: must be a name or an observer, such as {name}()."
             )
         key = key_of(observer)
         if found.setdefault(key, observer) != observer:

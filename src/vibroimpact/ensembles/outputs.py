@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact.checks import refusal
 
 COORDINATE, CONTACT, POINT, EXPONENT = "coordinate", "contact", "point", "exponent"  # dimensions
 
@@ -42,7 +42,7 @@ Table = dict[str, Output]
 def check_label(label: Any) -> None:
     """Refuse what cannot be a part of a variable's name."""
     if not isinstance(label, str) or not label.isidentifier():
-        raise InvalidParameterError(f"label = {label!r}: must be a name, such as 'relative'.")
+        raise refusal("label", label, "a name, such as 'relative'")
 
 
 def labelled(name: str, label: str) -> str:

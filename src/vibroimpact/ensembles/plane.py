@@ -10,8 +10,16 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.attractors import rest_on_stops
-from vibroimpact.ensembles.asked import MATCHED, Observe, check_axes, refuse, together
-from vibroimpact.ensembles.kinds import check_tolerance
+from vibroimpact.checks import check_kind, share, shown
+from vibroimpact.ensembles.asked import (
+    LOST,
+    MATCHED,
+    Observe,
+    check_axes,
+    check_options,
+    refuse,
+    together,
+)
 from vibroimpact.ensembles.matching import TOLERANCE, different, distinct, scale_of
 from vibroimpact.ensembles.motions import NO_IMPACTS, column_of, motions, symbols_of
 from vibroimpact.ensembles.observers import Section
@@ -20,6 +28,7 @@ from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Stop
 from vibroimpact.parameters import with_parameters
+from vibroimpact.progress import interruptible
 from vibroimpact.simulate import System
 from vibroimpact.state import STATE, State
 
@@ -27,6 +36,7 @@ POINTS = 16  # of each member for counting
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
 
 
+@interruptible(LOST)
 def plane(
     system: System, *, over: Mapping[str, ArrayLike], start: State,
     observe: Observe = (), **options: Any,
@@ -83,6 +93,7 @@ def plane(
     '1-1-1'
     """
     check_axes(over, 2, "two parameters with their values", EXAMPLE)
+    check_options("plane", options, sweep)
     observers = together(["symbol", "impacts"], observe)
     members = sweep(system, over=over, observe=observers, start=start, **options)
     return with_motions(members).assign_attrs(made_by="plane")
@@ -104,6 +115,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
     return members.assign({name: ADDED[name](members) for name in names})
 
 
+@interruptible(LOST)
 def multistability(
     system: System, *, over: Mapping[str, ArrayLike], start: Many,
     stop: Stop = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
@@ -145,13 +157,15 @@ def multistability(
     one lies in the gaps between the points of the other: near attractors are joined rather than
     one counted twice. Transients longer than ``settle`` count as attractors.
     """
+    check_kind("over", over, Mapping, "a dictionary from names of parameters to values")
     if isinstance(start, State) or not over:
         raise InvalidParameterError(
-            f"start = {start!r}, over = {over!r}: must be RandomStarts, GridStarts or "
+            f"start = {shown(start)}, over = {shown(over)}: must be RandomStarts, GridStarts or "
             "ListedStarts, and at least one parameter. Of one system: vi.basins."
         )
-    check_tolerance(tolerance)
+    share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
+    check_options("multistability", options, sweep)
     section = Section(points=POINTS, contact=contact, stop=stop)
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],

@@ -14,14 +14,21 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibroimpact.checks import (
+    LARGEST_SEED,
+    check_count,
+    check_kind,
+    check_memory,
+    ends_of,
+    names_arguments,
+    refusal,
+)
 from vibroimpact.ensembles.axes import axis_of
 from vibroimpact.ensembles.listed_starts import ListedStarts
 from vibroimpact.ensembles.states import Floats, States, names_of_state, varied
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count, real
 from vibroimpact.state import State
 
-LARGEST_SEED = 2**64 - 1
 UNIT = 2.0**-53  # spacing of random numbers in [0, 1): the upper 53 of 64 random bits
 
 
@@ -63,9 +70,7 @@ def starts_of(start: Start, degrees: int) -> Starts:
     elif isinstance(start, RandomStarts | GridStarts | ListedStarts):
         start_of = start
     else:
-        raise InvalidParameterError(
-            f"start = {start!r}: must be a State, RandomStarts, GridStarts or ListedStarts."
-        )
+        raise refusal("start", start, "a State, RandomStarts, GridStarts or ListedStarts")
     have = len(start_of.base.position)
     if have != degrees:
         raise InvalidParameterError(
@@ -103,6 +108,7 @@ class OneStart:
         return {"kind": "one", "base": _plain(self.base)}
 
 
+@names_arguments()
 @dataclass(frozen=True)
 class RandomStarts:
     """Random starts, drawn uniformly; the same ones at every value of the parameters.
@@ -147,12 +153,12 @@ class RandomStarts:
 
     def __post_init__(self) -> None:
         check_count("count", self.count, 1)
-        check_count("seed", self.seed, 0)
+        check_count("seed", self.seed, 0, LARGEST_SEED)
         check_count("first", self.first, 0)
-        if self.seed > LARGEST_SEED:
-            raise InvalidParameterError(f"seed = {self.seed}: must be below 2^64.")
         ranges = {name: _range(name, self.over[name]) for name in _in_order(self.over, self.base)}
         object.__setattr__(self, "over", ranges)
+        size = 8 * (2 * len(self.base.position) + 1)
+        check_memory("count", self.count, 2 * size, "Take fewer, then go on with first=...")
 
     @property
     def dims(self) -> dict[str, int]:
@@ -197,6 +203,7 @@ class RandomStarts:
         }
 
 
+@names_arguments()
 @dataclass(frozen=True)
 class GridStarts:
     """Starts on a grid of some coordinates, for basins of attraction.
@@ -272,29 +279,18 @@ Start = State | Many
 
 def _in_order(over: Any, base: Any) -> list[str]:
     """The names in ``over``, in the order x1, ..., v1, ..., phase; others are refused."""
-    if not isinstance(base, State):
-        raise InvalidParameterError(f"base = {base!r}: must be a State.")
+    check_kind("base", base, State, "a State")
     known = names_of_state(len(base.position))
     if not isinstance(over, Mapping) or not over:
-        raise InvalidParameterError(
-            f"over = {over!r}: must be a dictionary with at least one of {', '.join(known)}."
-        )
+        raise refusal("over", over, f"a dictionary with at least one of {', '.join(known)}")
     unknown = [name for name in over if name not in known]
     if unknown:
-        raise InvalidParameterError(f"over = {unknown[0]!r}: must be one of {', '.join(known)}.")
+        raise refusal("over", unknown[0], f"one of {', '.join(known)}")
     return [name for name in known if name in over]
 
 
 def _range(name: str, ends: Any) -> tuple[float, float]:
-    try:
-        low, high = (real(f"over[{name!r}]", x) for x in ends)
-    except (TypeError, ValueError):
-        low = high = math.nan
-    if not low < high:
-        raise InvalidParameterError(
-            f"over[{name!r}] = {ends!r}: must be (low, high), finite, with low < high."
-        )
-    return low, high
+    return ends_of(f"over[{name!r}]", ends)
 
 
 def _plain(state: State) -> dict[str, Any]:

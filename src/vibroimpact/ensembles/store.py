@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vibroimpact.checks import path_of
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.question import Question
 from vibroimpact.ensembles.schema import END, Schema
@@ -36,9 +37,7 @@ PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
 
 def store_path(store: str | os.PathLike[str]) -> Path:
     """The folder that a user names, ``~`` replaced."""
-    if not isinstance(store, str | os.PathLike):
-        raise InvalidParameterError(f"store = {store!r}: must be the name of a folder.")
-    return Path(os.path.expanduser(store))
+    return path_of("store", store).expanduser()
 
 
 class Store:

@@ -15,6 +15,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.checks import (
+    check_count,
+    memory_of_machine,
+    nonnegative,
+    positive,
+    refusal,
+    shown,
+)
 from vibroimpact.ensembles.axes import parameter_axes
 from vibroimpact.ensembles.backends import backend_of
 from vibroimpact.ensembles.batch import Arrays
@@ -33,9 +41,9 @@ from vibroimpact.ensembles.tiles import (
     tiles_of,
 )
 from vibroimpact.errors import ClusterLostError, InvalidParameterError
-from vibroimpact.mechanism import Mechanism, check_count, nonnegative, positive
+from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameters
-from vibroimpact.progress import Progress
+from vibroimpact.progress import Progress, interruptible
 from vibroimpact.simulate import System, mechanism_of
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
@@ -43,11 +51,13 @@ from vibroimpact.simulate import System, mechanism_of
 # this one.
 MORE_IMPACTS, LIVELIEST = 64, 0.999
 UNIT = float(np.finfo(float).eps)
+LONGEST = 1e100  # forcing periods: times stay finite
 MOST_IMPACTS = 2**50  # the kernel counts events, some four per impact, in doubles
 
 Told = Callable[[int, int], None]
 
 
+@interruptible("nothing new was computed")
 def sweep(
     system: System,
     *,
@@ -154,12 +164,12 @@ def sweep(
     path = None if store is None else store_path(store)
     compute_tiles = backend_of(backend)
     if client is not None and backend != "dask":
-        raise InvalidParameterError(f"client = {client!r}: is for backend = 'dask'.")
+        raise InvalidParameterError(f"client = {shown(client)}: is for backend = 'dask'.")
     for name, value in (("workers", workers), ("tile", tile)):
         if value is not None:
             check_count(name, value, 1)
-    if not isinstance(progress, bool | Callable):
-        raise InvalidParameterError(f"progress = {progress!r}: must be True, False or a function.")
+    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
+        raise refusal("progress", progress, "True, False or a function")
     question = question_of(plan)
     schema = schema_of(plan, question)
     sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)
@@ -169,9 +179,9 @@ def sweep(
         try:
             with (
                 closing(compute_tiles(plan, missing, workers, client)) as results,
-                closing(_shown(results, missing, progress)) as shown,
+                closing(_shown(results, missing, progress)) as seen,
             ):
-                for done, arrays in shown:
+                for done, arrays in seen:
                     sink.write(done, arrays)
                     capped += int((arrays["end"] == Outcome.CAP).sum())
         except KeyboardInterrupt:
@@ -206,6 +216,8 @@ def plan_of(
         raise InvalidParameterError("over = {}: names no parameter, and there is one start only.")
     _check_follow(follow, axes)
     length = nonnegative("settle", settle) + positive("periods", periods)
+    if length > LONGEST:
+        raise refusal("settle + periods", length, f"at most {LONGEST:g}")
     if most_impacts is None:
         most = max(_ordinary(one, length) for one in _corners(system, axes, mechanism))
         if most > MOST_IMPACTS:
@@ -246,13 +258,13 @@ def _ordinary(mechanism: Mechanism, length: float) -> float:
     return cycles * chatters
 
 
-def _check_follow(follow: str | None, axes: Mapping[str, object]) -> None:
+def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:
     """Refuse to follow what is no axis of parameters."""
     known = [sign + name for name in axes for sign in ("", "-")]
-    if follow is None or follow in known:
+    if follow is None or (isinstance(follow, str) and follow in known):
         return
     allowed = " or one of " + ", ".join(map(repr, known)) if known else ": over has no parameter"
-    raise InvalidParameterError(f"follow = {follow!r}: must be None{allowed}.")
+    raise refusal("follow", follow, f"None{allowed}")
 
 
 def _members(plan: Plan, schema: Schema) -> int:
@@ -306,11 +318,6 @@ class Memory:
     def dataset(self) -> xr.Dataset:
         """All results."""
         return self.schema.dataset(self.arrays)
-
-
-def memory_of_machine() -> int:
-    """Bytes of memory, used or not."""
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 def _shown(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from vibroimpact.checks import check_choice, check_flag, refusal
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.normal_forms.branch_point import BranchPoint, branch_point
 from vibroimpact.normal_forms.critical import Refusal
@@ -55,20 +58,23 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
     >>> form.supercritical, form.side, form.amplitude(1e-4).round(9)
     (True, 1, array([0.01, 0.01]))
     """
+    given: Any = forms
+    if not (hasattr(given, "dimension") and callable(getattr(given, "derivative", None))):
+        raise refusal("forms", forms, "the forms of a map, such as vi.full_map(orbit)")
+    check_flag("parameter", parameter)
+    check_choice("kind", kind, ("NS", "PD", "SN", "BP"))
     if kind == "NS":
         return neimark_sacker(forms, parameter=parameter)
     if kind == "PD" or (kind == "BP" and _nearer_to_flip(forms)):
         return flip(forms, kind=kind, parameter=parameter)
     if kind == "SN":
         return fold(forms, parameter=parameter)
-    if kind == "BP" and parameter:
+    if parameter:
         return branch_point(forms)
-    if kind == "BP":
-        raise InvalidParameterError(
-            "parameter = False: the branches at multiplier +1 are curves in the parameter. "
-            "Give forms that take its direction."
-        )
-    raise InvalidParameterError(f'kind = {kind!r}: must be "NS", "PD", "SN" or "BP".')
+    raise InvalidParameterError(
+        "parameter = False: the branches at multiplier +1 are curves in the parameter. "
+        "Give forms that take its direction."
+    )
 
 
 def _nearer_to_flip(forms: Forms) -> bool:

@@ -21,12 +21,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
+from vibroimpact.checks import check_count, real, refusal, vector
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import real, vector
 from vibroimpact.normal_forms.forms import Complexes, Floats, checked
 
 Function = Callable[[Any, Any], Sequence[Any]]
 """function(x, p): x is an array of floats or of jets, shape (d,), p a float or a jet."""
+
+MOST = 10**6
+"""Of dimensions and iterates."""
 
 MOST_STEPS = 50
 """Newton steps (2): from a start in its basin it takes six or so."""
@@ -156,17 +159,17 @@ class ExplicitMap:
 
     def __post_init__(self) -> None:
         for name in ("dimension", "iterate"):
-            value = getattr(self, name)
-            if not isinstance(value, int) or value < 1:
-                raise InvalidParameterError(f"{name} = {value!r}: must be a whole number >= 1.")
-        sizes = self.sizes or (1.0,) * (self.dimension + 1)
+            check_count(name, getattr(self, name), 1, MOST)
+        if not callable(self.function):
+            raise refusal("function", self.function, "a function of x and p")
+        sizes = vector("sizes", self.sizes) or (1.0,) * (self.dimension + 1)
         object.__setattr__(self, "sizes", vector("sizes", sizes, self.dimension + 1))
         if min(self.sizes) <= 0.0:
             raise InvalidParameterError(f"sizes = {self.sizes}: every size must be > 0.")
 
     def __call__(self, x: ArrayLike, p: float) -> Floats:
         """Return the image of x, shape (d,)."""
-        image = np.asarray(x, dtype=np.float64)
+        image, p = self._place(x, p)
         for _ in range(self.iterate):
             image = np.array([_number(y) for y in self._image(image, np.float64(p))])
         return image
@@ -177,7 +180,7 @@ class ExplicitMap:
         Each direction is real, of shape (d,) or (d + 1,) with the parameter's part last.
         """
         us = checked(directions, self.dimension)
-        image = self._jets(np.append(x, p), us)
+        image = self._jets(np.append(*self._place(x, p)), us)
         place = DERIVATIVE_AT[len(us)]
         return np.array([jet.coefficients[place] for jet in image])
 
@@ -186,7 +189,7 @@ class ExplicitMap:
 
         Cost: one evaluation on jets for every three columns.
         """
-        at, units = np.append(x, p), np.eye(self.dimension + 1)
+        at, units = np.append(*self._place(x, p)), np.eye(self.dimension + 1)
         columns: list[list[float]] = []
         for first in range(0, self.dimension + 1, 3):
             us = list(units[first : first + 3])
@@ -197,7 +200,7 @@ class ExplicitMap:
 
     def forms(self, x: ArrayLike, p: float) -> MapForms:
         """Return the multilinear forms of the map at a point."""
-        return MapForms(self, self._point(x), real("p", p))
+        return MapForms(self, np.array(vector("x", x, self.dimension)), real("p", p))
 
     def fixed_point(self, guess: ArrayLike, p: float) -> FixedPoint:
         """Find a fixed point of the map (of its iterate) by Newton's method (2).
@@ -214,7 +217,8 @@ class ExplicitMap:
         FixedPoint
             Whose ``status`` says whether it converged.
         """
-        x, p, steps, converged = self._point(guess), real("p", p), 0, False
+        x, p = np.array(vector("guess", guess, self.dimension)), real("p", p)
+        steps, converged = 0, False
         while not converged and steps < MOST_STEPS:
             A, b = self.linearised(x, p)[0] - np.eye(self.dimension), self.residual(x, p)
             if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
@@ -270,8 +274,11 @@ class ExplicitMap:
         unknown = np.full(self.dimension, np.nan, dtype=np.complex128)
         return FixedPoint(status, reason, x, p, residual, steps, unknown)
 
-    def _point(self, x: ArrayLike) -> Floats:
-        return np.array(vector("x", x, self.dimension))
+    def _place(self, x: ArrayLike, p: float) -> tuple[Floats, float]:
+        """A point and a parameter as numbers; those that a Newton step led to may be infinite."""
+        if not (isinstance(x, np.ndarray) and x.dtype == float and x.shape == (self.dimension,)):
+            x = np.array(vector("x", x, self.dimension))
+        return x, real("p", p)
 
     def _jets(self, at: Floats, directions: Sequence[Floats]) -> list[_kernel.Jet]:
         """The image of the jets at + u e1 + v e2 + w e3; ``at`` ends with the parameter."""

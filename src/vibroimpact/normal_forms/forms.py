@@ -19,11 +19,12 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.checks import numbers
 from vibroimpact.errors import InvalidParameterError
 
 Floats = NDArray[np.float64]
@@ -120,7 +121,7 @@ def jacobian(forms: Forms) -> Floats:
     return np.column_stack(columns)
 
 
-def checked(directions: tuple[Floats, ...], dimension: int) -> list[Floats]:
+def checked(directions: tuple[Any, ...], dimension: int) -> list[Floats]:
     """Return the directions with their parameter's part, shape (d + 1,) each.
 
     Raises
@@ -132,7 +133,7 @@ def checked(directions: tuple[Floats, ...], dimension: int) -> list[Floats]:
         raise InvalidParameterError(
             f"directions = {len(directions)} of them: give 1, 2 or 3, one per order."
         )
-    whole = [np.asarray(u, dtype=np.float64) for u in directions]
+    whole = [u if isinstance(u, np.ndarray) else numbers("direction", u) for u in directions]
     for u in whole:
         if u.shape not in ((dimension,), (dimension + 1,)):
             raise InvalidParameterError(

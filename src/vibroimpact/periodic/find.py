@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.checks import check_count, check_flag, numbers, refusal
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.periodic.end_loop import cycles_of, loop_at_end
 from vibroimpact.periodic.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
@@ -103,6 +103,9 @@ def find_orbit(
     sequence = None if impacts is None else _sequence(impacts)
     if cycles is not None:
         check_count("cycles", cycles, 0)
+    if symmetric is not None:
+        check_flag("symmetric", symmetric)
+    mechanism_of(system)
     if isinstance(guess, SymmetricOrbit):
         guess = of_symmetric(guess)
     if isinstance(guess, State):
@@ -121,38 +124,34 @@ def find_orbit(
 
 
 def _sequence(impacts: Any) -> tuple[Impact, ...]:
-    if not isinstance(impacts, Sequence | np.ndarray):
-        raise InvalidParameterError(f"impacts = {impacts!r}: must be a sequence of stops.")
-    return tuple(_impact(given) for given in impacts)
+    if not isinstance(impacts, Sequence) and not (isinstance(impacts, np.ndarray) and impacts.ndim):
+        raise refusal("impacts", impacts, "a sequence of stops")
+    return tuple(impact_of("impacts", given) for given in impacts)
 
 
-def _impact(given: Any) -> Impact:
+def impact_of(name: str, given: Any) -> Impact:
+    """A stop as (contact, side), or an error that names the argument."""
     if isinstance(given, str) and given in ("A", "B"):
         return 0, 1 if given == "A" else -1
-    pair = tuple(given) if isinstance(given, Sequence | np.ndarray) else ()
+    listed = isinstance(given, Sequence) or (isinstance(given, np.ndarray) and given.ndim)
+    pair = tuple(given) if listed else ()
     if len(pair) != 2 or not all(isinstance(part, int | np.integer) for part in pair):
-        raise InvalidParameterError(
-            f'impacts: {given!r} must be "A", "B" or (contact, side), two integers.'
-        )
+        raise refusal(name, given, '"A", "B" or (contact, side), two integers')
     return int(pair[0]), int(pair[1])
 
 
 def _checked(guess: Any) -> Guess:
     """A guess as arrays of finite numbers, with positive times."""
-    try:
-        whole = guess_of(guess.states, guess.durations)
-    except (AttributeError, TypeError, ValueError):
-        raise InvalidParameterError(
-            f"guess = {guess!r}: must be an Orbit, SymmetricOrbit, Run, State or Guess of numbers."
-        ) from None
+    if not isinstance(guess, Guess):
+        raise refusal("guess", guess, "an Orbit, SymmetricOrbit, Run, State or Guess")
+    states, durations = guess
+    whole = Guess(numbers("guess.states", states), numbers("guess.durations", durations))
     if whole.states.ndim != 2 or not whole.states.size:
         raise InvalidParameterError(
             f"guess.states has shape {whole.states.shape}; expected (m, 2n + 1), m >= 1."
         )
-    if not np.isfinite(whole.states).all():
-        raise InvalidParameterError(f"guess.states = {whole.states}: must be finite.")
-    if not (np.isfinite(whole.durations).all() and (whole.durations > 0.0).all()):
-        raise InvalidParameterError(f"guess.durations = {whole.durations}: must be finite and > 0.")
+    if whole.durations.ndim != 1 or not (whole.durations > 0.0).all():
+        raise refusal("guess.durations", whole.durations, "times > 0, shape (m,)")
     return whole
 
 
@@ -192,6 +191,20 @@ def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
     states = np.array([[*s.position, *s.velocity, s.phase]])
     durations = np.array([math.pi / orbit.damper.omega])
     return solve(orbit.damper, Signature(((0, 1), (0, -1)), 1, True), Guess(states, durations))
+
+
+def converged(orbit: Any) -> Orbit:
+    """An orbit that a map or a branch can be taken of, a closed form solved once more.
+
+    Raises
+    ------
+    InvalidParameterError
+        Something else, or an orbit that is not converged.
+    """
+    start = of_symmetric(orbit) if isinstance(orbit, SymmetricOrbit) else orbit
+    if not isinstance(start, Orbit) or not start.converged:
+        raise refusal("orbit", orbit, "a converged orbit, as find_orbit gives")
+    return start
 
 
 def unfolded(orbit: Orbit) -> Guess:

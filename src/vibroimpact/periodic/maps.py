@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._kernel import Jet
+from vibroimpact.checks import LARGEST_COUNT, check_count, check_kind, numbers, refusal, share
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.find import later, unfolded
+from vibroimpact.periodic.find import converged, later, unfolded
 from vibroimpact.periodic.multipliers import solved_coordinate
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import COASTING, Impact, Prescribed, compile_prescribed
@@ -88,7 +89,7 @@ class SegmentMap:
         Cost: 3^k times a flight's matrix-vector products; with a parameter's part those of its
         matrix exponential. For the damper some 20 microseconds.
         """
-        seeds = np.array([self._seed(u) for u in directions])
+        seeds = np.array([self._seed(numbers("direction", u)) for u in directions])
         if not 1 <= len(seeds) <= HIGHEST:
             raise InvalidParameterError(f"directions: {len(seeds)} given; need 1 to {HIGHEST}.")
         all_orders = self.compiled.kernel.forms(
@@ -102,7 +103,7 @@ class SegmentMap:
         return np.column_stack([self.derivative(e) for e in np.eye(self.dimension)])
 
     def _seed(self, direction: Floats) -> Floats:
-        u, d = np.asarray(direction, dtype=float), self.dimension
+        u, d = direction, self.dimension
         if u.shape not in ((d,), (d + 1,)):
             raise InvalidParameterError(
                 f"direction has shape {u.shape}; expected ({d},) or ({d + 1},)."
@@ -118,13 +119,15 @@ class SegmentMap:
 
 def full_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
     """P: from just after the first impact, once around."""
+    orbit = converged(orbit)
     return _around(orbit, parameter, half=False)
 
 
 def half_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
     """H of a symmetric orbit: half way around, then the symmetry; P = H H."""
+    orbit = converged(orbit)
     if not orbit.symmetric:
-        raise InvalidParameterError(f"orbit = {orbit!r}: only a symmetric orbit has a half map.")
+        raise refusal("orbit", orbit, "symmetric: no other orbit has a half map")
     return _around(orbit, parameter, half=True)
 
 
@@ -144,6 +147,8 @@ def _around(orbit: Orbit, parameter: str, *, half: bool) -> SegmentMap:
 
 def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap:
     """The map from one impact of an orbit to the next, in the section of each."""
+    orbit = converged(orbit)
+    check_count("impact", impact, -LARGEST_COUNT)
     states, durations = unfolded(orbit)
     stops = orbit.signature.impacts
     k, following = impact % len(stops), (impact + 1) % len(stops)
@@ -172,13 +177,13 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     InvalidParameterError
         A system without forcing, ``after`` outside (0, 1).
     """
+    orbit = converged(orbit)
     if not orbit.mechanism.forces:
         raise InvalidParameterError(
             "orbit: its system has no forcing, hence no phase to look at. Take full_map."
         )
-    if not 0.0 < after < 1.0:
-        raise InvalidParameterError(f"after = {after!r}: must be in (0, 1).")
-    compiled = compile_prescribed(orbit.system, parameter)
+    after = share("after", after)
+    compiled = _compiled(orbit, parameter)
     states, durations = unfolded(orbit)
     passed = after * durations[0]
     start = compiled.after(states[0], passed)
@@ -201,6 +206,14 @@ def _as_coefficients(orders: Floats) -> list[float]:
     return [f, d1, d1, d2, d1, d2, d2, d3]
 
 
+def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
+    """The equations of an orbit's system, differentiated by a parameter if one is named."""
+    check_kind("parameter", parameter, str, 'the name of a parameter, or ""')
+    if parameter:
+        parameter_value(orbit.system, parameter)
+    return compile_prescribed(orbit.system, parameter)
+
+
 def _section(orbit: Orbit, impact: Impact) -> tuple[int, ...]:
     left_out = solved_coordinate(orbit.mechanism, impact)
     return tuple(i for i in range(orbit.problem.size) if i != left_out)
@@ -216,11 +229,7 @@ def _map(
     signs: Floats,
     begun: Impact | None = None,
 ) -> SegmentMap:
-    if not orbit.converged:
-        raise InvalidParameterError(f"orbit: must be converged, but {orbit.status}.")
-    if parameter:
-        parameter_value(orbit.system, parameter)
-    compiled = compile_prescribed(orbit.system, parameter)
+    compiled = _compiled(orbit, parameter)
     first = begun or orbit.signature.impacts[0]
     start = compiled.stop_numbers([first])[0], solved_coordinate(orbit.mechanism, first)
     return SegmentMap(

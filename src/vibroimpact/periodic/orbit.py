@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import linear
+from vibroimpact.checks import nonnegative
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.orbit_type import symbol_word
 from vibroimpact.parameters import parameter_value
@@ -193,6 +194,7 @@ class Orbit:
 
     def why_inadmissible(self, slack: float = 0.0) -> str:
         """The same with some slack beyond rounding, relative to amplitude and period."""
+        slack = nonnegative("slack", slack)
         compiled = self.problem.compiled(self.parameter_value)
         sizes = amplitudes(compiled, self.states, self.durations)
         impacts, durations = self.problem.impacts, self.durations

@@ -30,10 +30,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact.checks import LARGEST_SEED, check_count, check_kind
 from vibroimpact.damper import ImpactDamper
-from vibroimpact.mechanism import check_count
 from vibroimpact.orbits import symmetric_orbits
 from vibroimpact.periodic.find import (
+    MOST_CYCLES,
     SAME,
     Guess,
     mirror_distance,
@@ -77,7 +78,7 @@ def find_orbits(
     system
         The system.
     cycles
-        The most forcing cycles until an orbit closes, >= 1; without forcing it has no meaning.
+        The most forcing cycles until an orbit closes, 1 to 1000; without forcing it has no meaning.
     impacts
         The most impacts per period, at all stops, >= 1.
     starts
@@ -114,10 +115,11 @@ def find_orbits(
     >>> [(orbit.symbol, orbit.stable) for orbit in found.orbits if orbit.admissible]
     [('1-1-1', False), ('1-1-1', True)]
     """
-    for name, value, least in (
-        ("cycles", cycles, 1), ("impacts", impacts, 1), ("starts", starts, 1), ("seed", seed, 0)
-    ):  # fmt: skip
-        check_count(name, value, least)
+    check_count("cycles", cycles, 1, MOST_CYCLES)
+    for name, value in (("impacts", impacts), ("starts", starts)):
+        check_count(name, value, 1)
+    check_count("seed", seed, 0, LARGEST_SEED)
+    check_kind("progress", progress, (Progress, type(None)), "a Progress, or None")
     sweep = _Sweep(system, cycles, impacts, starts_of(system))
     progress = progress or Progress(1, quiet=True)
     sweep.try_closed_forms()

@@ -14,10 +14,10 @@ from collections.abc import Callable, Generator, Sequence
 from importlib import import_module
 from typing import Any
 
+from vibroimpact.checks import check_choice
 from vibroimpact.ensembles.compute import Done
 from vibroimpact.ensembles.plan import Plan
 from vibroimpact.ensembles.tiles import Tile
-from vibroimpact.errors import InvalidParameterError
 
 ComputeTiles = Callable[[Plan, Sequence[Tile], int | None, Any], Generator[Done, None, None]]
 
@@ -36,7 +36,6 @@ def backend_of(name: str) -> ComputeTiles:
     InvalidParameterError
         No such backend, or what it needs is not installed.
     """
-    if name not in BACKENDS:
-        raise InvalidParameterError(f"backend = {name!r}: must be one of {', '.join(BACKENDS)}.")
+    check_choice("backend", name, BACKENDS)
     compute_tiles: ComputeTiles = import_module(BACKENDS[name]).compute_tiles
     return compute_tiles

@@ -20,6 +20,7 @@ from itertools import islice
 from typing import Any
 
 from vibroimpact import _kernel
+from vibroimpact.checks import refusal
 from vibroimpact.ensembles.backends.threads import cores
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.compute import Done, compute
@@ -107,9 +108,7 @@ def _connected(distributed: Any, client: Any, workers: int | None) -> Iterator[A
                 yield own
             return
     if getattr(client, "status", None) != "running":
-        raise InvalidParameterError(
-            f"client = {client!r}: must be a distributed.Client that is connected, or an address."
-        )
+        raise refusal("client", client, "a distributed.Client that is connected, or an address")
     yield client
 
 

@@ -1,0 +1,346 @@
+"""Checks of the values that users give, at the door of every public function.
+
+A refusal reads ``name = value: must be ... What to do.``; a long value is shortened.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+import math
+import os
+import reprlib
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact.errors import InvalidParameterError, KeywordError
+from vibroimpact.scalars import as_python, is_finite, is_infinite, is_number
+
+Floats = NDArray[np.float64]
+Class = TypeVar("Class", bound=type)
+
+LARGEST_COUNT = 2**50  # the kernel counts events, some four per impact, in doubles
+LARGEST_SEED = 2**64 - 1
+NARROWEST = 256.0  # units in the last place: a range of a parameter must hold some numbers
+FEW = 6  # entries of an array that a message shows
+
+
+# ---- what a message shows of a value -------------------------------------------------------------
+
+
+class _Shortened(reprlib.Repr):
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxlong = 80
+        self.maxother = 160
+        self.maxlist = self.maxtuple = self.maxdict = self.maxset = FEW
+        self.maxlevel = 3
+
+    def repr_ndarray(self, value: NDArray[Any], _level: int) -> str:
+        return repr(value.tolist()) if value.size <= FEW else f"array of shape {value.shape}"
+
+    def repr_function(self, value: Any, _level: int) -> str:
+        return f"the function {value.__name__}"
+
+
+def shown(value: object) -> str:
+    """The value as a message shows it: on one line, some hundred characters at most."""
+    return " ".join(_SHORTENED.repr(as_python(value)).split())
+
+
+_SHORTENED = _Shortened()
+
+
+def refusal(name: str, value: object, allowed: str, advice: str = "") -> InvalidParameterError:
+    """The error that says argument, value, what is allowed, and what to do."""
+    return InvalidParameterError(
+        f"{name} = {shown(value)}: must be {allowed}.{advice and ' ' + advice}"
+    )
+
+
+# ---- numbers -------------------------------------------------------------------------------------
+
+
+def real(name: str, value: Any, allowed: str = "a finite number", functions: str = "") -> float:
+    """Return value as a float, or raise naming the parameter, with advice to who gives a function.
+
+    A jet or a column is a number too, and stays one (scalars.py). Text, truth values, complex
+    numbers and arrays are none.
+    """
+    number = value if is_number(value) else _float(value)
+    if not is_finite(number):
+        raise refusal(name, value, allowed, functions if callable(value) else "")
+    return cast(float, number)
+
+
+def _float(value: Any) -> float:
+    """A real number as a float; NaN for anything else."""
+    if type(value) is float:
+        return value
+    if isinstance(value, str | bytes | bool | np.bool_ | complex | np.complexfloating):
+        return math.nan
+    if getattr(value, "ndim", 0):
+        return math.nan
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+def real_or_infinite(name: str, value: Any, allowed: str, functions: str = "") -> float:
+    """Return a number that may be infinite, or raise naming the parameter."""
+    number = value if is_number(value) else _float(value)
+    return cast(float, number) if is_infinite(number) else real(name, value, allowed, functions)
+
+
+def positive(name: str, value: Any, advice: str = "") -> float:
+    """Return value as a float > 0, or raise naming the parameter."""
+    number = real(name, value, "a finite number > 0")
+    if number <= 0.0:
+        raise refusal(name, value, "> 0", advice)
+    return number
+
+
+def nonnegative(name: str, value: Any, advice: str = "") -> float:
+    """Return value as a float >= 0, or raise naming the parameter."""
+    number = real(name, value, "a finite number >= 0")
+    if number < 0.0:
+        raise refusal(name, value, ">= 0", advice)
+    return number
+
+
+def fraction(name: str, value: Any) -> float:
+    """Return a coefficient of restitution, or raise naming the parameter."""
+    number = real(name, value, "in [0, 1]")
+    if not 0.0 <= number <= 1.0:
+        raise refusal(
+            name, value, "in [0, 1] (0 plastic, 1 elastic)", "An impact cannot add energy."
+        )
+    return number
+
+
+def share(name: str, value: Any) -> float:
+    """Return value as a float in (0, 1), or raise naming the parameter."""
+    number = real(name, value, "in (0, 1)")
+    if not 0.0 < number < 1.0:
+        raise refusal(name, value, "in (0, 1)")
+    return number
+
+
+def check_count(name: str, value: object, least: int, most: int = LARGEST_COUNT) -> None:
+    """Refuse a count that is no integer, too small or too large."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise refusal(name, value, f"an integer >= {least}")
+    if value > most:
+        raise refusal(name, value, f"at most {most}")
+
+
+def check_index(name: str, value: object, size: int) -> None:
+    """Refuse what is no place in a sequence; negative ones count from its end."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise refusal(name, value, "an integer")
+    if not -size <= value < size:
+        raise refusal(name, value, f"{-size} to {size - 1}")
+
+
+def check_memory(name: str, value: int, size: int, advice: str) -> None:
+    """Refuse a count of things of so many bytes each that this machine cannot hold."""
+    if value * size > memory_of_machine():
+        raise InvalidParameterError(
+            f"{name} = {shown(value)}: needs {value * size / 1e9:.3g} GB, more than this machine's "
+            f"memory. {advice}"
+        )
+
+
+@functools.cache
+def memory_of_machine() -> int:
+    """Bytes of memory, used or not."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+
+
+def ends_of(name: str, value: Any) -> tuple[float, float]:
+    """Return (low, high), finite numbers with low < high, or raise naming it."""
+    pair = isinstance(value, Sequence | np.ndarray) and np.shape(value) == (2,)
+    low, high = map(_float, value) if pair else (math.nan, math.nan)
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise refusal(name, value, "(low, high), two finite numbers with low < high")
+    if not low < high:
+        raise InvalidParameterError(f"{name} = ({low}, {high}): need low < high.")
+    return low, high
+
+
+def range_of(name: str, value: Any, parameter: str, start: float) -> tuple[float, float]:
+    """Return (low, high) with the value of a parameter between, wider than rounding, or raise."""
+    low, high = ends_of(name, value)
+    if not low <= start <= high:
+        raise InvalidParameterError(
+            f"{name} = ({low}, {high}): must hold {parameter} = {start} of the orbit."
+        )
+    narrowest = NARROWEST * math.ulp(max(abs(low), abs(high)))
+    if high - low < narrowest:
+        raise InvalidParameterError(
+            f"{name} = ({low}, {high}): are {high - low:.1e} apart; rounding of {parameter} asks "
+            f"for at least {narrowest:.1e}."
+        )
+    return low, high
+
+
+# ---- arrays --------------------------------------------------------------------------------------
+
+
+def vector(
+    name: str, value: Any, size: int | None = None, functions: str = ""
+) -> tuple[float, ...]:
+    """Return value as a tuple of finite floats, or raise naming shape or entry."""
+    array = numbers(name, value, "numbers", functions)
+    if array.ndim != 1 or (size is not None and array.size != size):
+        wanted = "(n,)" if size is None else f"({size},)"
+        raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
+    return tuple(array.tolist())
+
+
+def numbers(name: str, value: Any, kind: str = "numbers", functions: str = "") -> NDArray[Any]:
+    """Return value as a new array of finite floats, or of jets or columns, or raise naming it."""
+    advice = functions if callable(value) else ""
+    try:
+        array = np.array(value)
+    except (TypeError, ValueError, LookupError):
+        raise refusal(name, value, kind, advice) from None
+    if array.dtype.kind == "O":
+        flat = [x if is_number(x) else _float(x) for x in array.flat]
+        if not all(map(is_finite, flat)):
+            raise refusal(name, value, kind, advice)
+        kept = object if any(map(is_number, flat)) else float
+        return np.array(flat, dtype=kept).reshape(array.shape)
+    if array.dtype.kind not in "iuf":
+        raise refusal(name, value, kind, advice)
+    array = array.astype(float)
+    if not all(map(math.isfinite, array.ravel().tolist())):  # of few entries quicker than numpy
+        place = np.argwhere(~np.isfinite(array))[0]
+        index = str(place.tolist()) if array.ndim else ""
+        raise InvalidParameterError(
+            f"{name}{index} = {array[tuple(place)]}: every entry must be finite."
+        )
+    return array
+
+
+# ---- everything else -----------------------------------------------------------------------------
+
+
+def check_kind(
+    name: str, value: object, kinds: type | tuple[type, ...], allowed: str, advice: str = ""
+) -> None:
+    """Refuse an object of another class."""
+    if not isinstance(value, kinds):
+        raise refusal(name, value, allowed, advice)
+
+
+def check_flag(name: str, value: object) -> None:
+    """Refuse what is neither True nor False."""
+    check_kind(name, value, (bool, np.bool_), "True or False")
+
+
+def check_function(name: str, value: object) -> None:
+    """Refuse what is no function; None stands for none."""
+    if value is not None and (not callable(value) or isinstance(value, type)):
+        raise refusal(name, value, "a function, or None")
+
+
+def check_choice(name: str, value: object, choices: Collection[str], advice: str = "") -> None:
+    """Refuse what is none of some words."""
+    if not isinstance(value, str) or value not in choices:
+        listed = f"one of {', '.join(choices)}" if choices else "a name, but there is none to name"
+        raise refusal(name, value, listed, advice)
+
+
+def check_stop_name(value: object) -> None:
+    """Refuse what names no stop."""
+    if not isinstance(value, str) or value not in ("A", "B"):
+        raise refusal("stop", value, '"A" or "B"')
+
+
+def path_of(name: str, value: object) -> Path:
+    """Return a name of a file or a folder as a path, or raise naming the argument."""
+    check_kind(name, value, (str, os.PathLike), "the name of a file or a folder")
+    return Path(cast(str, value))
+
+
+def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> None:
+    """Refuse a file that could not be written, before anything is computed for it.
+
+    Parameters
+    ----------
+    path
+        The file to be written; an earlier one of that name will be replaced.
+    suffixes
+        What the suffix may be.
+    name
+        Name of the argument or option.
+
+    Raises
+    ------
+    InvalidParameterError
+        Another suffix, a folder of that name, a folder around it that is missing or unwritable.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise InvalidParameterError(
+            f"{name} = {path}: must end in {', '.join(suffixes)}. The suffix decides the format."
+        )
+    if path.is_dir():
+        raise InvalidParameterError(f"{name} = {path}: is a folder. Name a file.")
+    if not path.parent.is_dir():
+        raise InvalidParameterError(
+            f"{name} = {path}: {path.parent} must be a folder. Make it first, or name another."
+        )
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise unwritable(name, path, "no permission")
+
+
+def unwritable(name: str, path: Path, reason: str) -> InvalidParameterError:
+    """The error that says why a file cannot be written."""
+    return InvalidParameterError(
+        f"{name} = {path}: cannot be written ({reason}). Name a file in a folder that you may "
+        "write."
+    )
+
+
+def names_arguments(**advice: str) -> Callable[[Class], Class]:
+    """Make a class answer an unknown keyword with those that it takes.
+
+    Parameters
+    ----------
+    **advice
+        By keywords that are often tried: what to do instead.
+    """
+
+    def answering(cls: Class) -> Class:
+        make = cls.__init__  # type: ignore[misc]
+        known = list(inspect.signature(make).parameters)[1:]
+
+        @functools.wraps(make)
+        def checked(self: Any, *args: Any, **given: Any) -> None:
+            for name in given:
+                if name not in known:
+                    raise unknown_keyword(cls.__name__, name, known, advice.get(name, ""))
+            make(self, *args, **given)
+
+        cls.__init__ = checked  # type: ignore[misc]
+        return cls
+
+    return answering
+
+
+def unknown_keyword(owner: str, name: str, known: Sequence[str], advice: str = "") -> KeywordError:
+    """The error that names the keywords there are, and the one that was perhaps meant."""
+    lower = {one.lower(): one for one in known}
+    near = [lower[one] for one in difflib.get_close_matches(name.lower(), lower, 1)]
+    meant = f" Did you mean {near[0]}?" if near else ""
+    return KeywordError(
+        f"{name}: is no argument of {owner}, which takes {', '.join(known)}."
+        f"{' ' + advice if advice else meant}"
+    )
