@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import looks_of, parameter_of
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.variables import label_of, variable_of
+from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
 SIZE = 1.8  # points
 DIRECTION_SIZE = 1.4  # times the size in a diagram, where more points are beside each other
@@ -38,7 +38,8 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
     Axes
         What was drawn on.
     """
-    array = variable_of(along, variable, f" Others are observed with observe=[{variable!r}, ...].")
+    check_dataset("along", along, "vi.sweep or vi.bifurcation_sweep")
+    array = variable_of(along, variable, "Others are observed with observe=[...].")
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=style.HEIGHT) as ax:
         if variable == "lyapunov":

@@ -9,9 +9,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from vibroimpact.checks import check_flag
 from vibroimpact.ensembles.motions import flags
-from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, style
+from vibroimpact.plotting.variables import check_dataset
 
 COLOURS = (
     style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
@@ -41,8 +42,8 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     Axes
         What was drawn on. The legend gives the share of the starts.
     """
-    if "attractor" not in basins:
-        raise InvalidParameterError("basins: have no variable 'attractor'. Make them by vi.basins.")
+    check_dataset("basins", basins, "vi.basins", ["attractor"])
+    check_flag("marks", marks)
     labels = basins["attractor"]
     across, up = maps.over_two(labels)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:

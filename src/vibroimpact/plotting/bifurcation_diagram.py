@@ -13,7 +13,7 @@ from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import symbol
-from vibroimpact.plotting.variables import label_of, variable_of
+from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
 # Drawn in this order: large and light below, small and dark above, so that both are seen where
 # they agree.
@@ -46,7 +46,8 @@ def plot_bifurcation_diagram(
     Axes
         What was drawn on.
     """
-    array = variable_of(diagram, variable, " Coordinates are those of vi.bifurcation_sweep.")
+    check_dataset("diagram", diagram, "vi.bifurcation_sweep")
+    array = variable_of(diagram, variable, "Coordinates are those of vi.bifurcation_sweep.")
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.1 * style.HEIGHT) as ax:
         if "direction" not in array.dims:

@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vibroimpact.branches.along import Along, along
 from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.checks import check_kind
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
@@ -45,6 +46,7 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
         the unit circle are the strong resonances 1:1 to 1:4. Multipliers beyond 1.6 lie outside
         the picture.
     """
+    check_kind("branch", branch, Branch, "a Branch, as continue_orbit gives")
     with style.drawing(ax, width=1.25 * style.WIDTH, height=1.15 * style.WIDTH) as ax:
         unit_circle(ax)
         _paths(ax, branch)

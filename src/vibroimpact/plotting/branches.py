@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -20,11 +20,14 @@ from vibroimpact.branches.along import (
     mirrored,
 )
 from vibroimpact.branches.branch import Branch
+from vibroimpact.checks import check_flag, check_kind
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.periodic.find import impact_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import symbol
+from vibroimpact.plotting.variables import check_dataset
 
 Floats = NDArray[np.float64]
 
@@ -78,6 +81,14 @@ def plot_branches(
     Axes
         What was drawn on.
     """
+    branches = _checked(branches)
+    check_kind("variable", variable, str, "the name of a coordinate")
+    check_flag("points", points)
+    check_flag("mirror", mirror)
+    if stop is not None:
+        stop = impact_of("stop", stop)
+    if attractors is not None:
+        check_dataset("attractors", attractors, "vi.bifurcation_sweep")
     names = {branch.parameter for branch in branches}
     if len(names) != 1:
         raise InvalidParameterError(
@@ -98,6 +109,14 @@ def plot_branches(
         if points:
             _special_points(ax, branches, variable, stop)
     return ax
+
+
+def _checked(branches: Any) -> Sequence[Branch]:
+    """The branches, or an error that says what is none."""
+    check_kind("branches", branches, (list, tuple), "a list of branches")
+    for i, branch in enumerate(branches):
+        check_kind(f"branches[{i}]", branch, Branch, "a Branch, as continue_orbit gives")
+    return cast(Sequence[Branch], branches)
 
 
 def _symbol(variable: str) -> str:

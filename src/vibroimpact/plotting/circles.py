@@ -11,10 +11,12 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullLocator
 
 from vibroimpact.plotting import style
 from vibroimpact.plotting.sections import symbol
+from vibroimpact.plotting.variables import check_dataset
 
 COORDINATES = {"x1": style.BLUE, "v1": style.VERMILION}
 MARKERS = ("o", "x", "s")  # by start, in the order of the data
 DISTANCE = r"$|\omega-\omega_c|$"
+MAKER = "vibroimpact.literature.impact_damper.circles"
 HEADROOM = 3.0  # factor of the upper limit of the errors, for the words
 
 
@@ -35,6 +37,7 @@ def plot_circle_half_width(circles: xr.Dataset, *, ax: Axes | None = None) -> Ax
     Axes
         What was drawn on. Line: leading order of the normal form. Marks: simulated.
     """
+    check_dataset("circles", circles, MAKER, ["offset", "predicted_half_width", "half_width"])
     distance = np.abs(circles["offset"].values)
     with style.drawing(ax) as ax:
         for name, colour in COORDINATES.items():
@@ -64,6 +67,7 @@ def plot_circle_error(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
         What was drawn on. The line has slope one and passes through the last error of the first
         start.
     """
+    check_dataset("circles", circles, MAKER, ["offset", "predicted_radius", "radius"])
     distance = np.abs(circles["offset"].values)
     error = np.abs(circles["radius"].values / circles["predicted_radius"].values - 1.0)
     with style.drawing(ax) as ax:
@@ -93,6 +97,7 @@ def plot_circles(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     Axes
         What was drawn on.
     """
+    check_dataset("circles", circles, MAKER, ["offset", "predicted_points", "points"])
     with style.drawing(ax) as ax:
         for i in range(circles.sizes["offset"]):
             here = circles.isel(offset=i)

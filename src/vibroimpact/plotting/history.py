@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from vibroimpact.checks import check_kind, real
 from vibroimpact.damper import ImpactDamper
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.simulate import Run
 
@@ -56,10 +60,22 @@ def sampled(
     run: Run, t0: float, t1: float | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Times of a window, those of the events included so that corners stay sharp, and places."""
-    end = float(run.time[-1]) if t1 is None and len(run) else t1 or 0.0
-    events = run.time[(run.time > t0) & (run.time < end)]
-    t = np.union1d(np.linspace(t0, end, POINTS), events)
+    start, end = window_of(run, t0, t1)
+    events = run.time[(run.time > start) & (run.time < end)]
+    t = np.union1d(np.linspace(start, end, POINTS), events)
     return t, run.at(t)[0]
+
+
+def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
+    """A window of time of a run, to its last event by default."""
+    check_kind("run", run, Run, "a Run, as vi.simulate gives")
+    last = float(run.time[-1]) if len(run) else 0.0
+    start, end = real("t0", t0), last if t1 is None else real("t1", t1)
+    if not 0.0 <= start < end <= math.nextafter(last, math.inf):  # the end as it was asked for
+        raise InvalidParameterError(
+            f"t0 = {start}, t1 = {end}: need 0 <= t0 < t1 <= {last}, the span of the run."
+        )
+    return start, min(end, last)
 
 
 def _damper(

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
+from vibroimpact.checks import check_kind
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.plotting import style
 
@@ -34,6 +35,7 @@ def plot_mechanism(damper: ImpactDamper, *, ax: Axes | None = None) -> Axes:
     Axes
         What was drawn on.
     """
+    check_kind("damper", damper, ImpactDamper, "an ImpactDamper")
     with style.drawing(ax, width=4.2, height=2.4) as ax:
         _wall(ax)
         _spring(ax)

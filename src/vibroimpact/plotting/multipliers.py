@@ -13,8 +13,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.checks import check_flag, numbers, refusal
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
+from vibroimpact.simulate import mechanism_of
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
 COLOURS = "cividis"  # even in lightness for every reader
@@ -73,18 +75,40 @@ def plot_multipliers(
 def _values(
     path: Sequence[Orbit] | ArrayLike, omega: ArrayLike | None, half: bool
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64] | None]:
-    items: list[Any] = list(cast(Any, path))
-    if items and hasattr(items[0], "half_multipliers"):
-        values = np.array([o.half_multipliers if half else o.multipliers for o in items])
-        omega = [o.damper.omega for o in items] if omega is None else omega
+    check_flag("half", half)
+    if not isinstance(path, Sequence | np.ndarray) or isinstance(path, str):
+        raise refusal("path", path, "orbits, or their multipliers")
+    items: list[Any] = list(path)
+    if items and all(hasattr(o, "half_multipliers") for o in items):
+        found = [o.half_multipliers if half else o.multipliers for o in items]
+        if any(one is None for one in found):
+            raise InvalidParameterError(
+                "half = True: an orbit that is not symmetric has no half map. Take half=False."
+            )
+        values = np.array(found)
+        omega = [_omega_of(o) for o in items] if omega is None else omega
     else:
-        values = np.asarray(items, dtype=complex)
-    colours = None if omega is None else np.asarray(omega, dtype=float)
+        values = _complex("path", items)
+    colours = None if omega is None else numbers("omega", omega)
     if values.ndim != 2 or (colours is not None and colours.shape != values.shape[:1]):
         raise InvalidParameterError(
             f"path has shape {values.shape}: must be (n_omega, n_multiplier), omega (n_omega,)."
         )
     return values, colours
+
+
+def _omega_of(orbit: Any) -> float:
+    return mechanism_of(orbit.damper if hasattr(orbit, "damper") else orbit.system).omega
+
+
+def _complex(name: str, items: list[Any]) -> NDArray[np.complex128]:
+    try:
+        array = np.array(items)
+    except (TypeError, ValueError):
+        array = np.array(None)
+    if array.dtype.kind not in "iufc":
+        raise refusal(name, items, "orbits, or their multipliers in rows")
+    return array.astype(complex)
 
 
 def unit_circle(ax: Axes) -> None:

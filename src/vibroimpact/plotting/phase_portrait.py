@@ -8,8 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from vibroimpact.checks import vector
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
-from vibroimpact.plotting.history import POINTS
+from vibroimpact.plotting.history import POINTS, window_of
 from vibroimpact.simulate import Run
 
 Floats = NDArray[np.float64]
@@ -38,12 +40,15 @@ def plot_phase_portrait(
     Axes
         What was drawn on.
     """
-    full = np.zeros(run.position.shape[1])
-    full[: len(row)] = row
-    end = float(run.time[-1]) if t1 is None and len(run) else t1 or 0.0
+    start, end = window_of(run, t0, t1)
+    entries, n = vector("row", row), run.position.shape[1]
+    if not 1 <= len(entries) <= n:
+        raise InvalidParameterError(f"row has {len(entries)} entries; expected 1 to {n}.")
+    full = np.zeros(n)
+    full[: len(entries)] = entries
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
-        ax.plot(*_flights(run, full, t0, end), color=style.BLUE, linewidth=0.8)
-        ax.plot(*_jumps(run, full, t0, end), color=style.VERMILION, linewidth=0.8,
+        ax.plot(*_flights(run, full, start, end), color=style.BLUE, linewidth=0.8)
+        ax.plot(*_jumps(run, full, start, end), color=style.VERMILION, linewidth=0.8,
                 linestyle=(0, (2, 1.5)))  # fmt: skip
         place, speed = _names(full)
         ax.set(xlabel=f"${place}$", ylabel=f"${speed}$")

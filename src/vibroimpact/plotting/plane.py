@@ -13,12 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.ticker import MaxNLocator
 
+from vibroimpact.checks import check_count, check_kind, refusal
 from vibroimpact.ensembles.motions import categories
 from vibroimpact.ensembles.plane import ADDED, MADE_OF, with_motions
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.variables import label_of, variable_of
+from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
 COLOURS = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
@@ -70,10 +71,11 @@ def plot_plane(
         What was drawn on. The first dim is drawn across, an axis of equal ratios (``np.geomspace``)
         on a logarithmic scale. Cells without a number are grey, of whole numbers those of 0, too.
     """
+    check_dataset("plane", plane, "vi.plane, vi.multistability or vi.sweep")
+    check_kind("variable", variable, str, "the name of a variable")
     plane = _completed(plane, variable)
     field = variable_of(plane, variable)
-    if most not in range(1, len(COLOURS) + 1):
-        raise InvalidParameterError(f"most = {most!r}: must be 1 to {len(COLOURS)}.")
+    check_count("most", most, 1, len(COLOURS))
     if symbols is not None:
         _check_symbols(symbols, variable)
     across, up = maps.over_two(field)
@@ -95,12 +97,11 @@ def _check_symbols(symbols: Sequence[str], variable: str) -> None:
         raise InvalidParameterError(
             f"symbols = {symbols!r}, variable = {variable!r}: symbols are the colours of 'motion'."
         )
-    listed = not isinstance(symbols, str) and 0 < len(symbols) <= len(COLOURS)
+    listed = isinstance(symbols, list | tuple) and 0 < len(symbols) <= len(COLOURS)
     words = [s for s in symbols if SYMBOL.fullmatch(str(s))] if listed else []
     if not listed or len(set(words)) < len(symbols):
-        raise InvalidParameterError(
-            f"symbols = {symbols!r}: must be 1 to {len(COLOURS)} different ones, such as "
-            "['1-1-1', '2-2-2']."
+        raise refusal(
+            "symbols", symbols, f"1 to {len(COLOURS)} different ones, such as ['1-1-1', '2-2-2']"
         )
 
 

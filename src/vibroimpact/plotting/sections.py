@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact.checks import check_choice, refusal
 from vibroimpact.plotting import style
 
 
@@ -53,7 +53,10 @@ def plot_section(
     Axes
         What was drawn on.
     """
-    across, up = component(section, x), component(section, y)
+    arrays = [getattr(section, name, None) for name in ("position", "velocity", "phase")]
+    if not all(isinstance(array, np.ndarray) for array in arrays):
+        raise refusal("section", section, "a Section, as vi.impact_section gives")
+    across, up = component(section, "x", x), component(section, "y", y)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
         ax.set(xlabel=symbol(x), ylabel=symbol(y))
@@ -62,16 +65,13 @@ def plot_section(
     return ax
 
 
-def component(section: SectionPoints, name: str) -> NDArray[np.float64]:
-    """One coordinate of a section by its name."""
-    if name == "phase":
-        return section.phase
+def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.float64]:
+    """One coordinate of a section by its name, the value of an argument."""
     degrees = section.position.shape[1]
     names = {f"{kind}{i + 1}": (kind, i) for kind in "xv" for i in range(degrees)}
-    if name not in names:
-        raise InvalidParameterError(
-            f"coordinate = {name!r}: must be one of {', '.join([*names, 'phase'])}."
-        )
+    check_choice(argument, name, [*names, "phase"])
+    if name == "phase":
+        return section.phase
     kind, i = names[name]
     return (section.position if kind == "x" else section.velocity)[:, i]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
-from pathlib import Path
 from typing import Any, cast
 
 import matplotlib as mpl
@@ -13,6 +12,8 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+
+from vibroimpact.checks import check_kind, check_target, path_of
 
 # Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
 BLACK = "#000000"
@@ -27,6 +28,8 @@ YELLOW = "#F0E442"
 GREY = "#8C8C8C"  # guide lines
 SILVER = "#C4C4C4"  # areas: everything else
 NOTHING = "#E9E9E9"  # areas without a number
+
+PICTURES = (".svg", ".png", ".pdf")
 
 WIDTH = 3.4  # inches: one column of a journal
 HEIGHT = 2.5
@@ -63,6 +66,7 @@ RC: Any = {
 @contextmanager
 def drawing(ax: Axes | None, *, width: float = WIDTH, height: float = HEIGHT) -> Iterator[Axes]:
     """Lend the style while drawing on ``ax``, or on a new figure; the user's rcParams come back."""
+    check_kind("ax", ax, (Axes, type(None)), "the Axes to draw on, or None for a new figure")
     with mpl.rc_context(RC):
         yield plt.subplots(figsize=(width, height), layout="constrained")[1] if ax is None else ax
 
@@ -76,11 +80,19 @@ def save(ax: Axes, path: str | PathLike[str]) -> None:
         What a plot function returned.
     path
         Where to; the suffix decides the format.
+
+    Raises
+    ------
+    InvalidParameterError
+        No Axes, another suffix, no such folder, no permission.
     """
+    check_kind("ax", ax, Axes, "the Axes that a plot function returned")
+    target = path_of("path", path)
+    check_target(target, PICTURES, "path")
     figure = cast(Figure, ax.get_figure(root=True))
     dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context(RC):
-        figure.savefig(path, metadata=dated.get(Path(path).suffix.lower()))
+        figure.savefig(target, metadata=dated.get(target.suffix.lower()))
 
 
 def points(ax: Axes, x: Any, y: Any, **style: Any) -> None:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import cast
+
 import xarray as xr
 
+from vibroimpact.checks import check_choice, check_kind
 from vibroimpact.errors import InvalidParameterError
 
 LABELS = {
@@ -16,12 +20,17 @@ LABELS = {
 
 def variable_of(dataset: xr.Dataset, variable: str, otherwise: str = "") -> xr.DataArray:
     """A variable, or an error that lists what there is, with a sentence on what else to do."""
-    if variable not in dataset:
-        raise InvalidParameterError(
-            f"variable = {variable!r}: must be one of {', '.join(map(str, dataset.data_vars))}."
-            f"{otherwise}"
-        )
+    check_choice("variable", variable, [str(name) for name in dataset.data_vars], otherwise)
     return dataset[variable]
+
+
+def check_dataset(name: str, given: object, makers: str, holds: Sequence[str] = ()) -> None:
+    """Refuse what is no dataset, or lacks variables."""
+    check_kind(name, given, xr.Dataset, f"a Dataset, as {makers} gives")
+    if missing := [one for one in holds if one not in cast(xr.Dataset, given)]:
+        raise InvalidParameterError(
+            f"{name}: has no variable {', '.join(missing)}. Give what {makers} returned."
+        )
 
 
 def label_of(field: xr.DataArray) -> str:
