@@ -204,12 +204,12 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
     ("argv", "message"),
     [
         (["branch", CASE, "--range", "1.2", "0.9"], "need low < high"),
-        (["branch", CASE, "--omega", "0.5", "--range", "0.9", "1.2"], "= 0.5 of the orbit between"),
+        (["branch", CASE, "--omega", "0.5", "--range", "0.9", "1.2"], "must hold omega = 0.5"),
         (
             ["branch", "impact-damper/2c", "--range", "0.9", "1.2", "--parameter", "nothing"],
             "parameter = 'nothing': must be one of mass_ratio",
         ),
-        (["branch", CASE, "--range", "1.04", "1.06", "--switch", "BP1"], "must be one of none"),
+        (["branch", CASE, "--range", "1.04", "1.06", "--switch", "BP1"], "there is none to name"),
         (["branch", CASE, "--range", "1.0", "1.1", "--out", "b.txt"], "must end in"),
         (["normal-form", CASE, "--range", "1.0", "1.05", "--at", "NS9"], "must be one of NS1"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -14,14 +15,15 @@ import matplotlib.pyplot as plt
 import xarray as xr
 from matplotlib.axes import Axes
 
+from vibroimpact.checks import unknown_keyword, unwritable
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.mechanism import Contact, Harmonic, Mechanism
 from vibroimpact.plotting import save
+from vibroimpact.plotting.style import PICTURES
 from vibroimpact.state import State
 
 DATA = (".nc",)
-PICTURES = (".svg", ".png", ".pdf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +63,9 @@ def read_case(path: str | os.PathLike[str]) -> Case:
             f"{', '.join(f'[{name}]' for name in _SYSTEMS)}, and [start] if wanted."
         )
     name = systems[0]
-    system = _built(path, name, _SYSTEMS[name], tables[name])
+    system = _built(path, f"[{name}]", _SYSTEMS[name], _parts(path, name, tables[name]))
     start = tables.get("start")
-    return Case(system, None if start is None else _built(path, "start", State, start))
+    return Case(system, None if start is None else _built(path, "[start]", State, start))
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
@@ -80,68 +82,51 @@ def _read_toml(path: Path) -> dict[str, Any]:
         ) from error
 
 
-def _mechanism(
-    *, forces: list[dict[str, Any]] | None = None, contacts: list[dict[str, Any]], **rest: Any
-) -> Mechanism:
-    pairs = [
-        pair | ({"restitution": tuple(r)} if isinstance(r := pair.get("restitution"), list) else {})
-        for pair in contacts
-    ]
-    return Mechanism(
-        forces=tuple(Harmonic(**line) for line in forces or ()),
-        contacts=tuple(Contact(**pair) for pair in pairs),
-        **rest,
-    )
-
-
 _SYSTEMS: Mapping[str, Callable[..., Any]] = {
     "damper": ImpactDamper,
     "physical": ImpactDamper.from_physical,
-    "mechanism": _mechanism,
+    "mechanism": Mechanism,
 }
+_PARTS: Mapping[str, Callable[..., Any]] = {"forces": Harmonic, "contacts": Contact}
 
 
-def _built(path: Any, name: str, make: Callable[..., Any], table: Any) -> Any:
-    """Call ``make`` with the entries of a table; a wrong name is the file's mistake, not a bug."""
-    try:
-        return make(**table)
-    except TypeError as error:
-        reason = str(error).partition("() ")[2] or error
+def _parts(path: Any, name: str, table: Any) -> Any:
+    """A table of a mechanism with its forces and contacts built, any other as it is."""
+    if name != "mechanism" or not isinstance(table, dict):
+        return table
+    return table | {key: _several(path, key, table[key]) for key in _PARTS if key in table}
+
+
+def _several(path: Any, key: str, items: Any) -> list[Any]:
+    label = f"[[mechanism.{key}]]"
+    if not isinstance(items, list):
+        raise InvalidParameterError(f"config = {path}: {key} must be tables {label}.")
+    numbered = [f"{label} {i + 1}" for i in range(len(items))] if len(items) > 1 else [label]
+    return [
+        _built(path, where, _PARTS[key], item) for where, item in zip(numbered, items, strict=False)
+    ]
+
+
+def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:
+    """Call ``make`` with the entries of a table; what is wrong is said with file and table."""
+    if not isinstance(table, dict):
         raise InvalidParameterError(
-            f"config = {path}: [{name}] {reason}. The names are those of the reference."
-        ) from error
+            f"config = {path}: {where} must be a table of names and values."
+        )
+    names = inspect.signature(make).parameters
+    missing = [n for n, p in names.items() if p.default is p.empty and n not in table]
+    try:
+        for name in table:
+            if name not in names and not isinstance(make, type):  # classes say more themselves
+                raise unknown_keyword(where, name, [*names])
+        if missing and not table.keys() - names:
+            raise InvalidParameterError(f"{', '.join(missing)}: missing.")
+        return make(**table)
+    except InvalidParameterError as error:
+        raise InvalidParameterError(f"config = {path}: {where}: {error}") from error
 
 
 # ---- writing -------------------------------------------------------------------------------------
-
-
-def check_target(path: Path, suffixes: tuple[str, ...]) -> None:
-    """Refuse a file that could not be written, before anything is computed for it.
-
-    Parameters
-    ----------
-    path
-        The file to be written; an earlier one of that name will be replaced.
-    suffixes
-        What the suffix may be.
-
-    Raises
-    ------
-    InvalidParameterError
-        Another suffix, a folder of that name, a folder around it that is missing or unwritable.
-    """
-    if path.suffix.lower() not in suffixes:
-        raise InvalidParameterError(
-            f"out = {path}: must end in {', '.join(suffixes)}. The suffix decides the format."
-        )
-    if path.is_dir():
-        raise InvalidParameterError(f"out = {path}: is a folder. Name a file.")
-    if not path.parent.is_dir():
-        raise InvalidParameterError(
-            f"out = {path}: {path.parent} must be a folder. Make it first, or name another."
-        )
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise _unwritable(path, "no permission")
 
 
 def write(
@@ -194,12 +179,6 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise _unwritable(path, error.strerror or str(error)) from error
+        raise unwritable("out", path, error.strerror or str(error)) from error
     finally:
         temporary.unlink(missing_ok=True)
-
-
-def _unwritable(path: Path, reason: str) -> InvalidParameterError:
-    return InvalidParameterError(
-        f"out = {path}: cannot be written ({reason}). Name a file in a folder that you may write."
-    )

@@ -10,12 +10,14 @@ from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.follow import continue_orbit
 from vibroimpact.branches.stop import Inadmissible, Rule, inadmissible, unstable
 from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.checks import check_choice, ends_of, range_of
 from vibroimpact.commands import common
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import Case, write
 from vibroimpact.literature import impact_damper
 from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.parameters import parameter_value
 from vibroimpact.periodic.find import find_orbit
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
@@ -100,10 +102,11 @@ def run(arguments: argparse.Namespace) -> str:
 
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     """The branch that was asked for and every one that was switched to."""
+    name, bounds = arguments.parameter, ends_of("range", arguments.range)
     case = _case_of(arguments)
-    low, high = arguments.range
     start, stop_when = _orbit(arguments, case), arguments.stop_when
-    branches = [continue_orbit(start, arguments.parameter, (low, high), stop_when=stop_when)]
+    low, high = range_of("range", bounds, name, parameter_value(case.system, name))
+    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
     for label in arguments.switch:
         point = branches[-1][label]
         found = switch_branch(point, (low, high), stop_when=stop_when)
@@ -115,6 +118,8 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
 
 def _case_of(arguments: argparse.Namespace) -> Case:
     """The system; a frequency that nothing fixes is the middle of its range."""
+    if not arguments.config:
+        check_choice("parameter", arguments.parameter, common.PARAMETERS)
     sets = [f"impact-damper/{name}" for name in impact_damper.parameter_sets()]
     free = arguments.omega is None and not arguments.config
     if free and arguments.parameter == "omega" and arguments.case in (None, *sets):

@@ -10,12 +10,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from vibroimpact.checks import check_target
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import DATA, PICTURES, Case, check_target, read_case
+from vibroimpact.files import DATA, Case, read_case
 from vibroimpact.literature import impact_damper
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.orbits import symmetric_orbits
+from vibroimpact.plotting.style import PICTURES
 from vibroimpact.state import STATE, State
 
 System = ImpactDamper | Mechanism

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from vibroimpact.checks import check_target
 from vibroimpact.commands import common
-from vibroimpact.files import DATA, check_target, replacing
+from vibroimpact.files import DATA, replacing
 from vibroimpact.periodic.search import find_orbits
 from vibroimpact.progress import Progress
 
