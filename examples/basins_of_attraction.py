@@ -33,6 +33,8 @@ def main(out: str | None = None) -> None:
     ax = plot_basins(basins)
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

@@ -34,6 +34,8 @@ def main(out: str | None = None) -> None:
     ax = plot_bifurcation_diagram(diagram, variable="x1")
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

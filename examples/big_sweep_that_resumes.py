@@ -48,6 +48,8 @@ def main(out: str | None = None, store: str | None = None) -> None:
         ax = plot_plane(plane.load())
         if out:
             save(ax, out)
+        else:
+            print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

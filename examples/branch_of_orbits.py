@@ -26,6 +26,8 @@ def main(out: str | None = None) -> None:
     ax = plot_branches([symmetric, broken], variable="x1", stop=(0, 1), mirror=True)
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

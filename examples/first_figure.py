@@ -28,6 +28,8 @@ def main(out: str | None = None) -> None:
     assert ax is not None
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

@@ -35,6 +35,8 @@ def main(out: str | None = None) -> None:
     ax.set_ylabel("place of the wall $b$")
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

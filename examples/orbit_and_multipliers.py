@@ -29,6 +29,8 @@ def main(out: str | None = None) -> None:
     ax = plot_multipliers(path)
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

@@ -34,6 +34,8 @@ def main(out: str | None = None) -> None:
     ax = plot_history(run, run.time[-1] - 40.0)
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

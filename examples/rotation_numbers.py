@@ -43,6 +43,8 @@ def main(out: str | None = None) -> None:
     ax.plot(over["omega"][i], over["half_clearance"][j], "k.", markersize=1.2)
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

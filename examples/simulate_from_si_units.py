@@ -32,6 +32,8 @@ def main(out: str | None = None) -> None:
     ax = plot_history(run, end - 5.0 * damper.period, end)
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

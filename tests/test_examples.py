@@ -58,12 +58,13 @@ def test_the_example_writes_its_picture_where_asked(
     assert capsys.readouterr().out
 
 
-def test_an_example_that_is_not_asked_writes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_an_example_that_is_not_asked_writes_nothing_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     loaded("bouncing_ball").main()
     assert not list(tmp_path.iterdir())
+    assert "no picture is written: give --out FILE" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
