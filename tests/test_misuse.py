@@ -1,0 +1,584 @@
+"""Whatever is given to a public function, it answers with a result or an error of the package."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibroimpact as vi
+from vibroimpact import checks, plotting
+from vibroimpact.cli import main
+from vibroimpact.files import read_case
+
+pytestmark = pytest.mark.usefixtures("no_windows")
+
+DAMPER = {
+    "mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, "restitution": 0.8, "half_clearance": 5.0,
+    "omega": 1.2,
+}  # fmt: skip
+SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.0,
+      "restitution": 0.5}  # fmt: skip
+WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
+RESULTS = {  # made by functions, not by hand
+    "Attractor", "Bifurcation", "BifurcationPoint", "Branch", "Diagram", "LyapunovEstimate",
+    "MapDerivative", "NoBranch", "Orbit", "OrbitSearch", "Run", "Section", "Shape",
+    "SymmetricOrbit",
+}  # fmt: skip
+ENUMS_AND_ERRORS = {
+    "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
+    "Status", "StoreError", "VibroImpactError",
+}  # fmt: skip
+# What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
+LONG = {
+    ("impact_section", "settle"), ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
+    ("follow", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
+    ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
+}  # fmt: skip
+
+Call = tuple[Callable[..., Any], dict[str, Any]]
+
+
+def a_function(*_: Any) -> float:
+    return 1.0
+
+
+def oscillator(k: float, A: float) -> vi.Mechanism:
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[k]], forces=(vi.Harmonic(1.0, (A,)),),
+        contacts=(vi.Contact((1.0,), upper=1.0, restitution=0.8),),
+    )  # fmt: skip
+
+
+def circles() -> xr.Dataset:
+    """Data of the shape that plots of circles take."""
+    names, offsets = ["x1", "v1"], [1e-3, 2e-3]
+    points = ("offset", "point", "coordinate"), np.ones((2, 4, 2))
+    return xr.Dataset(
+        {
+            "predicted_half_width": (("offset", "coordinate"), np.ones((2, 2))),
+            "half_width": (("start", "offset", "coordinate"), np.ones((1, 2, 2))),
+            "predicted_radius": ("offset", np.ones(2)),
+            "radius": (("start", "offset"), 1.1 * np.ones((1, 2))),
+            "points": points,
+            "predicted_points": (("offset", "phase_of_z", "coordinate"), points[1]),
+        },
+        coords={"offset": offsets, "coordinate": names, "start": ["first"]},
+    )
+
+
+def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
+    """By name: what is called, with valid arguments; and objects of our own."""
+    damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
+    contact = vi.Contact((1.0,), upper=1.0)
+    run = vi.simulate(damper, state, impacts=20)
+    section = vi.impact_section(damper, state, points=5, settle=5)
+    closed = vi.symmetric_orbits(damper)[0]
+    orbit = vi.find_orbit(damper, closed)
+    whole = vi.find_orbit(damper, closed, symmetric=False)
+    few = vi.Steps(first=0.02, largest=0.5, points=12)
+    steps = vi.Steps(first=0.02, largest=0.5, points=200)
+    branch = vi.continue_orbit(orbit, "omega", (1.0, 1.21), steps=steps)
+    diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), attractors=2, steps=few)
+    over, two = {"omega": [1.1, 1.2]}, {"omega": [1.1, 1.2], "zeta": [0.04, 0.05]}
+    axes = {"x1": [-1.0, 1.0], "v2": [0.5, 1.0]}
+    long = WINDOW | {"settle": 100, "periods": 20}
+    swept = vi.sweep(damper, over=over, start=state, observe=["symbol", "lyapunov"], **WINDOW)
+    basins = vi.basins(damper, over=axes, start=state, **long)
+    random = vi.RandomStarts(2, 1, {"v1": (-1.0, 1.0)}, state)
+    forms = vi.ExplicitMap(lambda x, p: [p * x[0] * (1.0 - x[0])], dimension=1)
+    P = vi.full_map(orbit, "omega")
+    file = folder / "branch.nc"
+    vi.save_branch(branch, file)
+    motion = {"system": damper, "state": state}
+    where = {"stop": "A", "contact": 0}
+    sweeping = {"system": damper, "start": state}
+
+    def observed(observer: Any) -> Call:
+        valid = {n: p.default for n, p in inspect.signature(observer).parameters.items()}
+        return (
+            lambda **given: vi.sweep(
+                damper, over={"omega": [1.2]}, start=state, observe=[observer(**given)], **WINDOW
+            ),
+            valid,
+        )
+
+    calls: dict[str, Call] = {
+        "ImpactDamper": (vi.ImpactDamper, DAMPER | {"force": 1.0, "scales": vi.Scales()}),
+        "ImpactDamper.from_physical": (vi.ImpactDamper.from_physical, SI),
+        "ImpactDamper.on_stop": (
+            damper.on_stop, {"stop": "A", "x1": 0.0, "v1": 0.0, "v2": -1.0, "phase": 0.0},
+        ),
+        "Scales": (vi.Scales, {"time": 1.0, "length": 1.0}),
+        "Contact": (
+            vi.Contact, {"row": (1.0,), "lower": -1.0, "upper": 1.0, "restitution": (0.5, 0.5)},
+        ),
+        "Harmonic": (vi.Harmonic, {"omega": 1.0, "sine": (1.0,), "cosine": (0.0,)}),
+        "Mechanism": (
+            vi.Mechanism,
+            {
+                "mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]], "contacts": (contact,),
+                "forces": (vi.Harmonic(1.0, (1.0,)),), "constant_force": (0.0,),
+                "contact_names": ("a",),
+            },
+        ),
+        "State": (vi.State, {"position": (0.0,), "velocity": (0.0,), "phase": 0.0}),
+        "State.perturbed": (state.perturbed, {"amount": 0.1}),
+        "Steps": (
+            vi.Steps,
+            {"first": 0.1, "least": 1e-6, "largest": 1.0, "tolerance": 1e-8, "turn": 0.7,
+             "points": 10},
+        ),
+        "Family": (
+            lambda **given: vi.Family(**given).mechanism, {"build": oscillator, "k": 1.0, "A": 2.0},
+        ),
+        "ExplicitMap": (
+            vi.ExplicitMap,
+            {"function": lambda x, _: [x[0]], "dimension": 1, "iterate": 1, "sizes": (1.0, 1.0)},
+        ),
+        "ExplicitMap.__call__": (forms, {"x": [0.5], "p": 3.0}),
+        "ExplicitMap.derivative": (
+            lambda x, p, u: forms.derivative(x, p, u), {"x": [0.5], "p": 3.0, "u": [1.0]},
+        ),
+        "ExplicitMap.linearised": (forms.linearised, {"x": [0.5], "p": 3.0}),
+        "ExplicitMap.forms": (forms.forms, {"x": [0.5], "p": 3.0}),
+        "ExplicitMap.fixed_point": (forms.fixed_point, {"guess": [0.6], "p": 3.0}),
+        "ExplicitMap.residual": (forms.residual, {"z": [0.5], "p": 3.0}),
+        "ExplicitMap.jacobian": (forms.jacobian, {"z": [0.5], "p": 3.0}),
+        "ExplicitMap.watch": (forms.watch, {"z": [0.5], "p": 3.0}),
+        "RandomStarts": (
+            vi.RandomStarts,
+            {"count": 2, "seed": 1, "over": {"v1": (-1.0, 1.0)}, "base": state, "first": 0},
+        ),
+        "RandomStarts, range": (
+            lambda v1: vi.RandomStarts(2, 1, {"v1": v1}, state), {"v1": (-1.0, 1.0)},
+        ),
+        "GridStarts": (vi.GridStarts, {"over": {"x1": [0.0, 1.0]}, "base": state}),
+        "GridStarts, axis": (lambda x1: vi.GridStarts({"x1": x1}, state), {"x1": [0.0, 1.0]}),
+        "ListedStarts": (
+            vi.ListedStarts,
+            {"position": [[0.0, 0.0]], "velocity": [[0.0, 1.0]], "phase": [0.0]},
+        ),
+        "simulate": (vi.simulate, motion | {"impacts": 5, "t_max": 100.0}),
+        "simulate, no end": (vi.simulate, motion | {"impacts": 5}),
+        "Run.at": (run.at, {"t": 1.0}),
+        "impact_section": (vi.impact_section, motion | where | {"points": 3, "settle": 3}),
+        "Section.plot": (section.plot, {"ax": None}),
+        "classify": (
+            vi.classify, motion | where | {"settle": 10, "points": 64, "max_settle": 100},
+        ),
+        "classify_points": (
+            vi.classify_points,
+            {
+                "points": np.zeros((64, 2)),
+                "exponent": vi.lyapunov_exponent(damper, state, impacts=2000, settle=10),
+            },
+        ),
+        "lyapunov_exponent": (vi.lyapunov_exponent, motion | {"impacts": 1024, "settle": 1}),
+        "map_derivative": (
+            vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
+        ),
+        "section_jacobian": (
+            vi.section_jacobian, {"damper": damper, "state": closed.state, "impacts": 2},
+        ),
+        "follow": (
+            vi.follow,
+            motion | where | {"parameter": "omega", "values": [1.2], "settle": 2, "keep": 2},
+        ),
+        "symmetric_orbits": (vi.symmetric_orbits, {"damper": damper}),
+        "symmetric_bifurcations": (
+            vi.symmetric_bifurcations, {"damper": damper, "omega": (1.0, 1.02)},
+        ),
+        "find_orbit": (
+            vi.find_orbit,
+            {"system": damper, "guess": closed, "impacts": ("A", "B"), "cycles": 1,
+             "symmetric": False},
+        ),
+        "Guess": (
+            lambda states, durations: vi.find_orbit(
+                damper, vi.Guess(states, durations), impacts="AB", cycles=1, symmetric=False
+            ),
+            {"states": whole.states, "durations": whole.durations},
+        ),
+        "find_orbits": (
+            vi.find_orbits,
+            {"system": damper, "cycles": 1, "impacts": 2, "starts": 1, "seed": 0,
+             "progress": None},
+        ),
+        "full_map": (vi.full_map, {"orbit": orbit, "parameter": "omega"}),
+        "half_map": (vi.half_map, {"orbit": orbit, "parameter": "omega"}),
+        "impact_map": (vi.impact_map, {"orbit": orbit, "impact": 0, "parameter": "omega"}),
+        "stroboscopic_map": (
+            vi.stroboscopic_map, {"orbit": orbit, "after": 0.5, "parameter": "omega"},
+        ),
+        "SegmentMap.derivative": (lambda u: P.derivative(u), {"u": [1.0, 0.0, 0.0, 0.0]}),
+        "normal_form": (
+            vi.normal_form,
+            {"kind": "PD", "forms": forms.forms([2.0 / 3.0], 3.0), "parameter": True},
+        ),
+        "Orbit.why_inadmissible": (orbit.why_inadmissible, {"slack": 0.0}),
+        "continue_orbit": (
+            vi.continue_orbit,
+            {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "steps": few,
+             "both": False, "tangent": None, "progress": None},
+        ),
+        "switch_branch": (
+            vi.switch_branch,
+            {"point": branch["NS1"], "bounds": (1.0, 1.21), "steps": few, "progress": None},
+        ),
+        "branch_diagram": (
+            vi.branch_diagram,
+            {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "depth": 0, "most": 1,
+             "attractors": 2, "steps": few, "progress": None},
+        ),
+        "Branch.orbit": (branch.orbit, {"index": 0}),
+        "Branch.__getitem__": (branch.__getitem__, {"label": "NS1"}),
+        "Branch.plot": (branch.plot, {"variable": "v1", "ax": None}),
+        "Diagram.plot": (diagram.plot, {"variable": "v1", "ax": None, "points": True}),
+        "Diagram.origin": (diagram.origin, {"number": 0}),
+        "save_branch": (vi.save_branch, {"branch": branch, "path": folder / "again.nc"}),
+        "load_branch": (vi.load_branch, {"path": file, "system": None}),
+        "sweep": (
+            vi.sweep,
+            sweeping | {"over": over, "observe": "symbol", "follow": None, "settle": 2,
+                        "periods": 2, "most_impacts": 100, "store": None, "backend": "threads",
+                        "workers": 1, "client": None, "tile": None, "progress": False},
+        ),
+        "sweep, axis": (
+            lambda omega: vi.sweep(damper, over={"omega": omega}, start=state, **WINDOW),
+            {"omega": [1.1]},
+        ),
+        "sweep_again": (
+            lambda found, system, settle, workers: vi.sweep_again(
+                found, system=system, settle=settle, workers=workers, progress=False
+            ),
+            {"found": swept, "system": None, "settle": 2, "workers": 1},
+        ),
+        "plane": (vi.plane, sweeping | WINDOW | {"over": two, "observe": ()}),
+        "multistability": (
+            vi.multistability,
+            sweeping | where | WINDOW | {"over": over, "start": random, "tolerance": 1e-3},
+        ),
+        "basins": (
+            vi.basins, sweeping | where | long | {"over": axes, "tolerance": 1e-3, "most": 64},
+        ),
+        "attractor_state": (
+            vi.attractor_state, {"basins": basins, "name": str(basins["name"].values[0])},
+        ),
+        "bifurcation_sweep": (
+            vi.bifurcation_sweep,
+            sweeping | where | WINDOW | {"over": over, "way": "up", "points": 3, "observe": ()},
+        ),
+        "plot_along": (plotting.plot_along, {"along": swept, "variable": "lyapunov", "ax": None}),
+        "plot_basins": (plotting.plot_basins, {"basins": basins, "ax": None, "marks": True}),
+        "plot_bifurcation_diagram": (
+            plotting.plot_bifurcation_diagram,
+            {
+                "diagram": vi.bifurcation_sweep(
+                    damper, over=over, start=state, points=3, **WINDOW
+                ),
+                "variable": "v1", "ax": None,
+            },
+        ),
+        "plot_branch_multipliers": (
+            plotting.plot_branch_multipliers, {"branch": branch, "ax": None},
+        ),
+        "plot_branches": (
+            plotting.plot_branches,
+            {"branches": [branch], "variable": "v1", "ax": None, "points": True, "stop": (0, 1),
+             "mirror": False, "attractors": None},
+        ),
+        "plot_circle_error": (plotting.plot_circle_error, {"circles": circles(), "ax": None}),
+        "plot_circle_half_width": (
+            plotting.plot_circle_half_width, {"circles": circles(), "ax": None},
+        ),
+        "plot_circles": (plotting.plot_circles, {"circles": circles(), "ax": None}),
+        "plot_history": (plotting.plot_history, {"run": run, "t0": 0.0, "t1": 5.0, "ax": None}),
+        "plot_mechanism": (plotting.plot_mechanism, {"damper": damper, "ax": None}),
+        "plot_multipliers": (
+            plotting.plot_multipliers, {"path": [closed], "omega": [1.2], "half": True, "ax": None},
+        ),
+        "plot_phase_portrait": (
+            plotting.plot_phase_portrait,
+            {"run": run, "t0": 0.0, "t1": 5.0, "row": (1.0,), "ax": None},
+        ),
+        "plot_plane": (
+            plotting.plot_plane,
+            {"plane": vi.plane(damper, over=two, start=state, **WINDOW), "variable": "motion",
+             "ax": None, "most": 7, "symbols": None},
+        ),
+        "plot_section": (
+            plotting.plot_section, {"section": section, "x": "x1", "y": "v1", "ax": None},
+        ),
+        "save": (
+            plotting.save, {"ax": plotting.plot_mechanism(damper), "path": folder / "p.png"},
+        ),
+    }  # fmt: skip
+    calls |= {
+        f"observe.{kind.__name__}": observed(kind)
+        for kind in (vi.observe.Section, vi.observe.Symbol, vi.observe.Extremes, vi.observe.Rms,
+                     vi.observe.Rotation, vi.observe.Settling)
+    }  # fmt: skip
+    ours = {"a contact": contact, "a damper": damper, "a branch": branch, "a run": run}
+    return calls, ours
+
+
+NONSENSE = {
+    "None": None, "a text": "text", "a list": [], "a dictionary": {}, "an object": object(),
+    "-1": -1, "0": 0, "nan": math.nan, "inf": math.inf, "10^12": 10**12, "1e308": 1e308,
+    "10^400": 10**400, "an array": np.array([1.0, 2.0]), "a function": a_function, "True": True,
+    "a complex number": 2 + 1j, "a class": vi.ImpactDamper, "a list of None": [None],
+    "a list of texts": ["a"], "a dataset": xr.Dataset(),
+}  # fmt: skip
+NAMES = [
+    "ImpactDamper", "ImpactDamper.from_physical", "ImpactDamper.on_stop", "Scales", "Contact",
+    "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family", "ExplicitMap",
+    "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised", "ExplicitMap.forms",
+    "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian", "ExplicitMap.watch",
+    "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis", "ListedStarts",
+    "simulate", "simulate, no end", "Run.at", "impact_section", "Section.plot", "classify",
+    "classify_points", "lyapunov_exponent", "map_derivative", "section_jacobian", "follow",
+    "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
+    "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
+    "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
+    "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
+    "load_branch", "sweep", "sweep, axis", "sweep_again", "plane", "multistability", "basins",
+    "attractor_state", "bifurcation_sweep", "plot_along", "plot_basins", "plot_bifurcation_diagram",
+    "plot_branch_multipliers", "plot_branches", "plot_circle_error", "plot_circle_half_width",
+    "plot_circles", "plot_history", "plot_mechanism", "plot_multipliers", "plot_phase_portrait",
+    "plot_plane", "plot_section", "save", "observe.Section", "observe.Symbol", "observe.Extremes",
+    "observe.Rms", "observe.Rotation", "observe.Settling",
+]  # fmt: skip
+WITHOUT_ARGUMENTS = {"Impacts", "Speeds", "Power", "Lyapunov", "Spectrum", "Shares", "Final"}
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Call], dict[str, Any]]:
+    return _calls(tmp_path_factory.mktemp("misuse"))
+
+
+def test_every_public_name_is_called(table: tuple[dict[str, Call], dict[str, Any]]) -> None:
+    assert sorted(NAMES) == sorted(table[0])
+    called = {name.partition(".")[0].partition(",")[0] for name in NAMES}
+    assert {*vi.__all__} - RESULTS - ENUMS_AND_ERRORS <= called
+    assert {*plotting.__all__} <= called
+    from vibroimpact.ensembles.observers import OBSERVERS
+
+    kinds = {kind.__name__ for kind in OBSERVERS.values()} - WITHOUT_ARGUMENTS
+    assert {f"observe.{kind}" for kind in kinds} <= {*NAMES}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_nonsense_is_answered_by_an_error_of_the_package(
+    name: str, table: tuple[dict[str, Call], dict[str, Any]], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Or by a result, where it is none: True is a flag, 10^12 a step of an axis."""
+    monkeypatch.chdir(tmp_path)
+    calls, ours = table
+    call, valid = calls[name]
+    bare = []
+    for argument, (label, nonsense) in itertools.product(valid, (NONSENSE | ours).items()):
+        if label == "10^12" and (name, argument) in LONG:
+            continue
+        try:
+            call(**(valid | {argument: nonsense}))
+        except vi.VibroImpactError as error:
+            if "\n" in str(error) or len(str(error)) > 480:
+                bare.append(f"{argument} = {label}: a message of {len(str(error))} characters")
+        except Exception as error:
+            bare.append(f"{argument} = {label}: {type(error).__name__}: {error}")
+        plt.close("all")
+    assert not bare, "\n".join(bare)
+
+
+# ---- keywords ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: vi.Contact((1.0,), upper=1.0, friction=0.1), "Contact, .*row.* no friction"),
+        (lambda: vi.Contact((1.0,), upper=1.0, stiffness=9.0), "Stops are rigid"),
+        (lambda: vi.Contact((1.0,), upper=1.0, velocity=1.0), "Stops stand still"),
+        (lambda: vi.Mechanism(stiffness_=[[1.0]]), "takes mass, .* Did you mean stiffness"),
+        (lambda: vi.ImpactDamper(omgea=1.0), "Did you mean omega"),
+        (lambda: vi.ImpactDamper(M1=1.0), "from_physical"),
+        (lambda: vi.Harmonic(1.0, amplitude=1.0), "sine and cosine"),
+        (lambda: vi.State((0.0,), (0.0,), theta=1.0), "State, which takes position"),
+        (lambda: vi.basins(None, over={"x1": [0], "v1": [0]}, start=None, stetle=3), "settle"),
+        (lambda: vi.plane(None, over={"a": [0], "b": [0]}, start=None, worker=3), "workers"),
+    ],
+)  # fmt: skip
+def test_an_unknown_keyword_is_answered_with_those_there_are(
+    make: Callable[[], Any], message: str
+) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=message) as caught:
+        make()
+    assert isinstance(caught.value, TypeError)  # as Python's own answer is
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: vi.Contact((1.0,), upper=a_function), "a_function: .* Stops stand still"),
+        (lambda: vi.Harmonic(1.0, a_function), "a_function: .* harmonic lines"),
+    ],
+)
+def test_a_function_of_time_is_answered_with_what_is_possible(
+    make: Callable[[], Any], message: str
+) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=message):
+        make()
+
+
+# ---- what a message shows ------------------------------------------------------------------------
+
+
+def test_a_message_shows_a_number_whole_and_a_long_value_shortened() -> None:
+    assert checks.shown(1.25) == "1.25"
+    assert checks.shown(np.float64(1.25)) == "1.25"
+    assert checks.shown("text") == "'text'"
+    assert checks.shown(np.zeros((400, 3))) == "array of shape (400, 3)"
+    assert checks.shown(list(range(400))) == "[0, 1, 2, 3, 4, 5, ...]"
+    assert checks.shown(xr.Dataset()).count("\n") == 0
+    assert len(checks.shown(10**4000)) < 100
+
+
+def test_nine_contacts_are_counted_and_not_printed() -> None:
+    nine = tuple(vi.Contact((1.0,), upper=float(i + 1)) for i in range(9))
+    with pytest.raises(vi.InvalidParameterError, match="contacts: 9 are given; must be 1 to 8"):
+        vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=nine)
+
+
+# ---- lengths -------------------------------------------------------------------------------------
+
+
+def test_a_run_that_memory_cannot_hold_is_refused_with_its_size() -> None:
+    damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
+    with pytest.raises(vi.InvalidParameterError, match=r"impacts = 10+: needs .* GB.* t_max"):
+        vi.simulate(damper, state, impacts=10**12)
+    with pytest.raises(vi.InvalidParameterError, match=r"points = 10+: needs .* GB"):
+        vi.impact_section(damper, state, points=10**12)
+    assert main(["simulate", "impact-damper/A", "--omega", "1", "--impacts", str(10**12)]) == 2
+
+
+def test_any_number_of_impacts_may_be_asked_for_up_to_a_time() -> None:
+    damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
+    run = vi.simulate(damper, state, impacts=10**12, t_max=100.0)
+    few = vi.simulate(damper, state, t_max=100.0)
+    assert run.end is vi.RunEnd.HORIZON
+    np.testing.assert_array_equal(run.time, few.time)
+
+
+# ---- files and the command line ------------------------------------------------------------------
+
+MECHANISM = """[mechanism]
+mass = [[1.0]]
+damping = [[0.1]]
+stiffness = [[1.0]]
+[[mechanism.contacts]]
+row = [1.0]
+upper = 1.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (MECHANISM + "friction = 0.1\n", r"\[\[mechanism.contacts\]\]: friction: .*no friction"),
+        (MECHANISM + "uper = 1.0\n", r"mechanism.contacts.*uper.* row, lower, upper, .*mean upper"),
+        (MECHANISM.replace("mass", "mas"), r"\[mechanism\]: mas: .* Did you mean mass"),
+        (MECHANISM + "[[mechanism.forces]]\nsine = [1.0]\n", "mechanism.forces.*omega: missing"),
+        (MECHANISM + "[start]\nposition = 0.0\nvelocity = [0.0]", r"\[start\]: position has shape"),
+        ("[physical]\nm1 = 1.0\n", r"\[physical\]: m1: .*takes M1, M2, .*mean M1"),
+        ("[physical]\nM1 = 1.0\n", r"\[physical\]: M2, K, C, F0, Omega, D, restitution: missing"),
+        ("[physical]\n" + "".join(f"{k} = '{v}'\n" for k, v in SI.items()), "M1 = '1.0': must be"),
+        ("damper = 3\n", r"\[damper\] must be a table"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_file_is_named_with_its_table_and_the_names_there_are(
+    text: str, message: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "system.toml"
+    file.write_text(text)
+    with pytest.raises(vi.InvalidParameterError, match=message):
+        read_case(file)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--parameter", "omgea", "--range", "0.9", "1.1"], "parameter = 'omgea': must be one of"),
+        (["--range", "1.5", "0.5"], "range = (1.5, 0.5): need low < high"),
+        (["--omega", "1.3", "--range", "0.9", "1.2"], "range = (0.9, 1.2): must hold omega = 1.3"),
+    ],
+)
+def test_the_command_branch_names_the_option_that_is_wrong(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["branch", "impact-damper/A", *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_damaged_file_of_a_branch_is_refused(
+    table: tuple[dict[str, Call], dict[str, Any]],
+) -> None:
+    from vibroimpact.branches.store import branch_from
+
+    data = table[1]["a branch"].to_dataset()
+    for name in data.attrs:
+        for value in ("", "[1", 3):
+            damaged = data.assign_attrs({name: value})
+            try:
+                branch_from(damaged)
+            except vi.InvalidParameterError:
+                continue  # what is not needed may have any value
+
+
+# ---- interruptions -------------------------------------------------------------------------------
+
+
+def interrupted_at(line: int, call: Callable[[], Any]) -> str | None:
+    """The words of a call interrupted at a line of the package's ensembles; None if it ended."""
+    count = itertools.count()
+
+    def inside(_frame: Any, event: str, _argument: Any) -> Any:
+        if event == "line" and next(count) == line:
+            raise KeyboardInterrupt
+        return inside
+
+    def trace(frame: Any, _event: str, _argument: Any) -> Any:
+        return inside if "/vibroimpact/ensembles/" in frame.f_code.co_filename else None
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    except KeyboardInterrupt as stop:
+        return str(stop)
+    finally:
+        sys.settrace(before)
+    return None
+
+
+@pytest.mark.parametrize("name", ["sweep", "plane", "multistability", "bifurcation_sweep"])
+def test_an_interruption_has_words_wherever_it_comes(
+    name: str, table: tuple[dict[str, Call], dict[str, Any]]
+) -> None:
+    call, valid = table[0][name]
+    line, seen = 0, 0
+    while (words := interrupted_at(line, lambda: call(**valid))) is not None:
+        assert words.startswith("interrupted; "), (line, words)
+        line, seen = line + 1 + line // 3, seen + 1  # every line at first, then ever fewer
+    assert seen > 10
