@@ -131,6 +131,110 @@ def test_a_stop_that_is_not_there_is_refused():
         impact_section(bouncing_ball(), vi.State((1.0,), (0.0,)), stop="A")
 
 
+# --- once per forcing period ----------------------------------------------------------------------
+
+
+def oscillator(omega, stop):
+    """x'' + 0.1 x' + x = 0.5 sin(omega t), x <= stop."""
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
+        forces=(vi.Harmonic(omega, (0.5,)),),
+        contacts=(vi.Contact((1.0,), upper=stop, restitution=0.8),),
+    )  # fmt: skip
+
+
+def steady(omega, phase):
+    """Position and velocity of the steady response of the oscillator without its stop."""
+    z = 0.5 * np.exp(1j * (phase % (2.0 * math.pi))) / (1.0 - omega**2 + 0.1j * omega)
+    return z.imag, (1j * omega * z).imag
+
+
+@pytest.mark.parametrize("system", [DAMPER, CHATTERING, bouncing_ball()])
+def test_states_at_a_phase_are_those_of_the_simulation(system):
+    degrees = getattr(system, "mechanism", system).degrees
+    start = PLAIN if degrees == 2 else vi.State((1.0,), (0.0,), 0.4)
+    section = vi.stroboscopic_section(system, start, points=40, settle=7, phase=-1.0)
+    run = vi.simulate(system, start, impacts=10**5, t_max=1.01 * float(section.time[-1]))
+    position, velocity = run.at(section.time)
+    # one rounding of a time up to 700, in which a velocity of 6 changes by less than 6
+    np.testing.assert_allclose(section.position, position, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(section.velocity, velocity, rtol=0.0, atol=1e-12)
+    omega = getattr(system, "mechanism", system).omega
+    turned = (start.phase + omega * section.time + 1.0) / (2.0 * math.pi)
+    np.testing.assert_allclose(turned, np.round(turned), atol=1e-12)
+    assert np.all(np.diff(np.round(turned)) == 1.0)
+    assert section.phase == pytest.approx(2.0 * math.pi - 1.0)
+    assert section.end is RunEnd.HORIZON
+
+
+def test_a_record_in_many_pieces_has_the_states_of_one(monkeypatch):
+    whole = vi.stroboscopic_section(DAMPER, PLAIN, points=60, settle=5, phase=2.0)
+    monkeypatch.setattr("vibroimpact.motion.CHUNK", 5)
+    pieces = vi.stroboscopic_section(DAMPER, PLAIN, points=60, settle=5, phase=2.0)
+    np.testing.assert_array_equal(whole.position, pieces.position)
+    np.testing.assert_array_equal(whole.velocity, pieces.velocity)
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 4.5, -20.0])
+@pytest.mark.parametrize("omega", [0.3, 1.7, 2.6])
+def test_a_motion_without_impacts_has_the_closed_form_at_every_phase(omega, phase):
+    """20000 periods without an event, which is longer than a run without impacts is followed."""
+    system = oscillator(omega, 50.0)
+    section = vi.stroboscopic_section(system, vi.State((0.0,), (0.0,)), phase=phase, points=20_000)
+    assert len(section) == 20_000
+    x, v = steady(omega, phase)
+    # at t = 4e5 a time has 6e-11 of a radian
+    np.testing.assert_allclose(section.x1, x, atol=1e-9)
+    np.testing.assert_allclose(section.v1, v, atol=1e-9)
+
+
+def test_at_the_time_of_an_impact_the_state_is_that_after_it():
+    """The orbit's impact at A is put at the phase of the section."""
+    orbit = vi.symmetric_orbits(replace(DAMPER, omega=1.2))[0]
+    system = replace(DAMPER, omega=1.2)
+    later = orbit.state.phase + 1e-9  # of its own phase the times could be rounded to before it
+    section = vi.stroboscopic_section(system, orbit.state, points=5, settle=3, phase=later)
+    np.testing.assert_allclose(section.v2, orbit.state.velocity[1], atol=1e-7)
+    direct = vi.stroboscopic_section(
+        system, orbit.state, points=1, settle=0, phase=orbit.state.phase
+    )
+    assert direct.position[0] == pytest.approx(orbit.state.position)
+    assert direct.velocity[0] == pytest.approx(orbit.state.velocity)
+
+
+def test_a_stroboscopic_section_goes_on_from_its_last_state():
+    whole = vi.stroboscopic_section(DAMPER, PLAIN, points=20, settle=0, phase=0.3)
+    first = vi.stroboscopic_section(DAMPER, PLAIN, points=10, settle=0, phase=0.3)
+    second = vi.stroboscopic_section(DAMPER, first.last, points=11, settle=0, phase=0.3)
+    np.testing.assert_allclose(second.position, whole.position[9:], atol=1e-10)
+
+
+def test_a_stroboscopic_section_is_drawn_without_the_plus_of_impacts(no_windows):
+    section = vi.stroboscopic_section(DAMPER, PLAIN, points=5)
+    assert section.plot().get_ylabel() == r"$\dot x_{1}$"
+    assert impact_section(DAMPER, PLAIN, points=5).plot().get_ylabel() == r"$\dot x_{1+}$"
+    assert section.to_dataset().sizes == {"period": 5, "coordinate": 2}
+
+
+@pytest.mark.parametrize(
+    ("keywords", "words"),
+    [({"points": 0}, "points = 0"), ({"settle": -1}, "settle = -1"),
+     ({"phase": math.nan}, "phase = nan"), ({"phase": "x"}, "phase = 'x'")],
+)  # fmt: skip
+def test_misuse_of_a_stroboscopic_section_is_named(keywords, words):
+    with pytest.raises(vi.InvalidParameterError, match=words):
+        vi.stroboscopic_section(DAMPER, PLAIN, **keywords)
+
+
+def test_without_forcing_there_is_no_phase_to_look_at():
+    free = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
+        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=0.9),),
+    )  # fmt: skip
+    with pytest.raises(vi.InvalidParameterError, match="no forcing"):
+        vi.stroboscopic_section(free, vi.State((2.0,), (0.0,)))
+
+
 # --- following -----------------------------------------------------------------------------------
 
 

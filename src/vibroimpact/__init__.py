@@ -41,7 +41,12 @@ from vibroimpact.periodic.found import OrbitSearch
 from vibroimpact.periodic.maps import full_map, half_map, impact_map, stroboscopic_map
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.search import find_orbits
-from vibroimpact.sections import Section, impact_section
+from vibroimpact.sections import (
+    Section,
+    StroboscopicSection,
+    impact_section,
+    stroboscopic_section,
+)
 from vibroimpact.simulate import Run, RunEnd, Status, simulate
 from vibroimpact.state import State
 
@@ -81,6 +86,7 @@ __all__ = [
     "Status",
     "Steps",
     "StoreError",
+    "StroboscopicSection",
     "SymmetricOrbit",
     "VibroImpactError",
     "attractor_state",
@@ -107,6 +113,7 @@ __all__ = [
     "section_jacobian",
     "simulate",
     "stroboscopic_map",
+    "stroboscopic_section",
     "sweep",
     "sweep_again",
     "switch_branch",

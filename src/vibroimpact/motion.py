@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 Stop = Literal["A", "B"]
 
+CHUNK = 4096  # events of a record at a time
 EVENTS_PER_IMPACT = 4  # room for releases and grazes beside the impacts asked for
 COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
 
@@ -117,6 +118,44 @@ class Motion:
             last=self.last,
             end=_why(part)[0],
         )
+
+    def states_at(self, times: Floats) -> tuple[Floats, RunEnd]:
+        """Go on from the start to the last of times in order.
+
+        Returns
+        -------
+        states
+            Position and velocity at each time, after an event at that time, shape (m, 2 n); fewer
+            where the motion ends before.
+        end
+            Why it ended; HORIZON at the last time.
+        """
+        kernel, end = self.compiled.kernel, RunEnd.EVENTS
+        y, mode, begin, low = np.array(self.at.y), 0, 0.0, 0.0
+        rows = np.empty((len(times), 2 * self.compiled.mechanism.degrees))
+        done = 0
+        while end in (RunEnd.EVENTS, RunEnd.IMPACTS):
+            part = self._call(
+                lambda at: kernel.simulate(at, float(times[-1]), math.inf, CHUNK, CHUNK)
+            )
+            end = _why(part)[0]
+            whole = end is RunEnd.HORIZON
+            flights = slice(len(part["mode"]) - whole)  # the event of the horizon is none
+            total = part["high"] + part["low"]
+            starts = np.append(begin, total[flights])
+            rests = np.append(low, (part["low"] - (total - part["high"]))[flights])
+            states = np.concatenate([y[None], part["y"][flights]])
+            modes = np.append(mode, part["mode"][flights])
+            known = len(times) if whole else int(np.searchsorted(times, starts[-1]))
+            wanted = times[done:known]
+            index = np.searchsorted(starts, wanted, side="right") - 1
+            dt = np.maximum((wanted - starts[index]) - rests[index], 0.0)
+            rows[done:known] = kernel.evaluate(
+                list(map(int, modes[index])), np.ascontiguousarray(states[index]), dt
+            )
+            y, mode, begin, low = states[-1], int(modes[-1]), float(starts[-1]), float(rests[-1])
+            done = known
+        return rows[:done], end
 
 
 def _why(result: Any) -> tuple[RunEnd, int]:

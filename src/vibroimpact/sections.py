@@ -1,7 +1,8 @@
-"""The impact section: where a motion stands after each impact at one stop, (9) of the paper.
+"""Sections: where a motion stands after each impact at one stop, or once per forcing period.
 
-The section of the impact damper is Sigma = {x2 - x1 = half_clearance, just after the impact}; here
-it is any stop of any contact of any mechanism.
+The impact section of the impact damper is Sigma = {x2 - x1 = half_clearance, just after the
+impact}, (9) of the paper; here it is any stop of any contact of any mechanism. The stroboscopic
+section, at one phase of the force, sees motions without impacts as well.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.checks import check_count, check_memory, check_stop_name, refusal
+from vibroimpact.checks import check_count, check_memory, check_stop_name, real, refusal
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.motion import Impacts, Motion, Stop
-from vibroimpact.simulate import RunEnd, System, mechanism_of, record_bytes
+from vibroimpact.simulate import RunEnd, System, mechanism_of, phase_after, record_bytes
 from vibroimpact.state import State
 
 if TYPE_CHECKING:
@@ -34,44 +35,33 @@ LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 
 @dataclass(frozen=True)
-class Section:
-    """Post-impact states at one stop, read-only; one entry per impact there.
+class SectionPoints:
+    """States of a motion on a section, read-only; what all sections have.
 
     Attributes
     ----------
     position, velocity
-        Coordinates and velocities just after the impact, shape (n_point, n).
+        Coordinates and velocities, shape (n_point, n); after an event at that time.
     phase
         Phase of the first forcing line in [0, 2 pi).
     time
         Time since the start of the motion, settling included.
-    status
-        :class:`~vibroimpact.Status` of each: impact, simultaneous or chatter.
     end
-        Why the motion ended; ``RunEnd.IMPACTS`` if every point asked for is there.
+        Why the motion ended.
     last
         The state of the last point, to go on from.
     """
 
     system: System
-    contact: int
-    stop: Stop
     position: Floats
     velocity: Floats
     phase: Floats
     time: Floats
-    status: Integers
     end: RunEnd
     last: State = field(repr=False)
 
     def __len__(self) -> int:
         return int(self.phase.size)
-
-    def __repr__(self) -> str:
-        return (
-            f"Section: {len(self)} impacts at stop {self.stop} of contact {self.contact}; "
-            f"{self.end.sentence}"
-        )
 
     @property
     def x1(self) -> Floats:
@@ -97,33 +87,83 @@ class Section:
         """Positions, velocities and the point (cos phase, sin phase), shape (n_point, 2 n + 2)."""
         return coordinates(self.position, self.velocity, self.phase)
 
-    def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset; attributes say what it is a section of."""
-        both = ("impact", "coordinate")
-        return xr.Dataset(
-            {
-                "position": (both, self.position),
-                "velocity": (both, self.velocity),
-                "phase": ("impact", self.phase),
-                "time": ("impact", self.time),
-                "status": ("impact", self.status),
-            },
-            attrs={
-                "system": repr(self.system),
-                "contact": self.contact,
-                "stop": self.stop,
-                "end": self.end.name,
-                "end_reason": self.end.sentence,
-                "version": _kernel.version(),
-            },
-        )
-
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the section; see :func:`vibroimpact.plotting.sections.plot_section`."""
         from vibroimpact.plotting.sections import plot_section
 
         axes: Axes = plot_section(self, ax=ax)
         return axes
+
+    def _dataset(self, along: str, **attrs: Any) -> xr.Dataset:
+        both = (along, "coordinate")
+        return xr.Dataset(
+            {
+                "position": (both, self.position),
+                "velocity": (both, self.velocity),
+                "phase": (along, self.phase),
+                "time": (along, self.time),
+            },
+            attrs={
+                "system": repr(self.system),
+                **attrs,
+                "end": self.end.name,
+                "end_reason": self.end.sentence,
+                "version": _kernel.version(),
+            },
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class Section(SectionPoints):
+    """Post-impact states at one stop, read-only; one entry per impact there.
+
+    Attributes
+    ----------
+    position, velocity, phase, time, last
+        As in :class:`SectionPoints`, just after the impact.
+    end
+        Why the motion ended; ``RunEnd.IMPACTS`` if every point asked for is there.
+    contact, stop
+        Where the impacts are.
+    status
+        :class:`~vibroimpact.Status` of each: impact, simultaneous or chatter.
+    """
+
+    contact: int
+    stop: Stop
+    status: Integers
+
+    def __repr__(self) -> str:
+        return (
+            f"Section: {len(self)} impacts at stop {self.stop} of contact {self.contact}; "
+            f"{self.end.sentence}"
+        )
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the section as an xarray dataset; attributes say what it is a section of."""
+        dataset = self._dataset("impact", contact=self.contact, stop=self.stop)
+        return dataset.assign(status=("impact", self.status))
+
+
+@dataclass(frozen=True, repr=False)
+class StroboscopicSection(SectionPoints):
+    """States at one phase of the force, read-only; one entry per forcing period.
+
+    Attributes
+    ----------
+    position, velocity, phase, time, last
+        As in :class:`SectionPoints`; every phase is the one asked for.
+    end
+        Why the motion ended; ``RunEnd.HORIZON`` if every point asked for is there.
+    """
+
+    def __repr__(self) -> str:
+        at = f" at phase {self.phase[0]:.6g} of the force" if len(self) else ""
+        return f"StroboscopicSection: {len(self)} states{at}; {self.end.sentence}"
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the section as an xarray dataset."""
+        return self._dataset("period")
 
 
 @dataclass(frozen=True)
@@ -229,6 +269,76 @@ def impact_section(
     if end is not RunEnd.IMPACTS:
         return section_of(motion, [], contact, stop, points, end)
     return take(motion, points, contact, stop)
+
+
+def stroboscopic_section(
+    system: System, state: State, *, points: int = 2000, settle: int = 1000, phase: float = 0.0
+) -> StroboscopicSection:
+    """Record the states whenever the phase of the force has one value.
+
+    Parameters
+    ----------
+    system
+        A :class:`~vibroimpact.Mechanism`, or anything with one; it must be forced.
+    state
+        Where to start.
+    points
+        States to record, one per period of the first forcing line, >= 1.
+    settle
+        Forcing periods to discard first, >= 0.
+    phase
+        Of the first forcing line, radians.
+
+    Returns
+    -------
+    StroboscopicSection
+        Fewer points than asked for, with the reason in ``end``, if a run cannot go on. Where an
+        event falls on such a time, the state after it.
+
+    Raises
+    ------
+    InvalidParameterError
+        No forcing, counts out of range, a phase that is no number, a bad start.
+
+    Notes
+    -----
+    A motion without impacts has a section as well: one point where it is periodic with the force.
+    The states are those of ``simulate(...).at(time)``, to rounding.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> section = stroboscopic_section(damper, vi.State((0.0, 0.0), (0.0, 1.0)), points=10)
+    >>> float(round(section.x1[-1], 6))
+    -0.867957
+    """
+    check_count("points", points, 1)
+    check_count("settle", settle, 0)
+    phase = real("phase", phase)
+    mechanism = mechanism_of(system)
+    if not mechanism.forces:
+        raise InvalidParameterError(
+            "system: has no forcing, so that no phase repeats. Take impact_section."
+        )
+    motion = Motion(system, state)
+    period = 2.0 * math.pi / mechanism.omega
+    first = ((phase - state.phase) % (2.0 * math.pi)) / mechanism.omega
+    times = first + period * np.arange(settle, settle + points)
+    rows, end = motion.states_at(times)
+    times, n = times[: len(rows)], mechanism.degrees
+    phases = np.full(len(rows), phase % (2.0 * math.pi))
+    last = motion.last
+    if len(rows):
+        onward = phase_after(mechanism, float(phases[-1]), state.phase, float(times[-1]))
+        last = State(tuple(rows[-1, :n]), tuple(rows[-1, n:]), onward)
+    for array in (rows, times, phases):
+        array.flags.writeable = False
+    return StroboscopicSection(
+        system=system, position=rows[:, :n], velocity=rows[:, n:], phase=phases, time=times,
+        end=end, last=last,
+    )  # fmt: skip
 
 
 def take(motion: Motion, points: int, contact: int, stop: Stop) -> Section:

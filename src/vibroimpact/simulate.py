@@ -174,9 +174,8 @@ class Run:
         """The state after the last event, to go on from."""
         if not len(self):
             return self.start
-        phase, lines = float(self.phase[-1]), mechanism_of(self.system).forces
-        if any((line.omega / lines[0].omega) % 1.0 for line in lines):  # 2 pi is no period then
-            phase = self.start.phase + lines[0].omega * float(self.time[-1])
+        mechanism, time = mechanism_of(self.system), float(self.time[-1])
+        phase = phase_after(mechanism, float(self.phase[-1]), self.start.phase, time)
         return State(tuple(self.position[-1]), tuple(self.velocity_after[-1]), phase)
 
     def at(self, t: ArrayLike) -> tuple[Floats, Floats]:
@@ -249,6 +248,14 @@ class Run:
 def phases_of(mechanism: Mechanism, phase: float) -> list[float]:
     """Phases of all forcing lines when the first has this one."""
     return [phase * (force.omega / mechanism.omega) for force in mechanism.forces]
+
+
+def phase_after(mechanism: Mechanism, phase: float, start: float, time: float) -> float:
+    """Phase of a state to go on from: that in [0, 2 pi), unless 2 pi is no period of all lines."""
+    lines = mechanism.forces
+    if any((line.omega / lines[0].omega) % 1.0 for line in lines):
+        return start + lines[0].omega * time
+    return phase
 
 
 def begin(compiled: Compiled, state: State) -> Any:

@@ -1,19 +1,27 @@
-"""vibroimpact section: the states just after the impacts at one stop."""
+"""vibroimpact section: the states after the impacts at one stop, or once per forcing period."""
 
 from __future__ import annotations
 
 import argparse
 
 from vibroimpact.commands import common
+from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_section
-from vibroimpact.sections import impact_section
-from vibroimpact.simulate import RunEnd
+from vibroimpact.sections import (
+    Section,
+    StroboscopicSection,
+    impact_section,
+    stroboscopic_section,
+)
+from vibroimpact.simulate import RunEnd, System
+from vibroimpact.state import State
 
 NAME = "section"
-HELP = "record the states just after the impacts at one stop, after a transient"
+HELP = "record the states after the impacts at one stop, or once per forcing period"
 EXAMPLE = "  vibroimpact section impact-damper/A --omega 1.0 --perturb 1e-3 --out circle.svg"
-SECTION = ("points", "settle", "stop", "contact")
+COMMON, AT_STOP = ("points", "settle"), ("stop", "contact")
+WHOLE = (RunEnd.IMPACTS, RunEnd.HORIZON)  # every point asked for is there
 AXES = ("x", "y")
 
 
@@ -21,7 +29,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     common.add_system(parser)
     common.add_start(parser)
-    common.add_arguments_of(parser, impact_section, SECTION)
+    common.add_arguments_of(
+        parser, impact_section, COMMON + AT_STOP,
+        points="Points to record, >= 1.",
+        settle="Impacts at all stops to discard first, or forcing periods with --at-phase.",
+    )  # fmt: skip
+    parser.add_argument(
+        "--at-phase", type=float, metavar="THETA",
+        help="take the points once per forcing period, at this phase of the force in radians, "
+        "instead of at impacts",
+    )  # fmt: skip
     common.add_arguments_of(parser, plot_section, AXES)
     common.add_out(parser)
 
@@ -31,9 +48,21 @@ def run(arguments: argparse.Namespace) -> str:
     targets = common.targets_of(arguments)
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)
-    section = impact_section(case.system, state, **common.given(arguments, SECTION))
-    if section.end is not RunEnd.IMPACTS:
+    section = _section(arguments, case.system, state)
+    if section.end not in WHOLE:
         raise common.Failure(f"after {len(section)} points: {section.end.sentence}.")
     axes = common.given(arguments, AXES)
     write(targets, data=section.to_dataset, picture=lambda: plot_section(section, **axes))
     return f"{case.system}\n{state}\n{section}\nends in {section.last}{common.listed(targets)}"
+
+
+def _section(
+    arguments: argparse.Namespace, system: System, state: State
+) -> Section | StroboscopicSection:
+    sizes, place = common.given(arguments, COMMON), common.given(arguments, AT_STOP)
+    if arguments.at_phase is None:
+        return impact_section(system, state, **sizes, **place)
+    if place:
+        name, value = next(iter(place.items()))
+        raise InvalidParameterError(f"{name} = {value}: is for impacts; not with --at-phase.")
+    return stroboscopic_section(system, state, phase=arguments.at_phase, **sizes)

@@ -1,4 +1,4 @@
-"""Poincare section: the motion seen at every impact on one stop."""
+"""Poincare section: the motion seen at every impact on one stop, or once per forcing period."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from vibroimpact.checks import check_choice, refusal
 from vibroimpact.plotting import style
+from vibroimpact.sections import StroboscopicSection
 
 
 class SectionPoints(Protocol):
-    """What is drawn: states just after impacts."""
+    """What is drawn: states just after impacts, or at one phase of the force."""
 
     @property
     def position(self) -> NDArray[np.float64]:
@@ -39,10 +40,11 @@ def plot_section(
     Parameters
     ----------
     section
-        What :func:`vibroimpact.impact_section` returned.
+        What :func:`vibroimpact.impact_section` or :func:`vibroimpact.stroboscopic_section`
+        returned.
     x, y
-        Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities after impact,
-        "phase" the phase of the force.
+        Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities, those after the
+        impact on an impact section, "phase" the phase of the force.
     ax
         Where to draw; a new figure if not given.
     **looks
@@ -59,7 +61,8 @@ def plot_section(
     across, up = component(section, "x", x), component(section, "y", y)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
-        ax.set(xlabel=symbol(x), ylabel=symbol(y))
+        after = not isinstance(section, StroboscopicSection)
+        ax.set(xlabel=symbol(x, after), ylabel=symbol(y, after))
         if "label" in looks:
             style.legend_outside(ax, columns=2)
     return ax
@@ -76,8 +79,9 @@ def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.fl
     return (section.position if kind == "x" else section.velocity)[:, i]
 
 
-def symbol(name: str) -> str:
-    """A coordinate's name as a formula: x1, v1 (after the impact), phase."""
+def symbol(name: str, after_impact: bool = True) -> str:
+    """A coordinate's name as a formula: x1, v1 (after the impact: with a plus), phase."""
     if name == "phase":
         return r"$\theta$ [rad]"
-    return f"$x_{{{name[1:]}}}$" if name[0] == "x" else rf"$\dot x_{{{name[1:]}+}}$"
+    plus = "+" * after_impact
+    return f"$x_{{{name[1:]}}}$" if name[0] == "x" else rf"$\dot x_{{{name[1:]}{plus}}}$"
