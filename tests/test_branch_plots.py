@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.text import Annotation, Text
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 import vibroimpact as vi
 from vibroimpact.branches.along import Standing, along, coordinate, place_of
-from vibroimpact.plotting import plot_branch_multipliers, plot_branches
-from vibroimpact.plotting.branches import COLOURS, LINES
+from vibroimpact.plotting import plot_branch_multipliers, plot_branches, style
+from vibroimpact.plotting.branch_multipliers import _step
+from vibroimpact.plotting.branches import LINES
 from vibroimpact.plotting.labels import Labels
 
 pytestmark = pytest.mark.usefixtures("no_windows")
@@ -39,6 +42,9 @@ def broken(symmetric: vi.Branch) -> vi.Branch:
     found = vi.switch_branch(symmetric["BP1"], (0.65, 0.8))
     assert isinstance(found, vi.Branch)
     return found
+
+
+COLOURS = style.series(2)
 
 
 def stretches(ax: Axes, colour: str = COLOURS[0]) -> list[tuple[str, NDArray[np.float64]]]:
@@ -129,26 +135,55 @@ def test_labels_and_markers_name_every_special_point(symmetric: vi.Branch) -> No
     assert not plain.texts
 
 
-def test_labels_do_not_cover_each_other() -> None:
-    _, ax = plt.subplots(figsize=(4.0, 3.0), dpi=100.0)
-    ax.plot([0.0, 1.0], [0.0, 1.0])
-    labels = Labels(ax)
-    for i in range(6):
-        labels.add(f"NS{i}", 0.5 + 0.005 * i, 0.5, "black")
-    labels.place()
+def label_boxes(ax: Axes) -> list[Bbox]:
     figure = ax.get_figure(root=True)
     assert figure is not None
     figure.canvas.draw()
-    boxes = [Text.get_window_extent(text) for text in ax.texts]  # without the leader
-    boxes = [box.shrunk(0.8, 0.8) for box in boxes]  # letters do not fill their box
+    return [Text.get_window_extent(text) for text in ax.texts]  # without the leader
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_labels_neither_cover_each_other_nor_leave_the_axes(seed: int) -> None:
+    """Clusters of points, of which some lie at the edges: more labels than there is room for."""
+    rng = np.random.default_rng(seed)
+    _, ax = plt.subplots(figsize=(4.0, 3.0), dpi=100.0)
+    ax.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    labels = Labels(ax)
+    for centre in rng.random((8, 2)):
+        for x, y in np.clip(centre + 0.02 * rng.standard_normal((12, 2)), 0.0, 1.0):
+            labels.add("NS12", x, y, "black")
+    labels.place()
+    boxes, frame = label_boxes(ax), ax.get_window_extent()
+    assert len(boxes) > 40
     assert not any(first.overlaps(second) for first, second in combinations(boxes, 2))
+    for box in boxes:
+        assert frame.x0 <= box.x0 < box.x1 <= frame.x1
+        assert frame.y0 <= box.y0 < box.y1 <= frame.y1
+
+
+def test_no_two_of_twenty_branches_have_the_same_colour() -> None:
+    assert len(set(style.series(20))) == 20
+    assert style.series(20)[:3] == style.series(3)
+
+
+def test_a_coordinate_that_varies_by_rounding_alone_is_a_level_line_with_short_ticks() -> None:
+    """The place of a mass at its own stop is 1.26 to the last digit or two."""
+    _, ax = plt.subplots()
+    ax.plot([0.0, 1.0, 2.0], [1.26, 1.26 * (1.0 + 2e-16), 1.26])
+    style.widen_constant(ax)
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    figure.canvas.draw()
+    ticks = [label.get_text() for label in ax.get_yticklabels()]
+    assert max(map(len, ticks)) <= 5
+    assert ax.get_ylim() == pytest.approx((1.26 * 0.95, 1.26 * 1.05))
 
 
 def test_branches_have_their_own_colours_and_names(symmetric: vi.Branch, broken: vi.Branch) -> None:
     ax = plot_branches([symmetric, broken])
     legend = ax.get_legend()
     assert legend is not None
-    assert [t.get_text() for t in legend.get_texts()][:2] == ["1-1-1, symmetric", "1-1-1"]
+    assert [t.get_text() for t in legend.get_texts()][:2] == ["0: 1-1-1, symmetric", "1: 1-1-1"]
     assert stretches(ax, COLOURS[0])
     assert stretches(ax, COLOURS[1])
 
@@ -223,6 +258,30 @@ def test_a_path_does_not_jump_to_another_multiplier(symmetric: vi.Branch) -> Non
     np.testing.assert_array_equal(np.sort_complex(paths), np.sort_complex(shuffled))
     gaps = np.abs(np.diff(paths, axis=0)).max()
     assert gaps <= np.abs(np.diff(_sorted(symmetric.multipliers[60:100]), axis=0)).max()
+
+
+def test_paths_of_the_multipliers_have_no_gaps(symmetric: vi.Branch) -> None:
+    for path in plot_branch_multipliers(symmetric).collections:
+        if isinstance(path, LineCollection):
+            steps = [np.asarray(step.vertices) for step in path.get_paths()]
+            for before, after in pairwise(steps):
+                np.testing.assert_array_equal(before[-1], after[0])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_pair_that_meets_takes_the_roots_of_the_polynomial_between(turned: bool) -> None:
+    """z^2 - 2 m z + m^2 - h, with m from 0.3 to 0.4 and h from 0.04 to -0.09: numpy's roots."""
+    ends = [np.array([0.5 + 0j, 0.1 + 0j]), np.array([0.4 + 0.3j, 0.4 - 0.3j])]
+    paths = [_step(ends[::-1] if turned else ends, i) for i in (0, 1)]
+    assert [path[0] for path in paths] == [*ends[1 if turned else 0]]
+    h = np.linspace(0.04, -0.09, 33)[:: -1 if turned else 1]
+    assert any(path.imag[1:-1].any() and path.real.any() for path in paths)
+    for value in h:
+        share = (value - h[0]) / (h[-1] - h[0])
+        m = 0.4 - 0.1 * share if turned else 0.3 + 0.1 * share
+        for root in np.roots([1.0, -2.0 * m, m * m - value]):
+            # A double root moves by the root of a rounding error.
+            assert min(np.abs(path - root).min() for path in paths) < 1e-7
 
 
 def test_plots_draw_where_asked_and_leave_the_settings(symmetric: vi.Branch) -> None:

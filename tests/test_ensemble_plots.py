@@ -369,6 +369,23 @@ def test_basins_have_the_names_and_shares_of_their_attractors() -> None:
     assert tuple(drawn[2, 1]) == pytest.approx(to_rgb(maps.FAILED[0]), abs=1e-6)
 
 
+def test_starts_behind_a_stop_have_no_share() -> None:
+    basins = some_basins()
+    meanings = str(basins["attractor"].attrs["flag_meanings"]).replace("undecided", "behind_stop")
+    basins["attractor"].attrs["flag_meanings"] = meanings
+    known = list(legend(plotting.plot_basins(basins)))
+    assert known == ["1-1-1 a, 60%", "1-1-1 b, 20%", "chaotic a, 20%", "behind stop"]
+
+
+def test_mirror_images_have_the_same_colours_whichever_is_more_frequent() -> None:
+    one = maps.with_mirrors({"1-1-1": 9, "1-1-2": 5, "2-2-2": 4, "1-2-1": 3})
+    other = maps.with_mirrors({"1-1-1": 9, "1-2-1": 5, "2-2-2": 4, "1-1-2": 3})
+    assert one == other == ["1-1-1", "1-2-1", "1-1-2", "2-2-2"]
+    named = maps.with_mirrors({"1-1-2 a": -3, "chaotic a": -2, "1-2-1 a": -1, "at rest": -4})
+    assert named == ["1-2-1 a", "1-1-2 a", "chaotic a", "at rest"]
+    assert maps.with_mirrors({"?-0-1,2-1": 1, "?-1-0,1-2": 2}) == ["?-1-0,1-2", "?-0-1,2-1"]
+
+
 def test_a_part_of_the_basins_keeps_the_colours_of_the_whole() -> None:
     whole = legend(plotting.plot_basins(some_basins()))
     part = legend(plotting.plot_basins(some_basins().isel(x1=[1], v2=[1, 2]), marks=False))
@@ -401,11 +418,13 @@ def test_a_dataset_without_attractors_is_refused() -> None:
 
 
 def test_exponents_are_drawn_over_their_parameter_in_the_colours_of_the_directions() -> None:
-    zero, up, down = plotting.plot_along(some_ways()).get_lines()
+    zero, up, down, both = plotting.plot_along(some_ways()).get_lines()
     assert set(np.asarray(zero.get_ydata())) == {0.0}
     assert to_rgb(up.get_color()) != to_rgb(down.get_color())
-    np.testing.assert_array_equal(up.get_xdata(), [1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(down.get_ydata(), [-0.1, -0.2, -0.3])
+    known = [(x, y) for x, y in up.get_xydata() if np.isfinite(y)]
+    assert known == [(2.0, 0.02)]
+    np.testing.assert_array_equal(down.get_ydata(), [np.nan, -0.2, -0.3])
+    assert {tuple(at) for at in both.get_xydata() if np.isfinite(at).all()} == {(1.0, -0.1)}
 
 
 def test_exponents_of_random_starts_share_a_colour() -> None:
@@ -423,7 +442,7 @@ def test_a_diagram_of_another_number_names_it() -> None:
 def test_a_diagram_names_any_parameter() -> None:
     ax = plotting.plot_bifurcation_diagram(some_ways())
     assert ax.get_xlabel() == r"half clearance $\delta$"
-    assert [len(line.get_xdata()) for line in ax.get_lines()] == [6, 6]
+    assert [len(line.get_xdata()) for line in ax.get_lines()[:2]] == [6, 6]
 
 
 def test_misuse_of_pictures_along_a_parameter_is_refused() -> None:

@@ -203,10 +203,40 @@ def test_multipliers_of_the_wrong_shape_are_refused(values: object, omega: objec
 
 def test_each_direction_has_its_colour_and_missing_points_are_left_out() -> None:
     ax = plotting.plot_bifurcation_diagram(some_diagram())
-    up, down = ax.get_lines()
+    up, down, both = ax.get_lines()
     assert up.get_color() != down.get_color()
-    assert (len(up.get_xdata()), len(down.get_xdata())) == (6, 5)
+    assert [len(line.get_xdata()) for line in (up, down, both)] == [6, 5, 0]
     np.testing.assert_array_equal(np.unique(np.asarray(up.get_xdata())), OMEGAS)
+
+
+def test_where_up_and_down_agree_the_points_are_black_and_the_legend_says_so() -> None:
+    """A periodic motion that is the same, one that is not, and two samples of one closed curve."""
+    turns = 2.0 * np.pi * np.arange(60) * (math.sqrt(5.0) - 1.0) / 2.0
+    same, other = np.tile([1.0, -1.0], 30), np.tile([0.5, -0.5], 30)
+    up = np.stack([same, same, np.cos(turns)])
+    down = np.stack([same[::-1] + 1e-12, other, np.cos(turns + 1.0)])
+    diagram = xr.Dataset(
+        {"v1": (("direction", "omega", "point"), np.stack([up, down]))},
+        coords={"omega": OMEGAS, "direction": ["up", "down"]},
+    )
+    ax = plotting.plot_bifurcation_diagram(diagram)
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()][-1] == "both ways"
+    at = [set(np.asarray(line.get_xdata())) for line in ax.get_lines()]
+    assert at == [{OMEGAS[1]}, {OMEGAS[1]}, {OMEGAS[0], OMEGAS[2]}]
+
+
+def test_orbits_with_names_have_marks_of_their_own() -> None:
+    orbits = vi.symmetric_orbits(SET_A)
+    names = [f"sign {orbit.sign:+d}" for orbit in orbits]
+    ax = plotting.plot_multipliers([o.half_multipliers for o in orbits], labels=names)
+    lines = [line for line in ax.get_lines() if line.get_label() in names]
+    assert [line.get_label() for line in lines] == names
+    assert len({(line.get_marker(), line.get_color()) for line in lines}) == len(orbits) == 2
+    np.testing.assert_array_equal(lines[1].get_xdata(), orbits[1].half_multipliers.real)
+    with pytest.raises(vi.InvalidParameterError, match="as many names as orbits, 2"):
+        plotting.plot_multipliers([o.half_multipliers for o in orbits], labels=names[:1])
 
 
 def test_an_unknown_variable_of_a_diagram_is_refused() -> None:

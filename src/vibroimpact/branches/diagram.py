@@ -136,6 +136,7 @@ class Diagram:
             stop=family.signature.impacts[0],
             mirror=not asymmetry(family.mechanism, 1),
             attractors=self.attractors if held else None,
+            bounds=self.bounds,
         )
 
     def to_dataset(self) -> xr.Dataset:

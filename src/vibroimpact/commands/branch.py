@@ -153,4 +153,5 @@ def _symmetric(damper: ImpactDamper, sign: str | None) -> SymmetricOrbit:
 def _picture(arguments: argparse.Namespace, branches: list[Branch]) -> Axes:
     if arguments.multipliers:
         return plot_branch_multipliers(branches[-1])
-    return plot_branches(branches, **common.given(arguments, ["variable"]))
+    low, high = arguments.range
+    return plot_branches(branches, bounds=(low, high), **common.given(arguments, ["variable"]))

@@ -41,9 +41,16 @@ def run(arguments: argparse.Namespace) -> str:
     write(
         targets,
         data=lambda: _dataset(damper, orbits),
-        picture=lambda: plot_multipliers([o.half_multipliers for o in orbits]),
+        picture=lambda: plot_multipliers(
+            [o.half_multipliers for o in orbits], labels=[_name(o) for o in orbits]
+        ),
     )
     return "\n".join([str(damper), *map(_described, orbits)]) + common.listed(targets)
+
+
+def _name(orbit: SymmetricOrbit) -> str:
+    reason = "" if orbit.admissible else ", not admissible"
+    return f"sign {orbit.sign:+d}, {'stable' if orbit.stable else 'unstable'}{reason}"
 
 
 def _described(orbit: SymmetricOrbit) -> str:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from vibroimpact.plotting import style
-from vibroimpact.plotting.bifurcation_diagram import looks_of, parameter_of
+from vibroimpact.plotting.bifurcation_diagram import parameter_of, shown
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
@@ -47,19 +47,19 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
         if array.dtype.kind in "iu":
             ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         _lines(ax, array, parameter)
+        style.whole_range(ax, array[parameter].values)
         ax.set(xlabel=parameter_label(parameter), ylabel=label_of(array))
     return ax
 
 
 def _lines(ax: Axes, array: xr.DataArray, parameter: str) -> None:
-    value = array[parameter].values
-    if "direction" in array.dims:
-        for name, looks in looks_of(array).items():
-            _points(ax, value, array.sel(direction=name), **looks)
+    several = "direction" in array.dims
+    for rows, looks in shown(array) if several else [(array, {"color": style.BLUE})]:
+        flat = rows.transpose(parameter, ...).values.reshape(rows.sizes[parameter], -1)
+        value = np.repeat(array[parameter].values, flat.shape[1])
+        _points(ax, value, flat.ravel(), **looks)
+    if several:
         style.legend_outside(ax)
-    else:
-        flat = array.transpose(parameter, ...).values.reshape(len(value), -1)
-        _points(ax, np.repeat(value, flat.shape[1]), flat.ravel(), color=style.BLUE)
 
 
 def _points(ax: Axes, value: Any, numbers: Any, **looks: Any) -> None:

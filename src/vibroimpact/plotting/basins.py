@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -12,12 +10,14 @@ from numpy.typing import NDArray
 from vibroimpact.checks import check_flag
 from vibroimpact.ensembles.motions import flags
 from vibroimpact.plotting import maps, style
+from vibroimpact.plotting.sections import symbol
 from vibroimpact.plotting.variables import check_dataset
 
 COLOURS = (
     style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
 )  # fmt: skip
 OTHER = "other attractors"
+BEHIND = "behind stop"  # where there is no start
 MARKERS = "oDs^vPX"
 MARKED = 400  # points of an attractor that are marked
 PLACES = 24  # fewer different places, told apart at RESOLUTION of the axes: large marks
@@ -40,7 +40,8 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     Returns
     -------
     Axes
-        What was drawn on. The legend gives the share of the starts.
+        What was drawn on. The legend gives the share of the starts; those behind a stop do not
+        count.
     """
     check_dataset("basins", basins, "vi.basins", ["attractor"])
     check_flag("marks", marks)
@@ -51,46 +52,46 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
         limits = ax.get_xlim(), ax.get_ylim()
         if marks:
             _mark(ax, basins, (across, up))
-        ax.set(xlabel=coordinate_label(across), ylabel=coordinate_label(up))
+        ax.set(xlabel=symbol(across, False), ylabel=symbol(up, False))
         ax.set(xlim=limits[0], ylim=limits[1])
     return ax
 
 
-def coordinate_label(name: str) -> str:
-    """A state coordinate as a formula: x1, v1, phase."""
-    if name == "phase":
-        return r"$\theta$ [rad]"
-    kind, number = re.fullmatch(r"([xv])(\d+)", name).groups()  # type: ignore[union-attr]
-    return f"$x_{{{number}}}$" if kind == "x" else rf"$\dot x_{{{number}}}$"
-
-
 def _shades(labels: xr.DataArray) -> list[maps.Shade]:
-    """With shares of the starts; attractors keep their colours in a part that others are not in."""
+    """With shares of the starts that can start: those behind a stop have none."""
     meanings = flags(labels)
     codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
     words = {code: meanings[code].replace("_", " ") for code in codes}
-    attractors = (code for code in codes if code >= 0)
-    found = maps.shades(words, dict(zip(attractors, COLOURS, strict=False)), OTHER, {})
-    shares = (100.0 * float(np.isin(labels.values, shade.codes).mean()) for shade in found)
-    return [s._replace(words=f"{s.words}, {x:.3g}%") for s, x in zip(found, shares, strict=True)]
+    found = maps.shades(words, _colours(labels), OTHER, {BEHIND: style.NOTHING})
+    possible = np.isin(labels.values, [code for code in codes if words[code] != BEHIND])
+    total = max(int(possible.sum()), 1)
+
+    def told(shade: maps.Shade) -> str:
+        share = 100.0 * float(np.isin(labels.values, shade.codes).sum()) / total
+        return shade.words if shade.words == BEHIND else f"{shade.words}, {share:.3g}%"
+
+    return [shade._replace(words=told(shade)) for shade in found]
 
 
-def _colour(code: int) -> str:
-    """Of an attractor."""
-    return COLOURS[code] if code < len(COLOURS) else style.SILVER
+def _colours(labels: xr.DataArray) -> dict[int, str]:
+    """Of attractors by code; they keep them in a part of the picture that others are not in."""
+    names = {words: code for code, words in flags(labels).items() if code >= 0}
+    order = maps.with_mirrors({words: -code for words, code in names.items()})
+    return dict(zip((names[words] for words in order), COLOURS, strict=False))
 
 
 def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
     """Where members of each basin end, each attractor with a mark of its own."""
     ends = [_final(basins, name) for name in names]
-    labels = basins["attractor"].values
+    labels, colours = basins["attractor"].values, _colours(basins["attractor"])
     for code in [code for code in flags(basins["attractor"]) if code >= 0]:
         here = np.flatnonzero((labels == code).ravel())[:MARKED]
         x, y = (end[here] for end in ends)
         few = _places(ax, x, y) <= PLACES
         ax.plot(
             x, y, linestyle="none", marker=MARKERS[code % len(MARKERS)] if few else ".",
-            markersize=5.5 if few else 2.0, markerfacecolor=_colour(code) if few else style.BLACK,
+            markersize=5.5 if few else 2.0,
+            markerfacecolor=colours.get(code, style.SILVER) if few else style.BLACK,
             markeredgecolor=style.BLACK, markeredgewidth=0.9 if few else 0.0, clip_on=True,
         )  # fmt: skip
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
+from vibroimpact.ensembles.outcome import Outcome
 from vibroimpact.ensembles.states import COORDINATE
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
@@ -15,20 +18,27 @@ from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import symbol
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
-# Drawn in this order: large and light below, small and dark above, so that both are seen where
-# they agree.
+Floats = NDArray[np.float64]
+
+# Drawn in this order: large and light below, small and dark above.
 DIRECTIONS: dict[str, dict[str, Any]] = {
     "up": {"color": style.ORANGE, "markersize": 1.6},
     "down": {"color": style.BLUE, "markersize": 0.7},
 }
+BOTH: dict[str, Any] = {"color": style.BLACK, "markersize": 0.7, "label": "both ways"}
+SEEN = 1 / 300  # of the ordinate: points nearer than this are seen as one
+SAMPLED = 1.36  # times the root of 2 / (number of points): Kolmogorov and Smirnov's bound at 5 %
+NO_IMPACT = "at the foot: no impact at this stop"
 OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
-BESIDE = ("direction", "start", "point")  # dims beside that of the parameter
+BESIDE = ("direction", "start", "point", "strobe")  # dims beside that of the parameter
 
 
 def plot_bifurcation_diagram(
     diagram: xr.Dataset, *, variable: str = "v1", ax: Axes | None = None
 ) -> Axes:
     """Draw a coordinate of the section over a parameter, each direction in its colour.
+
+    Where the points of up and down agree, as samples of one set, they are black: "both ways".
 
     Parameters
     ----------
@@ -44,7 +54,9 @@ def plot_bifurcation_diagram(
     Returns
     -------
     Axes
-        What was drawn on.
+        What was drawn on. The axis holds all values of the parameter; marks at its foot, in the
+        colours of the directions, are those at which a whole window passes without an impact at
+        the stop. ``at_phase`` of :func:`~vibroimpact.bifurcation_sweep` lets that motion be seen.
     """
     check_dataset("diagram", diagram, "vi.bifurcation_sweep")
     array = variable_of(diagram, variable, "Coordinates are those of vi.bifurcation_sweep.")
@@ -53,10 +65,15 @@ def plot_bifurcation_diagram(
         if "direction" not in array.dims:
             _draw(ax, array, parameter, color=style.BLUE)
         else:
-            for name, looks in looks_of(array).items():
-                _draw(ax, array.sel(direction=name), parameter, **looks)
+            for rows, looks in shown(array):
+                _draw(ax, rows, parameter, **looks)
+        if COORDINATE.fullmatch(variable):
+            _mark_silent(ax, array, diagram.get("end"))
+        if ax.get_legend_handles_labels()[0]:
             style.legend_outside(ax)
-        along = symbol(variable) if COORDINATE.fullmatch(variable) else label_of(array)
+        after = "strobe" not in array.dims
+        along = symbol(variable, after) if COORDINATE.fullmatch(variable) else label_of(array)
+        style.whole_range(ax, array[parameter].values)
         ax.set(xlabel=parameter_label(parameter), ylabel=along)
     return ax
 
@@ -70,6 +87,54 @@ def looks_of(array: xr.DataArray) -> dict[str, dict[str, Any]]:
     looks = {n: {"label": f"followed with {sign} {n}"} | look for n, look in DIRECTIONS.items()}
     looks |= {n: {"label": n, "color": OTHERS[i % len(OTHERS)]} for i, n in enumerate(others)}
     return {name: look for name, look in looks.items() if name in present}
+
+
+def shown(array: xr.DataArray) -> Iterator[tuple[xr.DataArray, dict[str, Any]]]:
+    """What is drawn of each direction, and how; up and down together where they agree."""
+    looks = looks_of(array)
+    rows = {name: array.sel(direction=name, drop=True) for name in looks}
+    if set(DIRECTIONS) <= set(looks):
+        both = _agreement(*(rows[name] for name in DIRECTIONS))
+        rows |= {name: rows[name].where(~both) for name in DIRECTIONS}
+        rows["both"] = array.sel(direction=list(DIRECTIONS)).where(both)
+        looks["both"] = BOTH
+    yield from ((rows[name], looks[name]) for name in looks)
+
+
+def _agreement(up: xr.DataArray, down: xr.DataArray) -> xr.DataArray:
+    """Whether the points of both ways are samples of one set, value by value of the parameter."""
+    parameter = parameter_of(up)
+    columns = [way.transpose(parameter, ...).values.reshape(len(way), -1) for way in (up, down)]
+    span = float(np.nanmax(columns, initial=-np.inf) - np.nanmin(columns, initial=np.inf))
+    same = [_same_set(*pair, SEEN * span) for pair in zip(*columns, strict=True)]
+    return xr.DataArray(same, {parameter: up[parameter].values}, [parameter])
+
+
+def _same_set(first: Floats, second: Floats, near: float) -> bool:
+    """Whether distributions of points agree, those told apart that are seen apart."""
+    a, b = (np.sort(points[np.isfinite(points)]) for points in (first, second))
+    if not (a.size and b.size):
+        return False
+    apart = max(
+        float(np.max(np.arange(1, len(x) + 1) / len(x)
+                     - np.searchsorted(y, x + near, side="right") / len(y)))
+        for x, y in ((a, b), (b, a))
+    )  # fmt: skip
+    return apart < min(0.5, SAMPLED * np.sqrt(1.0 / len(a) + 1.0 / len(b)))
+
+
+def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> None:
+    """Mark where members reached their end without a section point, a row for each direction."""
+    parameter = parameter_of(array)
+    silent = array.isnull().all([d for d in ("point", "strobe", "start") if d in array.dims])
+    if end is not None:
+        silent &= (end == Outcome.OK).all([d for d in ("start",) if d in end.dims])
+    ways = looks_of(array) if "direction" in array.dims else {"": {"color": style.BLUE}}
+    for row, (name, looks) in enumerate(ways.items()):
+        here = silent.sel(direction=name) if name else silent
+        style.at_foot(ax, array[parameter].values[here.values], looks["color"], row)
+    if silent.any():
+        ax.plot([], [], "s", color=style.GREY, label=NO_IMPACT)
 
 
 def parameter_of(array: xr.DataArray) -> str:

@@ -26,6 +26,7 @@ from vibroimpact.plotting.multipliers import COLOURS, unit_circle
 Complexes = NDArray[np.complex128]
 
 CRITICAL = 1e-4  # from the unit circle: a multiplier that makes a special point
+SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: where they are drawn
 SHOWN = 1.6  # half width of the picture; multipliers grow without bound towards grazing
 
 
@@ -86,14 +87,13 @@ def _paths(ax: Axes, branch: Branch) -> None:
     norm = Normalize(float(parameter.min()), float(parameter.max()))
     look: dict[str, Any] = {"cmap": COLOURS, "norm": norm, "linewidths": 1.6, "zorder": 3}
     middle = (parameter[1:] + parameter[:-1]) / 2.0
-    for path in values.T:
-        places = np.column_stack([path.real, path.imag])
-        joined = (path.imag[1:] == 0.0) == (path.imag[:-1] == 0.0)  # not where a pair meets
-        pieces = np.stack([places[:-1], places[1:]], axis=1)[joined]
-        lines = LineCollection(list(pieces), **look)
-        lines.set_array(middle[joined])
+    for i in range(values.shape[1]):
+        steps = [_step(pair, i) for pair in pairwise(values)]
+        lines = LineCollection([np.column_stack([z.real, z.imag]) for z in steps], **look)
+        lines.set_array(middle)
         lines.set_capstyle("round")
         ax.add_collection(lines, autolim=False)
+    for path in values.T:
         ax.scatter(path.real, path.imag, c=parameter, s=3.0, linewidths=0.0, cmap=COLOURS,
                    norm=norm, zorder=3)  # fmt: skip
     figure = cast(Figure, ax.get_figure(root=True))
@@ -108,6 +108,28 @@ def _multipliers(branch: Branch, points: Along) -> Complexes:
     values[points.special < 0] = branch.multipliers
     values[points.special >= 0] = np.reshape(theirs, (-1, values.shape[1]))
     return values
+
+
+def _step(rows: tuple[Complexes, Complexes], i: int) -> Complexes:
+    """Places of multiplier i from one row to the next: a straight line, unless a pair meets there.
+
+    Mean m and squared half difference h of the two then change linearly: m +- sqrt(h), which turn
+    by a right angle at h = 0.
+    """
+    first, last = rows
+    ends = np.array([first[i], last[i]])
+    if (ends[0].imag == 0.0) == (ends[1].imag == 0.0) or not np.isfinite(ends).all():
+        return ends
+    row = first if first[i].imag else last
+    j = int(np.argmin(np.abs(row - row[i].conjugate())))
+    other = np.array([first[j], last[j]])
+    mean, half = (ends + other).real / 2.0, (ends - other) / 2.0
+    squares = (half**2).real
+    shares = np.sort(np.append(SHARES, squares[0] / (squares[0] - squares[1])))
+    root = np.sqrt((1.0 - shares) * squares[0] + shares * squares[1] + 0j)
+    root.real *= np.sign(half.real.sum())
+    root.imag *= np.sign(half.imag.sum())
+    return np.asarray((1.0 - shares) * mean[0] + shares * mean[1] + root)
 
 
 def _sorted(values: Complexes) -> Complexes:

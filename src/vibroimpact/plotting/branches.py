@@ -24,6 +24,7 @@ from vibroimpact.checks import check_flag, check_kind
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.periodic.find import impact_of
 from vibroimpact.plotting import style
+from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import symbol
@@ -37,10 +38,8 @@ WORDS = {
     Standing.UNSTABLE: "unstable",
     Standing.INADMISSIBLE: "not admissible",
 }
-COLOURS = (
-    style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK,
-)  # fmt: skip
 CLOUD = "#A8A8A8"  # attractors, behind
+COLUMNS, ROW = 4, 0.17  # of the legend; height of a row in inches
 OF_ORBITS = {
     "speed": "smallest impact speed", "clearance": "least gap between impacts",
     "period": "period $T$",
@@ -50,14 +49,14 @@ OF_ORBITS = {
 def plot_branches(
     branches: Sequence[Branch], *, variable: str = "v1", ax: Axes | None = None,
     points: bool = True, stop: tuple[int, int] | None = None, mirror: bool = False,
-    attractors: xr.Dataset | None = None,
+    attractors: xr.Dataset | None = None, bounds: tuple[float, float] | None = None,
 ) -> Axes:  # fmt: skip
     """Draw branches: stable solid, unstable dashed, not admissible dotted.
 
     Parameters
     ----------
     branches
-        Branches in the same parameter; each has its colour.
+        Branches in the same parameter; each has its colour, and among several its number.
     variable
         "x1", "x2", ... places and "v1", "v2", ... velocities just after an impact, "phase" of the
         force there; or, of the whole orbit, "speed" (smallest closing speed of an impact),
@@ -65,7 +64,7 @@ def plot_branches(
     ax
         Where to draw; a new figure if not given.
     points
-        Mark and label the special points.
+        Mark and label the special points. A label for which there is no place is left out.
     stop
         Draw the value after every impact at this stop, (contact, side); by default after the first
         impact of each orbit.
@@ -74,7 +73,10 @@ def plot_branches(
         symmetric system is an orbit.
     attractors
         Drawn behind: dims named as the parameter and "point", with "direction" if wanted, as for
-        :func:`plot_bifurcation_diagram`. NaN points are left out.
+        :func:`plot_bifurcation_diagram`. NaN points are left out; values of the parameter without
+        any other are marked at the foot of the axes.
+    bounds
+        Range of the parameter that is shown; by default that of the branches and attractors.
 
     Returns
     -------
@@ -95,15 +97,19 @@ def plot_branches(
             f"branches in {', '.join(sorted(names)) or 'no parameter'}: need one or more in one."
         )
     (name,) = names
-    with style.drawing(ax, width=1.6 * style.WIDTH, height=1.25 * style.HEIGHT) as ax:
+    colours = style.series(len(branches))
+    rows = -(-len(branches) // COLUMNS)
+    height = 1.25 * style.HEIGHT + rows * ROW
+    with style.drawing(ax, width=1.6 * style.WIDTH, height=height) as ax:
         if attractors is not None:
             _cloud(ax, attractors, name, variable)
         seen: set[Standing] = set()
-        for number, branch in enumerate(branches):
-            colour = COLOURS[number % len(COLOURS)]
+        for branch, colour in zip(branches, colours, strict=True):
             seen |= _branch(ax, branch, variable, stop, {"color": colour, "linewidth": 1.2})
             if mirror and stop and variable not in ONE_PER_ORBIT:
                 _branch(ax, branch, variable, stop, {"color": colour, "linewidth": 0.7}, image=True)
+        style.widen_constant(ax)
+        style.whole_range(ax, bounds or _range(branches, attractors))
         ax.set(xlabel=parameter_label(name), ylabel=_symbol(variable))
         _legend(ax, branches, seen, points=points, cloud=attractors is not None)
         if points:
@@ -117,6 +123,13 @@ def _checked(branches: Any) -> Sequence[Branch]:
     for i, branch in enumerate(branches):
         check_kind(f"branches[{i}]", branch, Branch, "a Branch, as continue_orbit gives")
     return cast(Sequence[Branch], branches)
+
+
+def _range(branches: Sequence[Branch], attractors: xr.Dataset | None) -> list[float]:
+    """The ends of all that is drawn, along the parameter."""
+    parts = [branch.values for branch in branches]
+    parts += [] if attractors is None else [attractors[branches[0].parameter].values]
+    return [min(float(p.min()) for p in parts), max(float(p.max()) for p in parts)]
 
 
 def _symbol(variable: str) -> str:
@@ -133,6 +146,11 @@ def _cloud(ax: Axes, attractors: xr.Dataset, name: str, variable: str) -> None:
     across, values = xr.broadcast(attractors[name], attractors[variable])
     known = np.isfinite(values.values)
     style.points(ax, across.values[known], values.values[known], color=CLOUD, zorder=1)
+    found = values.transpose(name, ...).notnull().values.reshape(len(attractors[name]), -1)
+    silent = attractors[name].values[~found.any(axis=1)]
+    style.at_foot(ax, silent, CLOUD)
+    if silent.size:
+        ax.plot([], [], "s", color=CLOUD, markeredgewidth=0.0, label=NO_IMPACT)
 
 
 def _curves(
@@ -177,13 +195,12 @@ def _special_points(
     ax: Axes, branches: Sequence[Branch], variable: str, stop: tuple[int, int] | None
 ) -> None:
     labels = Labels(ax)
-    for number, branch in enumerate(branches):
+    for branch, colour in zip(branches, style.series(len(branches)), strict=True):
         points = along(branch)
         for values in _curves(branch, points, variable, stop)[:1]:
             for i in np.flatnonzero(points.special >= 0):
                 point = branch.special_points[points.special[i]]
                 ax.plot(points.parameter[i], values[i], **marker_of(point.kind))
-                colour = COLOURS[number % len(COLOURS)]
                 labels.add(point.label, points.parameter[i], values[i], colour)
     labels.place()
 
@@ -193,8 +210,11 @@ def _legend(
 ) -> None:
     """Entries that stand for what is drawn; they hold no data."""
     if len(branches) > 1:
-        for symbol_, colour in _named(branches):
-            ax.plot([], [], color=colour, linewidth=1.2, label=symbol_)
+        for number, (branch, colour) in enumerate(
+            zip(branches, style.series(len(branches)), strict=True)
+        ):
+            kind = ", symmetric" if branch.family.signature.symmetric else ""
+            ax.plot([], [], color=colour, linewidth=1.2, label=f"{number}: {branch.symbol}{kind}")
     for standing in sorted(seen):
         ax.plot([], [], linestyle=LINES[standing], color=style.BLACK, label=WORDS[standing])
     kinds = {point.kind for branch in branches for point in branch.special_points}
@@ -203,14 +223,4 @@ def _legend(
     if cloud:
         ax.plot([], [], "o", color=CLOUD, markeredgewidth=0.0, label="attractors")
     if ax.get_legend_handles_labels()[0]:
-        style.legend_outside(ax, columns=4)
-
-
-def _named(branches: Sequence[Branch]) -> list[tuple[str, str]]:
-    """(symbol, colour) of the branches, those with the same look once."""
-    kinds = [", symmetric" if b.family.signature.symmetric else "" for b in branches]
-    looks = [
-        (b.symbol + kind, COLOURS[i % len(COLOURS)])
-        for i, (b, kind) in enumerate(zip(branches, kinds, strict=True))
-    ]
-    return list(dict.fromkeys(looks))
+        style.legend_outside(ax, columns=COLUMNS)

@@ -1,4 +1,7 @@
-"""Text next to points, each where it covers least of the lines, points and other text."""
+"""Text next to points, each where it covers least of the lines and points.
+
+No label covers another or leaves the axes: where no place is left, the label is left out.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +10,25 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Transform
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 
 SIZE = 7.5  # points
-LETTER = 0.62  # width of a letter, relative to SIZE
 DIRECTIONS = (
     (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0), (1.0, 0.0),
     (-1.0, 0.0), (0.5, 1.0), (-0.5, 1.0), (0.5, -1.0), (-0.5, -1.0),
 )  # fmt: skip
-DISTANCES = (5.0, 11.0, 18.0, 26.0, 34.0)  # points, nearest first
-OF_TEXT, OF_LINE = 8.0, 1.0  # cost of covering a label, a sample of a line
+DISTANCES = (5.0, 11.0, 18.0, 26.0, 34.0, 44.0, 56.0)  # points, nearest first
+LED = 18.0  # points: from here on a thin line leads to the label
+OF_LINE = 1.0  # cost of covering a sample of a line
+OF_MARK = tuple((x, y) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0))  # samples of a mark
 FARTHER = 0.35  # cost of a point of distance
+PADDING = 1.0  # points around a label, the halo among them
 SPACING = 3.0  # points between two samples of a line
 PER_INCH = 72.0
 HALO = withStroke(linewidth=1.6, foreground="white")
@@ -53,11 +61,15 @@ class Labels:
         busy, taken, frame = self._lines(), np.empty((0, 4)), self._frame()
         for label in self.wanted:
             at = self._points(np.array([[label.x, label.y]]))[0]
-            size = np.array([LETTER * SIZE * len(label.text), SIZE])
-            boxes = [_box(at, size, d, r) for r in DISTANCES for d in DIRECTIONS]
-            far = [r for r in DISTANCES for _ in DIRECTIONS]
-            costs = [_cost(b, r, busy, taken, frame) for b, r in zip(boxes, far, strict=True)]
-            best = boxes[int(np.argmin(costs))]
+            free = [
+                (_cost(box, distance, busy), tuple(box))
+                for distance in DISTANCES
+                for box in (_box(at, _size(label.text), d, distance) for d in DIRECTIONS)
+                if _is_free(box, taken, frame)
+            ]
+            if not free:
+                continue
+            best = np.array(min(free)[1])
             taken = np.vstack([taken, best])
             offset = (best[:2] + best[2:]) / 2.0 - at
             self.ax.annotate(
@@ -66,12 +78,14 @@ class Labels:
                 arrowprops=_leader(offset), annotation_clip=True, path_effects=[HALO],
             )  # fmt: skip
 
-    def _points(self, data: Floats) -> Floats:
-        """Data coordinates in points on the page."""
+    def _points(self, data: ArrayLike, transform: Transform | None = None) -> Floats:
+        """Coordinates, those of the data unless said otherwise, in points on the page."""
         figure = self.ax.get_figure(root=True)
         assert figure is not None
-        places: Floats = self.ax.transData.transform(data) * (PER_INCH / figure.dpi)
-        return places
+        known = np.asarray(data, dtype=float)
+        known = known[np.isfinite(known).all(axis=1)]
+        places: Floats = (transform or self.ax.transData).transform(known)
+        return places * (PER_INCH / figure.dpi)
 
     def _frame(self) -> Floats:
         (left, right), (low, high) = self.ax.get_xlim(), self.ax.get_ylim()
@@ -82,11 +96,14 @@ class Labels:
         """Samples of everything drawn, in points on the page."""
         samples = [np.empty((0, 2))]
         for line in self.ax.get_lines():
-            data = np.column_stack([np.asarray(d, dtype=float) for d in line.get_data()])
-            corners = self._points(data[np.isfinite(data).all(axis=1)])
-            samples.append(corners)
+            corners = self._points(line.get_xydata(), line.get_transform())
+            size = line.get_markersize() / 2.0 if line.get_marker() != "None" else 0.0
+            samples += [corners + size * np.array(place) for place in OF_MARK]
             if line.get_linestyle() != "None":
                 samples += [_filled(first, last) for first, last in pairwise(corners)]
+        for collection in self.ax.collections:
+            samples.append(self._points(np.asarray(collection.get_offsets())))
+            samples += [self._points(path.vertices) for path in collection.get_paths()]
         return np.vstack(samples)
 
 
@@ -103,16 +120,29 @@ def _box(at: Floats, size: Floats, direction: tuple[float, float], distance: flo
     return np.concatenate([middle - size / 2.0, middle + size / 2.0])
 
 
-def _cost(box: Floats, distance: float, busy: Floats, taken: Floats, frame: Floats) -> float:
-    inside = np.all((busy > box[:2]) & (busy < box[2:]), axis=1).sum()
+def _size(text: str) -> Floats:
+    """Width and height of a label in points: a line of text is as high as "lp"."""
+    width, height = (
+        TextPath((0.0, 0.0), part, size=SIZE, prop=FontProperties()).get_extents().size[axis]
+        for axis, part in enumerate((text, "lp"))
+    )
+    return np.array([width, height]) + 2.0 * PADDING
+
+
+def _is_free(box: Floats, taken: Floats, frame: Floats) -> bool:
+    """Whether a label may lie there: inside the axes and clear of those written before."""
+    inside = bool(np.all(box[:2] >= frame[:2]) and np.all(box[2:] <= frame[2:]))
     apart = np.any((taken[:, 2:] < box[:2]) | (taken[:, :2] > box[2:]), axis=1)
-    outside = float(np.any(box[:2] < frame[:2]) or np.any(box[2:] > frame[2:]))
-    covered = OF_LINE * min(float(inside), 10.0) + OF_TEXT * float((~apart).sum())
-    return covered + FARTHER * distance + OF_TEXT * outside
+    return inside and bool(apart.all())
+
+
+def _cost(box: Floats, distance: float, busy: Floats) -> float:
+    covered = np.all((busy > box[:2]) & (busy < box[2:]), axis=1).sum()
+    return OF_LINE * min(float(covered), 10.0) + FARTHER * distance
 
 
 def _leader(offset: Floats) -> dict[str, object] | None:
     """A thin line to a label that is far from its point."""
-    if np.hypot(*offset) < DISTANCES[2]:
+    if np.hypot(*offset) < LED:
         return None
     return {"arrowstyle": "-", "linewidth": 0.4, "color": "#8C8C8C", "shrinkA": 3.0, "shrinkB": 3.0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import Any, Literal, NamedTuple, cast
@@ -21,6 +22,7 @@ from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
 FAILED = ("#A08060", "#55351A", "#E3D2B8", "#7A5A3A", "#C2A27E")  # outcomes, one after the other
+PAIR = re.compile(r"(\d+)-(\d+)")  # impacts at stops A and B of a contact
 QUANTILE = 0.995  # of the numbers on each side: the rest saturates
 ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
 
@@ -31,6 +33,31 @@ class Shade(NamedTuple):
     codes: tuple[int, ...]
     words: str
     colour: str
+
+
+def with_mirrors(sizes: Mapping[str, float]) -> list[str]:
+    """Names of motions from the largest to the smallest, mirror images next to each other.
+
+    Of the two, that with more impacts at stops A comes first, whichever is larger: pictures of the
+    same motions then have the same colours.
+    """
+
+    def key(name: str) -> tuple[float, str, list[int]]:
+        image = _image(name)
+        return -max(sizes[name], sizes.get(image, -np.inf)), min(name, image), _less_at_a(name)
+
+    return sorted(sizes, key=key)
+
+
+def _image(name: str) -> str:
+    """n-p-q as n-q-p, of every contact; other names are as they were."""
+    n, dash, pairs = name.partition("-")
+    return n + dash + PAIR.sub(r"\2-\1", pairs) if PAIR.match(pairs) else name
+
+
+def _less_at_a(name: str) -> list[int]:
+    """Impacts at B minus those at A, of every contact."""
+    return [int(b) - int(a) for a, b in PAIR.findall(name.partition("-")[2])]
 
 
 def shades(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import Any, Protocol, cast
 
 import matplotlib as mpl
@@ -19,6 +20,7 @@ from vibroimpact.plotting import style
 from vibroimpact.simulate import mechanism_of
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
+MARKS = "sx^v+"  # told apart where they lie on each other
 COLOURS = "cividis"  # even in lightness for every reader
 
 
@@ -38,7 +40,7 @@ class Orbit(Protocol):
 
 def plot_multipliers(
     path: Sequence[Orbit] | ArrayLike, *, omega: ArrayLike | None = None, half: bool = True,
-    ax: Axes | None = None,
+    labels: Sequence[str] | None = None, ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
     """Draw how multipliers move as omega varies, with the unit circle.
 
@@ -51,6 +53,8 @@ def plot_multipliers(
     half
         Draw nu of the half map (True) or lambda = nu^2 of the full map. Names the axes if
         ``path`` is an array.
+    labels
+        Names of a few orbits instead of a path: each has a colour and a mark, told in a legend.
     ax
         Where to draw; a new figure if not given.
 
@@ -59,10 +63,13 @@ def plot_multipliers(
     Axes
         What was drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
     """
-    values, along = _values(path, omega, half)
+    values, along = _values(path, None if labels else omega, half)
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         unit_circle(ax)
-        _points(ax, values, along)
+        if labels is None:
+            _points(ax, values, along)
+        else:
+            _named(ax, values, labels)
         symbol = r"\nu" if half else r"\lambda"
         ax.set(
             xlabel=rf"$\mathrm{{Re}}\,{symbol}$",
@@ -120,6 +127,19 @@ def unit_circle(ax: Axes) -> None:
     strong = np.exp(2j * np.pi * np.array(sorted({p / q for q in STRONG for p in range(q)})))
     ax.plot(strong.real, strong.imag, "o", markersize=4.0, markerfacecolor="white",
             markeredgecolor=style.BLACK, markeredgewidth=0.7, zorder=2)  # fmt: skip
+
+
+def _named(ax: Axes, values: NDArray[np.complex128], labels: Sequence[str]) -> None:
+    if len(labels) != len(values):
+        raise InvalidParameterError(
+            f"labels = {labels!r}: must be as many names as orbits, {len(values)}."
+        )
+    for row, name, colour, mark in zip(
+        values, labels, style.series(len(values)), cycle(MARKS), strict=False
+    ):
+        ax.plot(row.real, row.imag, linestyle="none", marker=mark, color=colour, label=name,
+                markerfacecolor="none", markersize=5.0, zorder=3)  # fmt: skip
+    style.legend_outside(ax, columns=1)
 
 
 def _points(ax: Axes, values: NDArray[np.complex128], along: NDArray[np.float64] | None) -> None:

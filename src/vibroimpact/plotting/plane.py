@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.ticker import MaxNLocator
 
 from vibroimpact.checks import check_count, check_kind, refusal
-from vibroimpact.ensembles.motions import categories
+from vibroimpact.ensembles.motions import Category, categories
 from vibroimpact.ensembles.plane import ADDED, MADE_OF, with_motions
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, rotation_look, style
@@ -59,8 +59,8 @@ def plot_plane(
     ax
         Where to draw; a new figure if not given.
     most
-        Symbols with a colour of their own, 1 to 7, the most frequent ones; the rest is "other
-        periodic".
+        Symbols with a colour of their own, 1 to 7, the most frequent ones, mirror images next to
+        each other; the rest is "other periodic".
     symbols
         Which these are instead, up to 7, in the order of the colours: ``["1-1-1", "2-2-2"]``.
         Planes that are given the same ones have the same colours, whether all occur or not.
@@ -105,12 +105,12 @@ def _check_symbols(symbols: Sequence[str], variable: str) -> None:
         )
 
 
-def _own_colours(words: Mapping[int, str], chosen: Sequence[str] | int) -> dict[int, str]:
+def _own_colours(found: Sequence[Category], chosen: Sequence[str] | int) -> dict[int, str]:
     """Colours by code: of the first symbols, or of those that are named and occur."""
+    counts = {one.words: one.members for one in found if one.code >= 0}
     if isinstance(chosen, int):
-        codes = [code for code in words if code >= 0]
-        return dict(zip(codes, COLOURS[:chosen], strict=False))
-    code_of = {said: code for code, said in words.items()}
+        chosen = maps.with_mirrors(counts)[:chosen]
+    code_of = {one.words: one.code for one in found}
     pairs = zip(chosen, COLOURS, strict=False)
     return {code_of[symbol]: colour for symbol, colour in pairs if symbol in code_of}
 
@@ -120,8 +120,9 @@ def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | in
     field = field.astype(np.int8) if field.dtype == bool else field
     label = label_of(field)
     if "flag_meanings" in field.attrs:
-        words = {one.code: one.words for one in categories(field)}
-        own = _own_colours(words, chosen)
+        found = categories(field)
+        words = {one.code: one.words for one in found}
+        own = _own_colours(found, chosen)
         maps.categories(ax, field, maps.shades(words, own, OTHER, PLAIN))
     elif field.dtype.kind in "iu":
         _counts(ax, field, label)

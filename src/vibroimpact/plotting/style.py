@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import cycle, islice
 from os import PathLike
 from typing import Any, cast
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -36,6 +39,9 @@ HEIGHT = 2.5
 MANY = 2000  # points above which a scatter is stored as pixels, not as one path each
 PIXELS_PER_INCH = 300
 LEGEND_MARKER = 4.0  # points
+FOOT = 0.012  # of the height of the axes: the first row of marks at the lower edge
+SHADES = ((BLACK, 0.0), (BLACK, 0.45), ("#FFFFFF", 0.45), (BLACK, 0.7), ("#FFFFFF", 0.7))
+ROUNDING = 1e-10  # of its size: a number that varies less along an axis is drawn as constant
 
 RC: Any = {
     "font.family": "STIXGeneral",
@@ -46,7 +52,7 @@ RC: Any = {
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.formatter.useoffset": False,
+    "axes.formatter.offset_threshold": 6,  # digits that all ticks share, before these are set apart
     "axes.formatter.limits": (-4, 6),
     "xtick.labelsize": 9.0,
     "ytick.labelsize": 9.0,
@@ -68,7 +74,30 @@ def drawing(ax: Axes | None, *, width: float = WIDTH, height: float = HEIGHT) ->
     """Lend the style while drawing on ``ax``, or on a new figure; the user's rcParams come back."""
     check_kind("ax", ax, (Axes, type(None)), "the Axes to draw on, or None for a new figure")
     with mpl.rc_context(RC):
-        yield plt.subplots(figsize=(width, height), layout="constrained")[1] if ax is None else ax
+        if ax is None:
+            ax = plt.subplots(figsize=(width, height), layout="constrained")[1]
+        yield ax
+
+
+def series(count: int) -> list[str]:
+    """Colours of so many lines, up to 31 different: the palette, then darker and lighter ones."""
+    palette = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+    shaded = [mixed(colour, by, share) for by, share in SHADES[1:] for colour in palette[:-1]]
+    return list(islice(cycle([*palette, *shaded]), count))
+
+
+def mixed(colour: str, other: str, share: float) -> str:
+    """A colour with a share of another."""
+    pair = np.array([to_rgb(colour), to_rgb(other)])
+    return to_hex((1.0 - share) * pair[0] + share * pair[1]).upper()
+
+
+def widen_constant(ax: Axes) -> None:
+    """Widen the ordinate where what is drawn varies by rounding only."""
+    low, high = ax.get_ylim()
+    middle, size = (low + high) / 2.0, max(abs(low), abs(high))
+    if abs(high - low) < ROUNDING * size:
+        ax.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
 
 
 def save(ax: Axes, path: str | PathLike[str]) -> None:
@@ -93,6 +122,22 @@ def save(ax: Axes, path: str | PathLike[str]) -> None:
     dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context(RC):
         figure.savefig(target, metadata=dated.get(target.suffix.lower()))
+
+
+def whole_range(ax: Axes, values: Any) -> None:
+    """Show all values of a parameter, those without a point as well."""
+    low, high = float(np.min(values)), float(np.max(values))
+    if low < high:
+        margin = ax.margins()[0] * (high - low)
+        ax.set_xlim(low - margin, high + margin)
+
+
+def at_foot(ax: Axes, x: Any, colour: str, row: int = 0) -> None:
+    """Marks in a row at the lower edge, for values of a parameter at which there is no point."""
+    looks = {"color": colour, "marker": "s", "markersize": 2.0}
+    points(
+        ax, x, np.full(len(x), FOOT * (1 + 2 * row)), transform=ax.get_xaxis_transform(), **looks
+    )
 
 
 def points(ax: Axes, x: Any, y: Any, **style: Any) -> None:
