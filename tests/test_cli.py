@@ -302,7 +302,7 @@ def test_a_full_disk_leaves_the_old_file_and_no_other(
 
 def test_an_orbit_that_does_not_exist_is_a_failure(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["orbit", "impact-damper/A", "--omega", "5", "--out", "o.nc"]) == cli.FAILED
-    assert "condition (16) fails" in capsys.readouterr().err
+    assert "condition (16) of the paper fails" in capsys.readouterr().err
     assert not Path("o.nc").exists()
 
 

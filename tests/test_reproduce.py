@@ -8,14 +8,18 @@ import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+import vibroimpact as vi
 from vibroimpact.literature.impact_damper import (
+    TITLE,
     Panel,
     claims,
     figures,
@@ -23,13 +27,11 @@ from vibroimpact.literature.impact_damper import (
     panels,
     parameter_sets,
     planes,
+    transient,
 )
 from vibroimpact.literature.impact_damper import reproduce as job
 from vibroimpact.literature.impact_damper.plan import Plan, Sweep
 from vibroimpact.progress import Progress
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SMALL = Plan(
     sweeps=MappingProxyType(
@@ -57,6 +59,7 @@ SMALL = Plan(
 )
 
 
+ROOT = Path(__file__).parents[1]
 POINTS = 5  # Neimark-Sacker points of the branch, each with a verdict on the lemma of section 4
 
 
@@ -69,6 +72,43 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reproduce") / "out"
     job.reproduce(folder, plan=SMALL, progress=quiet())
     return folder
+
+
+def test_report_names_its_paper_as_the_references_do(out: Path) -> None:
+    entry = (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")
+    title = re.search(r"@misc\{paper,\s*title = \{([^}]*)\}", entry)
+    assert title is not None
+    assert title[1] == TITLE
+    for page in (out / "report.html", ROOT / "README.md"):
+        assert TITLE in re.sub(r"\s+", " ", page.read_text(encoding="utf-8"))
+
+
+def test_starts_that_have_not_settled_are_those_whose_sections_do_not_repeat() -> None:
+    """Each start alone, by its section in the window."""
+    small = replace(SMALL, transient_starts=(3, 2), transient_periods=(300, 1500))
+    chosen = parameter_sets()["B"]
+    found = transient.survivors(chosen, 0.94, small)
+    half = planes.HALF_WIDTH * chosen.parameters.half_clearance
+    for periods, left in zip(small.transient_periods, found.left, strict=True):
+        settled = 0
+        for x1 in np.linspace(-half, half, 3):
+            for v1 in (-half, half):
+                start = vi.State((x1, 0.0), (v1, 1.0))
+                points = vi.stroboscopic_section(
+                    chosen.damper(0.94), start, points=20, settle=periods
+                ).position
+                again = np.abs(points[1:] - points[0]).max(axis=1) / np.abs(points).max()
+                settled += bool(again[:10].min() < 1e-5)
+        assert left == 6 - settled
+    assert found.starts == 6
+    assert found.impacts[0] == pytest.approx(600, rel=0.1)  # two in a period
+
+
+def test_a_number_that_halves_falls_by_e_in_more_impacts() -> None:
+    halved = transient.Survivors(8, (0, 1000), (8, 4))
+    assert halved.fold == pytest.approx(1000 / np.log(2.0))
+    assert transient.Survivors(8, (0, 1000), (8, 8)).fold == np.inf
+    assert transient.Survivors(8, (0, 1000), (8, 0)).fold == 0.0
 
 
 def test_everything_is_written(out: Path) -> None:

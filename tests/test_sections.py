@@ -209,7 +209,8 @@ def test_a_stroboscopic_section_goes_on_from_its_last_state():
     np.testing.assert_allclose(second.position, whole.position[9:], atol=1e-10)
 
 
-def test_a_stroboscopic_section_is_drawn_without_the_plus_of_impacts(no_windows):
+@pytest.mark.usefixtures("no_windows")
+def test_a_stroboscopic_section_is_drawn_without_the_plus_of_impacts():
     section = vi.stroboscopic_section(DAMPER, PLAIN, points=5)
     assert section.plot().get_ylabel() == r"$\dot x_{1}$"
     assert impact_section(DAMPER, PLAIN, points=5).plot().get_ylabel() == r"$\dot x_{1+}$"

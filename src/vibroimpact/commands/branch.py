@@ -144,8 +144,8 @@ def _symmetric(damper: ImpactDamper, sign: str | None) -> SymmetricOrbit:
     wanted = [orbit for orbit in found if not sign or orbit.sign == common.SIGNS[sign]]
     if not wanted:
         raise common.Failure(
-            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) fails. "
-            "Give another --omega, or --position and --velocity."
+            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) of the "
+            "paper fails. Give another --omega, or --position and --velocity."
         )
     return next((orbit for orbit in wanted if orbit.stable), wanted[0])
 

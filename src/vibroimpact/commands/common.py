@@ -165,7 +165,11 @@ def add_start(parser: argparse.ArgumentParser, default: str = ORBIT) -> None:
     group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")
     group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
     group.add_argument("--on-stop", choices=("A", "B"), help="put x2 there; --position is x1 alone")
-    group.add_argument("--orbit", choices=tuple(SIGNS), help="the orbit with this sign in (14)")
+    group.add_argument(
+        "--orbit",
+        choices=tuple(SIGNS),
+        help="the orbit with this sign in equation (14) of the paper: docs/theory.md, [14]",
+    )
     group.add_argument("--perturb", type=float, metavar="AMOUNT", help="added to the phase")
 
 

@@ -36,7 +36,8 @@ def run(arguments: argparse.Namespace) -> str:
     orbits = symmetric_orbits(damper)
     if not orbits:
         raise common.Failure(
-            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) fails."
+            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) of the "
+            "paper fails."
         )
     write(
         targets,

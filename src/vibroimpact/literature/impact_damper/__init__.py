@@ -14,6 +14,9 @@ from typing import Any
 
 from vibroimpact.damper import ImpactDamper
 
+TITLE = "Nonlinear dynamic characteristics of a vibro-impact system under harmonic excitation"
+"""Of the paper. The copy at hand names neither authors nor journal."""
+
 Printed = float | int | str | bool | list[float] | list[str]
 """A printed value in `claims.toml`."""
 

@@ -57,6 +57,9 @@ class Plan:
         there and in the basins.
     basin_points, basin_settle
         Starts along each side of the basins, and forcing periods settled.
+    transient_starts, transient_periods
+        Grid of starts at Fig. 4(f); forcing periods after which those that have not settled are
+        counted.
     figures
         Which of the paper's figures to make.
     """
@@ -85,6 +88,8 @@ class Plan:
     plane_periods: float = 50.0
     basin_points: int = 120
     basin_settle: float = 2000.0
+    transient_starts: tuple[int, int] = (20, 15)
+    transient_periods: tuple[int, ...] = (1400, 10_000, 20_000)
     figures: tuple[str, ...] = ("2", "3", "4", "5")
 
     @property
@@ -114,6 +119,8 @@ class Plan:
             "plane_periods": self.plane_periods,
             "basin_points": self.basin_points,
             "basin_settle_periods": self.basin_settle,
+            "transient_starts": "{} x {}".format(*self.transient_starts),
+            "transient_periods": ", ".join(map(str, self.transient_periods)),
             **{
                 f"sweep_{name}": f"[{s.low}, {s.high}] in steps of {s.step}"
                 for name, s in self.sweeps.items()

@@ -43,6 +43,7 @@ from vibroimpact.literature.impact_damper.planes import (
 )
 from vibroimpact.literature.impact_damper.story import Pictures, Residual, page
 from vibroimpact.literature.impact_damper.story_circles import point_record
+from vibroimpact.literature.impact_damper.transient import PANEL, Survivors, survivors
 from vibroimpact.literature.impact_damper.verdicts import Judgement, judge, score, to_json
 from vibroimpact.progress import Progress
 from vibroimpact.report import Word, whole_folder
@@ -83,6 +84,7 @@ class Findings:
     panels: Mapping[str, PanelResult]
     circles: tuple[Measured, ...]
     ensembles: Mapping[str, xr.Dataset]
+    transient: Survivors | None
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
@@ -128,6 +130,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
                     plan=found.plan.attributes(),
                     misprints=[r.record() for r in residuals],
                     section_4=[point_record(m) for m in found.circles],
+                    transient=found.transient.record() if found.transient else {},
                 ),
                 encoding="utf-8",
             )
@@ -166,7 +169,11 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     circles = _parallel("circles", lambda c: measure(c, plan), critical, progress)
     by_panel = {r.panel.name: r for r in results}
     ensembles = _ensembles(sets, by_panel, plan, progress)
-    return Findings(plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles)
+    long = by_panel.get(PANEL)
+    transient = survivors(sets[long.panel.set], long.omega, plan) if long else None
+    return Findings(
+        plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles, transient
+    )
 
 
 def _ensembles(

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 
 from vibroimpact import _kernel
 from vibroimpact.bifurcations import Bifurcation
+from vibroimpact.literature.impact_damper import TITLE as PAPER
 from vibroimpact.literature.impact_damper.datasets import nearest_resonance
 from vibroimpact.literature.impact_damper.judge_motions import numbers_of
 from vibroimpact.literature.impact_damper.misprints import Misprint
 from vibroimpact.literature.impact_damper.panel_results import PanelResult
 from vibroimpact.literature.impact_damper.story_circles import circle_blocks
 from vibroimpact.literature.impact_damper.story_ensembles import ensemble_blocks
+from vibroimpact.literature.impact_damper.transient import PANEL, Survivors
 from vibroimpact.literature.impact_damper.verdicts import Judgement, plain, score
 from vibroimpact.report import Figure, Page, Section, Table, Text, Verdict, Word
 from vibroimpact.report.page import Block, Cell
@@ -110,9 +112,11 @@ def page(
 def _opening(judgements: tuple[Judgement, ...], residuals: Sequence[Residual]) -> Text:
     return Text(
         (
-            "This page redoes a paper on a mass that rattles in a slot of a vibrating mass: each "
-            "of its figures with the same parameters, and each statement that carries a number or "
-            "names a type of motion.",
+            f"This page redoes the paper \u201c{PAPER}\u201d, on a mass "
+            "that rattles in a slot of a vibrating mass: each of its figures with the same "
+            "parameters, and each statement that carries a number or names a type of motion. The "
+            "copy at hand names neither authors nor journal. Numbers of sections, figures and "
+            "equations, as in (14), are those of this paper.",
             f"Below, {len(judgements)} claims are judged by exact computation. A printed number "
             "agrees if it is right within half a unit of its last digit; a type agrees if an "
             f"attractor of that type is found. {len(residuals)} equations are misprinted; the last "
@@ -258,7 +262,23 @@ def _panels(found: Findings, pictures: Pictures, figure: str, name: str) -> list
                          "State (place, velocity) of the main mass just after impacts at stop A.",
                          f"Sections of set {name}, one panel for each frequency"),
         Table(head, rows, caption="What was found, and the numbers that decided it."),
+        *(_transient(found.transient) if found.transient and figure == PANEL[0] else []),
     ]  # fmt: skip
+
+
+def _transient(found: Survivors) -> list[Block]:
+    """Say how long the motion at one panel looks chaotic before it settles."""
+    text = (
+        f"Fig. {PANEL[0]}({PANEL[1]}) is printed as chaos, and all three motions end on a periodic "
+        "one. The printed picture may be the transient before: of "
+        f"{found.starts} starts on a grid, {found.left[0]} have not settled after "
+        f"{found.impacts[0]} impacts, enough for a picture, and their number falls by a factor e "
+        f"in about {round(found.fold, -3):.0f} impacts."
+    )
+    rows: list[list[Cell]] = [
+        [str(a), f"{b} of {found.starts}"] for a, b in zip(found.impacts, found.left, strict=True)
+    ]
+    return [Text((text,)), Table(("impacts", "starts that have not settled"), rows)]
 
 
 def _found_rows(result: PanelResult) -> list[list[Cell]]:

@@ -1,0 +1,68 @@
+"""How long the motion at Fig. 4(f) looks chaotic: starts that have not settled, after some time.
+
+All starts end on periodic motions, but the chaos before is long: a picture drawn of it, after the
+thousands of impacts that such a picture needs, shows chaos.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibroimpact.ensembles.starts import GridStarts
+from vibroimpact.ensembles.sweep import sweep
+from vibroimpact.literature.impact_damper import ParameterSet
+from vibroimpact.literature.impact_damper.plan import Plan, damper_of
+from vibroimpact.literature.impact_damper.planes import HALF_WIDTH, START
+
+PANEL = "4f"
+
+
+class Survivors(NamedTuple):
+    """Starts whose motion has not settled on a periodic one.
+
+    Attributes
+    ----------
+    starts
+        How many there were.
+    impacts
+        Impacts of a motion so far, at both stops; the largest number among the starts.
+    left
+        Starts that have not settled after them.
+    """
+
+    starts: int
+    impacts: tuple[int, ...]
+    left: tuple[int, ...]
+
+    @property
+    def fold(self) -> float:
+        """Impacts in which the number that is left falls by a factor e; inf if none settles."""
+        if not self.left[-1]:
+            return 0.0
+        gone = math.log(self.left[0] / self.left[-1])
+        return (self.impacts[-1] - self.impacts[0]) / gone if gone else math.inf
+
+    def record(self) -> dict[str, object]:
+        """Return the numbers as plain data."""
+        return {"panel": PANEL, **self._asdict(), "e_folding_impacts": self.fold}
+
+
+def survivors(chosen: ParameterSet, omega: float, plan: Plan) -> Survivors:
+    """Count the starts on a grid, as wide as that of the basins, that have not settled in time."""
+    half = HALF_WIDTH * chosen.parameters.half_clearance
+    axes = (half * np.linspace(-1.0, 1.0, count) for count in plan.transient_starts)
+    grid = GridStarts(dict(zip(("x1", "v1"), axes, strict=True)), START)
+    impacts, left = [], []
+    for periods in plan.transient_periods:
+        found = sweep(
+            damper_of(chosen, omega), over={"omega": [omega]}, start=grid, progress=False,
+            observe=("symbol", "impacts"), settle=periods, periods=plan.plane_periods,
+            most_impacts=16 * periods,
+        )  # fmt: skip
+        a_period = float((found["impacts_a"] + found["impacts_b"]).max())
+        impacts.append(round(a_period * periods))
+        left.append(int((found["n"] == 0).sum()))
+    return Survivors(grid.states().position.shape[0], tuple(impacts), tuple(left))
