@@ -6,9 +6,14 @@ import importlib.util
 import re
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+import numpy as np
 import pytest
 from PIL import Image
+from scipy.integrate import solve_ivp
+
+import vibroimpact as vi
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
@@ -84,6 +89,38 @@ def test_chatter_sticking_and_release_come_in_this_order(
     loaded("chatter_and_sticking").main()
     kinds = re.findall(r"t = \S+: (\w+)", capsys.readouterr().out)
     assert kinds[:3] == ["chatter", "stick", "release"]
+
+
+def test_the_ball_meets_its_table_where_the_closed_form_says(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    loaded("moving_stop").main()
+    computed, closed = (float(x) for x in re.findall(r"\d\.\d{12}", capsys.readouterr().out))
+    assert computed == pytest.approx(closed, abs=1e-11)
+
+
+def test_a_force_in_pieces_moves_the_mass_as_an_integrator_does() -> None:
+    """SciPy's, told of the same steps and impacts, over three periods from rest."""
+    example = loaded("square_wave_force")
+    runs = list(example.pieces(vi.State((0.0,), (0.0,)), 6))
+
+    def gap(_: float, y: Any) -> Any:
+        return 0.6 - y[0]
+
+    gap.terminal, gap.direction = True, -1  # type: ignore[attr-defined]
+    y, hits = np.zeros(2), 0
+    for k, run in enumerate(runs):
+        force, t = example.FORCE * (-1.0) ** k, 0.0
+        while t < example.HALF:
+            found = solve_ivp(
+                lambda _, y, force=force: [y[1], force - 0.1 * y[1] - y[0]],
+                (t, example.HALF), y, events=gap, rtol=1e-12, atol=1e-13,
+            )  # fmt: skip
+            t, y = found.t[-1], found.y[:, -1]
+            if found.status == 1:
+                y, hits = np.array([0.6, -0.7 * y[1]]), hits + 1
+        assert [*run.last.position, *run.last.velocity] == pytest.approx(y, abs=1e-9)
+    assert sum(int(run.impacts.sum()) for run in runs) == hits > 0
 
 
 def test_an_interrupted_sweep_goes_on_where_it_was(capsys: pytest.CaptureFixture[str]) -> None:
