@@ -180,7 +180,19 @@ def test_a_damper_in_si_units_is_read_from_a_file(capsys: pytest.CaptureFixture[
         "restitution = 0.6\n"
     )
     cli.main(["orbit", "--config", "si.toml"])
-    assert "length=0.0015" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "length=0.0015" in said
+    assert "forcing 66 rad/s (10.5042 Hz), natural frequency 63.2456 rad/s" in said
+    assert "half clearance 0.003 m" in said
+    arguments = ["simulate", "--config", "si.toml", "--impacts", "40", "--out", "r.nc"]
+    assert cli.main([*arguments, "--position", "0", "0", "--velocity", "0", "1"]) == 0
+    data, said = opened("r.nc"), capsys.readouterr().out
+    x, v, t = re.findall(r"x = (\S+), \S+ m, v = (\S+), \S+ m/s at t = (\S+) s", said)[0]
+    rate = np.sqrt(4e4 / 10.0)  # t = T sqrt(K / M1), x = K X / F0
+    assert float(x) == pytest.approx(float(data.position[-1, 0]) * 60.0 / 4e4, rel=1e-5)
+    last = float(data.velocity_after[-1, 0])
+    assert float(v) == pytest.approx(last * rate * 60.0 / 4e4, rel=1e-5)
+    assert float(t) == pytest.approx(float(data.time[-1]) / rate, rel=1e-5)
 
 
 def test_any_mechanism_is_read_from_a_file() -> None:

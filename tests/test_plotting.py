@@ -158,6 +158,30 @@ def test_a_section_is_drawn_as_place_and_velocity_after_the_impact() -> None:
     np.testing.assert_array_equal(line.get_ydata(), section.velocity[:, 0])
 
 
+def test_a_damper_in_si_units_is_drawn_in_them() -> None:
+    si = vi.ImpactDamper.from_physical(
+        M1=10.0, M2=0.8, K=4e4, C=40.0, F0=60.0, Omega=66.0, D=0.006, restitution=0.6
+    )
+    plain = replace(si, scales=vi.Scales())
+    start, length, rate = vi.State((0.0, 0.0), (0.0, 1.0)), 60.0 / 4e4, np.sqrt(4e3)
+    sections = [vi.impact_section(d, start, points=20, settle=0) for d in (si, plain)]
+    runs = [vi.simulate(d, start, impacts=20) for d in (si, plain)]
+    drawn = [plotting.plot_section(section) for section in sections]
+    drawn += [plotting.plot_phase_portrait(run) for run in runs]
+    drawn += [plotting.plot_history(run) for run in runs]
+    labels = ["$x_{1}$ [m]", r"$\dot x_{1+}$ [m/s]", "$x_{1}$ [m]", r"$\dot x_{1}$ [m/s]"]
+    labels += ["time $t$ [s]", r"$x_1,\ x_2$ [m]"]
+    assert [w for ax in drawn[::2] for w in (ax.get_xlabel(), ax.get_ylabel())] == labels
+    assert not any("[" in w for ax in drawn[1::2] for w in (ax.get_xlabel(), ax.get_ylabel()))
+    for k, factors in ((0, (length, length * rate)), (2, (length, length * rate)),
+                       (4, (1.0 / rate, length))):  # fmt: skip
+        for line, other in zip(drawn[k].get_lines(), drawn[k + 1].get_lines(), strict=True):
+            expected = np.asarray(other.get_xydata()) * factors
+            # sums of terms of some 1e-3 to their last digit
+            drawn_here = np.asarray(line.get_xydata())
+            np.testing.assert_allclose(drawn_here, expected, rtol=1e-14, atol=1e-17)
+
+
 def test_many_points_become_pixels_and_few_stay_vectors() -> None:
     few = plotting.plot_section(some_section(10)).get_lines()[0]
     many = plotting.plot_section(some_section(style.MANY + 1)).get_lines()[0]

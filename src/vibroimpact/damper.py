@@ -208,3 +208,9 @@ class ImpactDamper:
         speeds = real("v1", v1), real("v2", v2)
         side = 1.0 if stop == "A" else -1.0
         return State((place, place + side * self.half_clearance), speeds, phase)
+
+
+def scales_of(system: object) -> Scales | None:
+    """The physical scales of a system; None of one that is nondimensional."""
+    scales = getattr(system, "scales", None)
+    return scales if isinstance(scales, Scales) and scales != Scales() else None

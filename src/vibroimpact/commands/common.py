@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vibroimpact.checks import check_target
-from vibroimpact.damper import ImpactDamper
+from vibroimpact.damper import ImpactDamper, scales_of
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import DATA, Case, read_case
 from vibroimpact.literature import impact_damper
@@ -215,6 +216,25 @@ def _default(arguments: argparse.Namespace, case: Case) -> State:
     if arguments.orbit:
         return next(o.state for o in orbits if o.sign == SIGNS[arguments.orbit])
     return next((o.state for o in orbits if o.stable), orbits[0].state)
+
+
+# ---- SI units ------------------------------------------------------------------------------------
+
+
+def in_si(system: System, state: State, time: float | None = None) -> str:
+    """A line with a state in SI units, and one with the system; none for a nondimensional one."""
+    scales = scales_of(system)
+    if scales is None or not isinstance(system, ImpactDamper):
+        return ""
+    x = ", ".join(f"{value * scales.length:.6g}" for value in state.position)
+    v = ", ".join(f"{value * scales.velocity:.6g}" for value in state.velocity)
+    forced, natural = (f * scales.frequency for f in (system.omega, system.omega_n))
+    at = "" if time is None else f" at t = {time * scales.time:.6g} s"
+    return (
+        f"\nin SI units: x = {x} m, v = {v} m/s{at}"
+        f"\n  forcing {forced:.6g} rad/s ({forced / (2.0 * math.pi):.6g} Hz), natural frequency "
+        f"{natural:.6g} rad/s, half clearance {system.half_clearance * scales.length:.6g} m"
+    )
 
 
 # ---- the files -----------------------------------------------------------------------------------

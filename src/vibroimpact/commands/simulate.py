@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from vibroimpact.commands import common
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_history
+from vibroimpact.plotting.units import units_of
 from vibroimpact.simulate import Run, RunEnd, mechanism_of, simulate
 
 NAME = "simulate"
@@ -29,7 +30,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_arguments_of(parser, simulate, LENGTH)
     parser.add_argument(
         "--window", type=float, nargs=2, metavar=("T0", "T1"),
-        help=f"time shown in the picture (default: the last {PERIODS} forcing periods)",
+        help=f"time shown in the picture, in its units (default: the last {PERIODS} forcing "
+        "periods)",
     )  # fmt: skip
     common.add_out(parser)
 
@@ -43,11 +45,13 @@ def run(arguments: argparse.Namespace) -> str:
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.")
     write(targets, data=motion.to_dataset, picture=lambda: _picture(motion, arguments.window))
-    return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{common.listed(targets)}"
+    si = common.in_si(case.system, motion.last, float(motion.time[-1]))
+    return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{si}{common.listed(targets)}"
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:
     if window:
-        return plot_history(motion, *window)
+        unit = units_of(motion.system).scales.time
+        return plot_history(motion, *(t / unit for t in window))
     omega, end = mechanism_of(motion.system).omega, float(motion.time[-1])
     return plot_history(motion, max(0.0, end - PERIODS * TURN / omega) if omega else 0.0)

@@ -12,6 +12,7 @@ from vibroimpact.checks import check_kind, real
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
+from vibroimpact.plotting.units import units_of
 from vibroimpact.simulate import Run
 
 POINTS = 4000  # per picture: more than the pixels of a printed column
@@ -42,16 +43,23 @@ def plot_history(
     -----
     For an :class:`ImpactDamper` both stops are drawn as they move, x1 + delta (A) and x1 - delta
     (B), and the free mass between them. For other systems the impacts are marked on the
-    coordinates that take part.
+    coordinates that take part. A damper made by ``from_physical`` is drawn in seconds and metres;
+    t0 and t1 are nondimensional.
     """
     t, places = sampled(run, t0, t1)
     inside = run.impacts & (run.time >= t[0]) & (run.time <= t[-1])
+    units = units_of(run.system)
+    t, places = t * units.scales.time, places * units.scales.length
+    at = run.time * units.scales.time, run.position * units.scales.length
     with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
         if isinstance(run.system, ImpactDamper):
-            _damper(ax, run, run.system.half_clearance, t, places, inside)
+            delta = run.system.half_clearance * units.scales.length
+            _damper(ax, run, delta, t, places, inside, at)
+            ax.set_ylabel(units.label("$x_1,\\ x_2$", "m"))
         else:
-            _any_system(ax, run, t, places, inside)
-        ax.set(xlabel="time $t$", xlim=(t[0], t[-1]))
+            _any_system(ax, run, t, places, inside, at)
+            ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "m"))
+        ax.set(xlabel=units.label("time $t$", "s"), xlim=(t[0], t[-1]))
         style.legend_outside(ax, columns=6)
     return ax
 
@@ -80,9 +88,10 @@ def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
 
 def _damper(
     ax: Axes, run: Run, delta: float, t: NDArray[np.float64], places: NDArray[np.float64],
-    inside: NDArray[np.bool_],
+    inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> None:  # fmt: skip
     x1, x2 = places.T
+    time, position = at
     ax.fill_between(t, x1 - delta, x1 + delta, color="#EEF2F6", linewidth=0.0)
     for shift, (_, name, colour, _) in zip((delta, -delta), STOPS, strict=True):
         sign = "+" if shift > 0 else "-"
@@ -91,15 +100,15 @@ def _damper(
     ax.plot(t, x2, color=style.BLACK, label="$x_2$")
     for index, _, colour, marker in STOPS:
         chosen = inside & (run.stop == index)
-        ax.plot(run.time[chosen], run.position[chosen, 1], marker, color=colour, markersize=4.0,
+        ax.plot(time[chosen], position[chosen, 1], marker, color=colour, markersize=4.0,
                 zorder=3)  # fmt: skip
-    ax.set_ylabel("$x_1,\\ x_2$")
 
 
 def _any_system(
     ax: Axes, run: Run, t: NDArray[np.float64], places: NDArray[np.float64],
-    inside: NDArray[np.bool_],
+    inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> None:  # fmt: skip
+    time, position = at
     for i, place in enumerate(places.T):
         ax.plot(t, place, color=COLOURS[i % len(COLOURS)], label=f"$x_{{{i + 1}}}$")
     _fixed_stops(ax, run)
@@ -107,9 +116,8 @@ def _any_system(
         for i in range(run.position.shape[1]):
             moved = run.velocity_after[:, i] != run.velocity_before[:, i]
             chosen = inside & (run.stop == index) & moved
-            ax.plot(run.time[chosen], run.position[chosen, i], marker, color=colour,
+            ax.plot(time[chosen], position[chosen, i], marker, color=colour,
                     markersize=4.0, zorder=3)  # fmt: skip
-    ax.set_ylabel("$x_i$" if places.shape[1] > 1 else "$x_1$")
 
 
 def _fixed_stops(ax: Axes, run: Run) -> None:

@@ -12,6 +12,7 @@ from vibroimpact.checks import vector
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.history import POINTS, window_of
+from vibroimpact.plotting.units import units_of
 from vibroimpact.simulate import Run
 
 Floats = NDArray[np.float64]
@@ -47,11 +48,15 @@ def plot_phase_portrait(
     full = np.zeros(n)
     full[: len(entries)] = entries
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
-        ax.plot(*_flights(run, full, start, end), color=style.BLUE, linewidth=0.8)
-        ax.plot(*_jumps(run, full, start, end), color=style.VERMILION, linewidth=0.8,
-                linestyle=(0, (2, 1.5)))  # fmt: skip
+        units = units_of(run.system)
+        sizes = units.scales.length, units.scales.velocity
+        for (x, v), looks in (
+            (_flights(run, full, start, end), {"color": style.BLUE}),
+            (_jumps(run, full, start, end), {"color": style.VERMILION, "linestyle": (0, (2, 1.5))}),
+        ):
+            ax.plot(x * sizes[0], v * sizes[1], linewidth=0.8, **looks)
         place, speed = _names(full)
-        ax.set(xlabel=f"${place}$", ylabel=f"${speed}$")
+        ax.set(xlabel=units.label(f"${place}$", "m"), ylabel=units.label(f"${speed}$", "m/s"))
     return ax
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vibroimpact.checks import check_choice, refusal
 from vibroimpact.plotting import style
+from vibroimpact.plotting.units import Units, units_of
 from vibroimpact.sections import StroboscopicSection
 
 
@@ -60,12 +61,25 @@ def plot_section(
         raise refusal("section", section, "a Section, as vi.impact_section gives")
     across, up = component(section, "x", x), component(section, "y", y)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
+        units = units_of(getattr(section, "system", None))
+        across, up = (values * _unit(units, name)[0] for name, values in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
         after = not isinstance(section, StroboscopicSection)
-        ax.set(xlabel=symbol(x, after), ylabel=symbol(y, after))
+        across_label, up_label = (
+            units.label(symbol(name, after), _unit(units, name)[1]) if name != "phase"
+            else symbol(name) for name in (x, y)
+        )  # fmt: skip
+        ax.set(xlabel=across_label, ylabel=up_label)
         if "label" in looks:
             style.legend_outside(ax, columns=2)
     return ax
+
+
+def _unit(units: Units, name: str) -> tuple[float, str]:
+    """Factor and SI unit of a coordinate."""
+    return {"x": (units.scales.length, "m"), "v": (units.scales.velocity, "m/s")}.get(
+        name[0], (1.0, "rad")
+    )
 
 
 def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.float64]:
