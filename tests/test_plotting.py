@@ -251,6 +251,33 @@ def test_where_up_and_down_agree_the_points_are_black_and_the_legend_says_so() -
     assert at == [{OMEGAS[1]}, {OMEGAS[1]}, {OMEGAS[0], OMEGAS[2]}]
 
 
+def test_values_without_an_impact_are_on_the_axis_and_marked_at_its_foot() -> None:
+    """Upwards the motion begins to impact at the third value, downwards it ends at the second."""
+    up = np.array([[np.nan, np.nan], [np.nan, np.nan], [1.0, 2.0]])
+    down = np.array([[np.nan, np.nan], [3.0, np.nan], [1.0, 2.0]])
+    diagram = xr.Dataset(
+        {
+            "v1": (("direction", "omega", "point"), np.stack([up, down])),
+            "end": (("direction", "omega"), np.zeros((2, 3), dtype=np.int8)),
+        },
+        coords={"omega": OMEGAS, "direction": ["up", "down"]},
+    )
+    ax = plotting.plot_bifurcation_diagram(diagram)
+    foot = [line for line in ax.get_lines() if line.get_marker() == "s" and len(line.get_xdata())]
+    assert [list(np.asarray(line.get_xdata())) for line in foot] == [
+        [OMEGAS[0], OMEGAS[1]],
+        [OMEGAS[0]],
+    ]
+    assert ax.get_xlim()[0] < OMEGAS[0] < OMEGAS[2] < ax.get_xlim()[1]
+    legend = ax.get_legend()
+    assert legend is not None
+    assert "no impact" in legend.get_texts()[-1].get_text()
+    diagram["end"][0, 0] = 1  # the cap was reached: not a motion without impacts
+    ax = plotting.plot_bifurcation_diagram(diagram)
+    foot = [line for line in ax.get_lines() if line.get_marker() == "s" and len(line.get_xdata())]
+    assert list(np.asarray(foot[0].get_xdata())) == [OMEGAS[1]]
+
+
 def test_orbits_with_names_have_marks_of_their_own() -> None:
     orbits = vi.symmetric_orbits(SET_A)
     names = [f"sign {orbit.sign:+d}" for orbit in orbits]

@@ -60,11 +60,11 @@ class Labels:
         figure.draw_without_rendering()  # so that the layout is final
         busy, taken, frame = self._lines(), np.empty((0, 4)), self._frame()
         for label in self.wanted:
-            at = self._points(np.array([[label.x, label.y]]))[0]
+            at, size = self._points(np.array([[label.x, label.y]]))[0], _size(label.text)
             free = [
                 (_cost(box, distance, busy), tuple(box))
                 for distance in DISTANCES
-                for box in (_box(at, _size(label.text), d, distance) for d in DIRECTIONS)
+                for box in (_box(at, size, d, distance) for d in DIRECTIONS)
                 if _is_free(box, taken, frame)
             ]
             if not free:

@@ -134,10 +134,9 @@ def whole_range(ax: Axes, values: Any) -> None:
 
 def at_foot(ax: Axes, x: Any, colour: str, row: int = 0) -> None:
     """Marks in a row at the lower edge, for values of a parameter at which there is no point."""
-    looks = {"color": colour, "marker": "s", "markersize": 2.0}
-    points(
-        ax, x, np.full(len(x), FOOT * (1 + 2 * row)), transform=ax.get_xaxis_transform(), **looks
-    )
+    if len(x):
+        y, looks = FOOT * (1 + 2 * row), {"color": colour, "marker": "s", "markersize": 2.0}
+        points(ax, x, np.full(len(x), y), transform=ax.get_xaxis_transform(), **looks)
 
 
 def points(ax: Axes, x: Any, y: Any, **style: Any) -> None:
