@@ -34,7 +34,6 @@ from vibroimpact.checks import LARGEST_SEED, check_count, check_kind
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.orbits import symmetric_orbits
 from vibroimpact.periodic.find import (
-    MOST_CYCLES,
     SAME,
     Guess,
     mirror_distance,
@@ -48,7 +47,7 @@ from vibroimpact.periodic.find import (
 from vibroimpact.periodic.found import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.periodic.loops import NOT_FREE, KnownLoops, beginnings, loops_of
 from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.problem import Signature, asymmetry
+from vibroimpact.periodic.problem import MOST_CYCLES, Signature, asymmetry
 from vibroimpact.periodic.starts import Starts, starts_of
 from vibroimpact.progress import Progress
 from vibroimpact.simulate import Run, RunEnd, System, mechanism_of, simulate
