@@ -325,7 +325,7 @@ def stroboscopic_section(
     motion = Motion(system, state)
     period = 2.0 * math.pi / mechanism.omega
     first = ((phase - state.phase) % (2.0 * math.pi)) / mechanism.omega
-    times = first + period * np.arange(settle, settle + points)
+    times: Floats = first + period * np.arange(settle, settle + points, dtype=np.float64)
     rows, end = motion.states_at(times)
     times, n = times[: len(rows)], mechanism.degrees
     phases = np.full(len(rows), phase % (2.0 * math.pi))

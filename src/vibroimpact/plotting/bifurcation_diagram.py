@@ -104,9 +104,11 @@ def shown(array: xr.DataArray) -> Iterator[tuple[xr.DataArray, dict[str, Any]]]:
 def _agreement(up: xr.DataArray, down: xr.DataArray) -> xr.DataArray:
     """Whether the points of both ways are samples of one set, value by value of the parameter."""
     parameter = parameter_of(up)
-    columns = [way.transpose(parameter, ...).values.reshape(len(way), -1) for way in (up, down)]
-    span = float(np.nanmax(columns, initial=-np.inf) - np.nanmin(columns, initial=np.inf))
-    same = [_same_set(*pair, SEEN * span) for pair in zip(*columns, strict=True)]
+    size = up.sizes[parameter]
+    columns = [way.transpose(parameter, ...).values.reshape(size, -1) for way in (up, down)]
+    known = np.concatenate([column[np.isfinite(column)] for column in columns])
+    near = SEEN * float(np.ptp(known)) if known.size else 0.0
+    same = [_same_set(a, b, near) for a, b in zip(*columns, strict=True)]
     return xr.DataArray(same, {parameter: up[parameter].values}, [parameter])
 
 
@@ -120,7 +122,7 @@ def _same_set(first: Floats, second: Floats, near: float) -> bool:
                      - np.searchsorted(y, x + near, side="right") / len(y)))
         for x, y in ((a, b), (b, a))
     )  # fmt: skip
-    return apart < min(0.5, SAMPLED * np.sqrt(1.0 / len(a) + 1.0 / len(b)))
+    return bool(apart < min(0.5, SAMPLED * np.sqrt(1.0 / len(a) + 1.0 / len(b))))
 
 
 def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> None:

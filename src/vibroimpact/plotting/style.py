@@ -128,7 +128,7 @@ def whole_range(ax: Axes, values: Any) -> None:
     """Show all values of a parameter, those without a point as well."""
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
-        margin = ax.margins()[0] * (high - low)
+        margin = ax.get_xmargin() * (high - low)
         ax.set_xlim(low - margin, high + margin)
 
 
