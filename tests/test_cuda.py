@@ -37,7 +37,7 @@ WATCH = vi.observe.Extremes(row=(-1.0, 1.0), label="relative")
 EVERYTHING = (
     vi.observe.Section(points=7, stride=2), "symbol", "impacts", "speeds", "power", "extremes",
     WATCH, "rms", "lyapunov", "spectrum", "shares", vi.observe.Settling(longest=8), "final",
-    vi.observe.Rotation(stop="B", tolerance=1e-9),
+    vi.observe.Rotation(stop="B", tolerance=1e-9), vi.observe.Stroboscopic(points=5, phase=1.0),
 )  # fmt: skip
 
 

@@ -51,6 +51,50 @@ def test_the_section_is_the_last_impacts_at_a_stop(
         assert np.isnan(values[len(at) :]).all()
 
 
+@pytest.mark.parametrize("name", FORCED)
+@pytest.mark.parametrize(("points", "phase"), [(7, 0.0), (1000, -2.5)])
+def test_states_at_a_phase_are_those_of_the_record_at_these_times(
+    name: str, points: int, phase: float
+) -> None:
+    case = CASES[name]
+    record, found = case.record(), case.member(vi.observe.Stroboscopic(points=points, phase=phase))
+    known = np.isfinite(found["stroboscopic_time"])
+    time = found["stroboscopic_time"][known]
+    omega = record.system.mechanism.omega if hasattr(record.system, "mechanism") else (
+        record.system.omega
+    )  # fmt: skip
+    periods = case.observe * omega / (2.0 * np.pi)
+    assert min(points, np.floor(periods)) <= known.sum() <= min(points, np.ceil(periods))
+    turns = (record.start.phase + omega * time - phase) / (2.0 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-11)
+    assert np.all(np.diff(np.round(turns)) == 1.0)
+    assert time[0] >= case.settle - 1e-9
+    position, velocity = record.at(np.minimum(time, record.time[-1]))
+    np.testing.assert_allclose(found["stroboscopic_position"][known], position, atol=1e-9)
+    np.testing.assert_allclose(found["stroboscopic_velocity"][known], velocity, atol=1e-9)
+
+
+def test_a_motion_without_impacts_has_states_at_a_phase() -> None:
+    """The steady response x = Im(Z exp(i phase)) in closed form, at every member of a sweep."""
+
+    def system(omega: float) -> vi.Mechanism:
+        return vi.Mechanism(
+            mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(omega, (0.5,)),),
+            contacts=(vi.Contact((1.0,), upper=50.0, restitution=0.8),),
+        )  # fmt: skip
+
+    omegas = np.array([0.3, 1.7, 2.6])
+    diagram = vi.bifurcation_sweep(
+        vi.Family(system, omega=1.0), over={"omega": omegas}, start=vi.State((0.0,), (0.0,)),
+        points=4, at_phase=1.0, settle=400, progress=False,
+    )  # fmt: skip
+    z = 0.5 * np.exp(1j) / (1.0 - omegas**2 + 0.1j * omegas)
+    assert dict(diagram.x1.sizes) == {"direction": 2, "omega": 3, "strobe": 4}
+    for values, closed in ((diagram.x1, z.imag), (diagram.v1, (1j * omegas * z).imag)):
+        np.testing.assert_allclose(values.max(["direction", "strobe"]), closed, atol=1e-9)
+        np.testing.assert_allclose(values.min(["direction", "strobe"]), closed, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_the_final_state_is_that_of_a_run_to_the_same_time(name: str) -> None:
     case = CASES[name]

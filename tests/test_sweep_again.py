@@ -61,6 +61,10 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
     "a diagram down": lambda: vi.bifurcation_sweep(
         DAMPER, over={"zeta": [0.04, 0.05]}, start=START, way="down", **SHORT
     ),
+    "a diagram at a phase": lambda: vi.bifurcation_sweep(
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, observe="section", points=3,
+        at_phase=0.5, **SHORT,
+    ),
     "a diagram of random starts": lambda: vi.bifurcation_sweep(
         DAMPER, over={"omega": [1.0, 1.1]}, start=RANDOM, points=2, **SHORT
     ),

@@ -109,7 +109,8 @@ class berth {
 
 public:
     berth(const batch_run& b, built_systems<Flow>& systems, question ask)
-        : b_(b), ask_(ask), systems_(systems), points_(b.arrays.last), kept_(b.arrays.longest) {}
+        : b_(b), ask_(ask), systems_(systems), points_(b.arrays.last + b.arrays.strobe_last),
+          kept_(b.arrays.longest) {}
 
     // Take in member i; false if it is done already, its start being behind a stop.
     bool board(long long i) {

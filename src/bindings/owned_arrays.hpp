@@ -66,6 +66,11 @@ public:
             b.last = at_least_one("section", "last");
             b.stride = at_least_one("section", "stride");
         }
+        if (wanted("stroboscopic", vi::sees_stroboscopic)) {
+            b.strobe_last = at_least_one("stroboscopic", "last");
+            b.strobe_at = number("stroboscopic", "phase");
+            if (b.lines < 1) throw std::invalid_argument("stroboscopic: needs a forcing line.");
+        }
         if (wanted("symbol", vi::sees_symbol)) {
             b.symbol_tolerance = number("symbol", "tolerance");
             b.symbol_returns = at_least_one("symbol", "returns");
@@ -151,6 +156,12 @@ public:
         want(sees(vi::sees_section), "section_velocity", &fields::section_velocity, points * n);
         want(sees(vi::sees_section), "section_phase", &fields::section_phase, points);
         want(sees(vi::sees_section), "section_time", &fields::section_time, points);
+        const long long flashes = b.strobe_last;
+        const bool strobe = sees(vi::sees_stroboscopic);
+        want(strobe, "strobe_position", &fields::strobe_position, flashes * n);
+        want(strobe, "strobe_velocity", &fields::strobe_velocity, flashes * n);
+        want(strobe, "strobe_phase", &fields::strobe_phase, flashes);
+        want(strobe, "strobe_time", &fields::strobe_time, flashes);
         want(sees(vi::sees_symbol), "symbol", &fields::symbol, 1 + 2 * b.contacts); // n, p, q
         want(sees(vi::sees_impacts), "impacts", &fields::impacts,
              2);                                                   // at A, at B, per period

@@ -64,6 +64,8 @@ struct batch_arrays {
     long long stop;
     long long last;
     long long stride;
+    long long strobe_last;
+    double strobe_at; // phase
     double symbol_tolerance;
     long long symbol_returns;
     double settling_tolerance;
@@ -86,6 +88,10 @@ struct batch_arrays {
     double* section_velocity;
     double* section_phase;
     double* section_time;
+    double* strobe_position;
+    double* strobe_velocity;
+    double* strobe_phase;
+    double* strobe_time;
     double* symbol;
     double* impacts;
     double* speeds;

@@ -11,7 +11,8 @@
 
 namespace vi {
 
-// Memory that the observers of one member need: places for b.last points and b.longest impacts.
+// Memory that the observers of one member need: places for b.last points of the section, then
+// b.strobe_last of the stroboscopic one, and b.longest impacts.
 template <class Flow>
 struct member_room {
     section_point<typename Flow::shape_type>* points;
@@ -22,7 +23,7 @@ struct member_room {
 template <class Flow>
 VI_HD inline member_room<Flow> room_of_member(const batch_arrays& b, long long i) {
     using Shape = typename Flow::shape_type;
-    return {static_cast<section_point<Shape>*>(b.points) + i * b.last,
+    return {static_cast<section_point<Shape>*>(b.points) + i * (b.last + b.strobe_last),
             static_cast<kept_impact<Shape>*>(b.kept) + i * b.longest};
 }
 
@@ -60,11 +61,26 @@ VI_HD inline void prepare_symbol(const batch_arrays& b, long long s, double tole
     out.rows = {coordinates_of(b, 0, s), b.lines ? out.omega : 1.0 / b.steps[s]};
 }
 
+// From the beginning of the window on, when the first forcing line has a phase that it has at the
+// start after so much of a turn.
+template <class Shape>
+VI_HD inline void prepare_stroboscopic(const batch_arrays& b, long long i, double settle,
+                                       stroboscopic<Shape>& out) {
+    out.period = 2.0 * pi / forcing_of(b, b.system[i]);
+    const double turn = (b.strobe_at - b.phases[i * b.lines]) / (2.0 * pi);
+    const double first = (turn - floor(turn)) * out.period;
+    const double skipped = floor((settle - first) / out.period);
+    out.first = first + skipped * out.period;
+    if (out.first < settle) out.first = first + (skipped + 1.0) * out.period;
+    out.last = static_cast<long>(b.strobe_last);
+}
+
 // Options of the observers that are wanted of a member whose window is known, and what they read.
 template <class Flow>
-VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
+VI_HD inline void prepare_observers(const batch_arrays& b, long long i,
                                     const system_room<Flow>& built, const member_room<Flow>& lent,
                                     const window& w, observers<Flow>& all) {
+    const long long s = b.system[i];
     all.begin(static_cast<unsigned>(b.wanted));
     all.settle = w.settle;
     if (all.wants(sees_section))
@@ -89,6 +105,10 @@ VI_HD inline void prepare_observers(const batch_arrays& b, long long s,
         all.rotation.settle = w.settle;
         all.rotation.observe = w.observe;
     }
+    if (all.wants(sees_stroboscopic)) {
+        prepare_stroboscopic(b, i, w.settle, all.stroboscopic);
+        all.stroboscopic.points = lent.points + b.last;
+    }
 }
 
 } // namespace detail
@@ -107,7 +127,7 @@ VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Fl
     }
     out.now.so_far = {};
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
-    detail::prepare_observers(b, b.system[i], built, lent, out.window, out.observers);
+    detail::prepare_observers(b, i, built, lent, out.window, out.observers);
     out.observers.depart(out.now.at);
     return true;
 }

@@ -23,6 +23,10 @@ public:
         fill(b_.section_velocity, b_.last * n_, not_a_number());
         fill(b_.section_phase, b_.last, not_a_number());
         fill(b_.section_time, b_.last, not_a_number());
+        fill(b_.strobe_position, b_.strobe_last * n_, not_a_number());
+        fill(b_.strobe_velocity, b_.strobe_last * n_, not_a_number());
+        fill(b_.strobe_phase, b_.strobe_last, not_a_number());
+        fill(b_.strobe_time, b_.strobe_last, not_a_number());
         fill(b_.symbol, 1 + 2 * b_.contacts, 0.0);
         fill(b_.impacts, 2, not_a_number());
         fill(b_.speeds, 4, not_a_number());
@@ -43,7 +47,12 @@ public:
     // `period` of the forcing, a unit of time without; `observed`: how long.
     VI_CALL void write(const observers<Flow>& all, double period, double observed) const {
         const double duration = observed > 0.0 ? observed : not_a_number();
-        if (all.wants(sees_section)) write(all.section);
+        if (all.wants(sees_section))
+            write(all.section, {b_.section_position, b_.section_velocity, b_.section_phase,
+                                b_.section_time, b_.last});
+        if (all.wants(sees_stroboscopic))
+            write(all.stroboscopic, {b_.strobe_position, b_.strobe_velocity, b_.strobe_phase,
+                                     b_.strobe_time, b_.strobe_last});
         if (all.wants(sees_symbol)) write(all.symbol.result());
         if (all.wants(sees_impacts)) {
             const double periods = duration / period;
@@ -101,13 +110,18 @@ private:
         *phase = p.lines > 0 ? phase_of(p, 0, y, n) : 0.0;
     }
 
-    VI_HD void write(const section<Shape>& seen) const {
+    // Tables of the points of a section, with room for so many.
+    struct point_tables {
+        double *position, *velocity, *phase, *time;
+        long long room;
+    };
+    template <class Section>
+    VI_HD void write(const Section& seen, const point_tables& to) const {
         for (long j = 0; j < seen.kept(); ++j) {
             const auto& point = seen[j];
-            const long long at = i_ * b_.last + j;
-            state(point.mode, point.y, b_.section_position + at * n_, b_.section_velocity + at * n_,
-                  b_.section_phase + at);
-            b_.section_time[at] = point.time;
+            const long long at = i_ * to.room + j;
+            state(point.mode, point.y, to.position + at * n_, to.velocity + at * n_, to.phase + at);
+            to.time[at] = point.time;
         }
     }
     VI_HD void write(const periodic_symbol<Shape::max_contacts>& symbol) const { // n, all p, all q

@@ -14,6 +14,7 @@
 #include "vibroimpact/observe/settling.hpp"
 #include "vibroimpact/observe/shares.hpp"
 #include "vibroimpact/observe/speeds.hpp"
+#include "vibroimpact/observe/stroboscopic.hpp"
 #include "vibroimpact/observe/symbol.hpp"
 
 namespace vi {
@@ -29,8 +30,10 @@ enum observer_bit : unsigned {
     sees_averages = 1u << 7,
     sees_shares = 1u << 8,
     sees_rotation = 1u << 9,
+    sees_stroboscopic = 1u << 10,
 };
-inline constexpr unsigned sees_flights = sees_extremes | sees_averages | sees_shares;
+inline constexpr unsigned sees_flights =
+    sees_extremes | sees_averages | sees_shares | sees_stroboscopic;
 
 #if defined(VI_OBSERVERS)
 inline constexpr unsigned observers_compiled = VI_OBSERVERS;
@@ -54,6 +57,7 @@ struct observers {
     vi::averages<Flow> averages{};
     vi::shares shares{};
     vi::rotation rotation{};
+    vi::stroboscopic<Shape> stroboscopic{};
 
     trajectory<double, Shape> before{}; // the trajectory before the event, where flights are seen
 
@@ -72,6 +76,7 @@ struct observers {
         renew(averages, sees_averages);
         renew(shares, sees_shares);
         renew(rotation, sees_rotation);
+        renew(stroboscopic, sees_stroboscopic);
     }
 
     // Say where the motion starts.
@@ -85,7 +90,7 @@ struct observers {
         const double time = now.time();
         if (time >= settle) {
             if (wants(sees_flights))
-                see(flown(system, before, e.duration, settle - (time - e.duration)));
+                see(flown(system, before, e.duration, settle - (time - e.duration), time));
             see(scene<Flow>{system, e, at, time});
         }
         depart(at);
@@ -99,6 +104,7 @@ private:
     VI_HD void see(const stretch<Flow>& s) {
         if (wants(sees_extremes)) extremes.see(s);
         if (wants(sees_averages)) averages.see(s);
+        if (wants(sees_stroboscopic)) stroboscopic.see(s);
         if (wants(sees_shares)) shares.see(s);
     }
     VI_HD void see(const scene<Flow>& s) {

@@ -51,17 +51,20 @@ struct stretch {
     vec<double, Flow::max_dimension> y; // where it starts, in the coordinates of its mode
     int mode;
     double duration;
+    double begin; // time, since the start of the run
 };
 
-// The flight that led from a trajectory to the next event, without what lies before `skip`.
+// The flight that led from a trajectory to the next event, without what lies before `skip`; the event
+// is at `end`.
 template <class Flow>
 VI_HD inline stretch<Flow> flown(const hybrid<Flow>& system,
                                  const trajectory<double, typename Flow::shape_type>& from,
-                                 double duration, double skip) {
-    stretch<Flow> s{system, from.y, from.mode, duration};
+                                 double duration, double skip, double end) {
+    stretch<Flow> s{system, from.y, from.mode, duration, end - duration};
     if (skip > 0.0) {
         s.y = system.modes[s.mode].flow.flight(s.y, min(skip, duration));
         s.duration = max(duration - skip, 0.0);
+        s.begin = end - s.duration;
     }
     return s;
 }

@@ -18,7 +18,7 @@ HELP = "draw a bifurcation diagram by brute force, followed up and down or from 
 EXAMPLE = (
     "  vibroimpact diagram impact-damper/A --over omega=0.92:1.2:400 --variable v1 --out d.png"
 )
-SECTION = ("way", "stop", "contact", "points")
+SECTION = ("way", "stop", "contact", "points", "at_phase")
 FIRST = "v1"
 
 
@@ -54,5 +54,5 @@ def run(arguments: argparse.Namespace) -> str:
 
 
 def _picture(variable: str, found: xr.Dataset) -> Axes:
-    points = variable not in found or "point" in found[variable].dims
+    points = variable not in found or {"point", "strobe"} & {*found[variable].dims}
     return (plot_bifurcation_diagram if points else plot_along)(found, variable=variable)

@@ -16,7 +16,7 @@ from vibroimpact.ensembles.asked import LOST, check_options
 from vibroimpact.ensembles.basins import basins
 from vibroimpact.ensembles.diagram import bifurcation_sweep
 from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.observers import OBSERVERS, Observer, Section
+from vibroimpact.ensembles.observers import OBSERVERS, Observer, Section, Stroboscopic
 from vibroimpact.ensembles.plane import multistability, plane
 from vibroimpact.ensembles.starts import GridStarts, RandomStarts, Start
 from vibroimpact.ensembles.states import names_of_state
@@ -200,8 +200,12 @@ def _of_diagram(found: xr.Dataset) -> dict[str, Any]:
     told: dict[str, Any] = {"start": _start(found), "observe": _observed(found)}
     if "way" in found.attrs:
         told["way"] = found.attrs["way"]
-    own = next(one for one in told["observe"] if isinstance(one, Section) and not one.label)
-    if own == Section(points=own.points, contact=own.contact, stop=own.stop):
+    kind = Stroboscopic if "at_phase" in found.attrs else Section
+    own = next(one for one in told["observe"] if isinstance(one, kind) and not one.label)
+    if isinstance(own, Stroboscopic):
+        told["observe"].remove(own)
+        told |= {"points": own.points, "at_phase": own.phase}
+    elif own == Section(points=own.points, contact=own.contact, stop=own.stop):
         told["observe"].remove(own)
         told |= {"points": own.points, "contact": own.contact, "stop": own.stop}
     return told

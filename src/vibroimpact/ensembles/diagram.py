@@ -24,7 +24,7 @@ from vibroimpact.ensembles.asked import (
     together,
 )
 from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.observers import Section
+from vibroimpact.ensembles.observers import Section, Stroboscopic
 from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
@@ -41,7 +41,7 @@ WAYS = ("up", "down", "both")
 def bifurcation_sweep(
     system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts | ListedStarts,
     way: Way = "both", stop: Stop = "A", contact: int = 0, points: int = 60,
-    observe: Observe = (), **options: Any,
+    at_phase: float | None = None, observe: Observe = (), **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute section points along a parameter, followed up and down or from many starts.
 
@@ -61,6 +61,9 @@ def bifurcation_sweep(
         The section, as in :func:`~vibroimpact.impact_section`.
     points
         Last section points kept at every value, 1 to 10^6.
+    at_phase
+        Take the points once per forcing period, at this phase of the force in radians, instead of
+        at impacts: a motion without impacts then has points, too.
     observe
         More observers, such as "lyapunov".
     **options
@@ -70,10 +73,10 @@ def bifurcation_sweep(
     Returns
     -------
     Dataset
-        ``x1``, ``x2``, ..., ``v1``, ..., ``phase``: the states just after the impacts, with dims
-        "direction" ("up", "down") or "start", the parameter, and "point"; NaN where the motion has
-        fewer points in its window. Beside them what else was observed. Draw it by
-        :func:`vibroimpact.plotting.plot_bifurcation_diagram`.
+        ``x1``, ``x2``, ..., ``v1``, ..., ``phase``: the states just after the impacts, or at the
+        phase, with dims "direction" ("up", "down") or "start", the parameter, and "point" ("strobe"
+        at a phase); NaN where the motion has fewer points in its window. Beside them what else was
+        observed. Draw it by :func:`vibroimpact.plotting.plot_bifurcation_diagram`.
 
     Raises
     ------
@@ -106,11 +109,15 @@ def bifurcation_sweep(
     )  # fmt: skip
     check_options("bifurcation_sweep", options, sweep)
     refuse(options, "follow", 'way = "up" or "down" follows the motion.')
-    section = Section(points=points, contact=contact, stop=stop)
+    section: Section | Stroboscopic = Section(points=points, contact=contact, stop=stop)
+    attrs: dict[str, float] = {}
+    if at_phase is not None:
+        section = Stroboscopic(points=points, phase=at_phase)
+        attrs["at_phase"] = section.phase
     asked = {"over": over, "observe": together([section, "final"], observe)} | options
     if not isinstance(start, State):
-        return _columns(sweep(system, start=start, **asked))
-    return _columns(_followed(system, next(iter(over)), way, start, asked))
+        return _columns(sweep(system, start=start, **asked), section.name, attrs)
+    return _columns(_followed(system, next(iter(over)), way, start, asked), section.name, attrs)
 
 
 def _followed(
@@ -144,14 +151,14 @@ def _top(part: xr.Dataset, name: str, start: State) -> State:
     return State(tuple(position), tuple(velocity), float(phase))
 
 
-def _columns(members: xr.Dataset) -> xr.Dataset:
+def _columns(members: xr.Dataset, name: str, attrs: dict[str, float]) -> xr.Dataset:
     """Each coordinate of the section under its own name."""
     drawn = [name for name in members.coords if name not in members.dims]
     members = members.drop_vars(drawn)  # coordinates of the starts: x1, v1, ... themselves
-    columns = {"phase": members["section_phase"]}
+    columns = {"phase": members[f"{name}_phase"]}
     for kind, letter in (("position", "x"), ("velocity", "v")):
-        array = members[f"section_{kind}"]
+        array = members[f"{name}_{kind}"]
         for i in range(array.sizes["coordinate"]):
             columns[f"{letter}{i + 1}"] = array.isel(coordinate=i, drop=True)
-    members = members.drop_vars([f"section_{kind}" for kind in STATE]).assign(columns)
-    return members.assign_attrs(made_by="bifurcation_sweep")
+    members = members.drop_vars([f"{name}_{kind}" for kind in STATE]).assign(columns)
+    return members.assign_attrs({"made_by": "bifurcation_sweep"} | attrs)

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from vibroimpact.checks import check_count, check_kind, check_stop_name, share, vector
+from vibroimpact.checks import real as real_number
 from vibroimpact.ensembles.outputs import (
     CONTACT,
     COORDINATE,
     EXPONENT,
     POINT,
+    STROBE,
     Output,
     Table,
     check_label,
@@ -73,18 +75,61 @@ class Section:
     def outputs(self, mechanism: Mechanism) -> Table:
         """States (..., point, coordinate), phases and times (..., point)."""
         check_stop(mechanism, self.contact, self.stop)
-        along = labelled(POINT, self.label)
-        point, both = ((along,), (self.points,)), (along, COORDINATE)
-        sizes = (self.points, mechanism.degrees)
         where = f"after impact at stop {self.stop} of contact {self.contact}"
 
-        def of(kind: str, units: str = "") -> Output:
-            dims, shape = (both, sizes) if kind in ("position", "velocity") else point
-            return real(f"section_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
+        return _points(self, "section", POINT, where, mechanism)
 
-        units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
-        name = labelled(self.name, self.label)
-        return {f"{name}_{kind}": of(kind, unit) for kind, unit in units.items()}
+
+@dataclass(frozen=True, kw_only=True)
+class Stroboscopic:
+    """The last states at one phase of the force, with impacts or without.
+
+    Parameters
+    ----------
+    points
+        How many are kept, one per forcing period, 1 to 10^6; NaN stands for those that did not
+        come.
+    phase
+        Of the first forcing line, radians.
+    label
+        Of another one, as in :class:`Section`: ``stroboscopic_<label>_position`` and so on.
+    """
+
+    name: ClassVar[str] = "stroboscopic"
+    points: int = 100
+    phase: float = 0.0
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        check_count("points", self.points, 1, MOST)
+        object.__setattr__(self, "phase", real_number("phase", self.phase))
+        if self.label != "":
+            check_label(self.label)
+
+    def outputs(self, mechanism: Mechanism) -> Table:
+        """States (..., strobe, coordinate), phases and times (..., strobe)."""
+        if not mechanism.forces:
+            raise InvalidParameterError(
+                "observe = Stroboscopic: the system has no forcing, so that no phase repeats. Take "
+                "Section."
+            )
+        return _points(self, "strobe", STROBE, f"at phase {self.phase:g} of the force", mechanism)
+
+
+def _points(
+    observer: Section | Stroboscopic, table: str, dim: str, where: str, mechanism: Mechanism
+) -> Table:
+    """Position, velocity, phase and time of the points of a section."""
+    along = labelled(dim, observer.label)
+    both, sizes = (along, COORDINATE), (observer.points, mechanism.degrees)
+
+    def of(kind: str, units: str = "") -> Output:
+        dims, shape = (both, sizes) if kind in ("position", "velocity") else (both[:1], sizes[:1])
+        return real(f"{table}_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
+
+    units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
+    name = labelled(observer.name, observer.label)
+    return {f"{name}_{kind}": of(kind, unit) for kind, unit in units.items()}
 
 
 @dataclass(frozen=True, kw_only=True)

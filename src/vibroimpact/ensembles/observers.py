@@ -28,6 +28,7 @@ from vibroimpact.ensembles.kinds import (
     Shares,
     Spectrum,
     Speeds,
+    Stroboscopic,
     Symbol,
 )  # fmt: skip
 from vibroimpact.ensembles.outcome import NOT_COMPUTED, Outcome
@@ -38,7 +39,8 @@ from vibroimpact.scalars import as_python
 
 __all__ = [
     "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
-    "Rotation", "Section", "Settling", "Shares", "Spectrum", "Speeds", "Symbol", "describe",
+    "Rotation", "Section", "Settling", "Shares", "Spectrum", "Speeds",
+    "Stroboscopic", "Symbol", "describe",
     "kernel_observers", "key_of", "observer_of", "outputs", "resolve", "results", "rounds",
 ]  # fmt: skip
 
@@ -54,7 +56,7 @@ OBSERVERS: dict[str, type[Observer]] = {
     kind.name: kind
     for kind in (
         Section, Symbol, Impacts, Speeds, Power, Extremes, Rms, Lyapunov, Spectrum, Shares,
-        Settling, Final, Rotation,
+        Settling, Final, Rotation, Stroboscopic,
     )
 }  # fmt: skip
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from vibroimpact.checks import refusal
 
-COORDINATE, CONTACT, POINT, EXPONENT = "coordinate", "contact", "point", "exponent"  # dimensions
+COORDINATE, CONTACT, EXPONENT = "coordinate", "contact", "exponent"  # dimensions
+POINT, STROBE = "point", "strobe"  # of impact sections, of stroboscopic ones
 
 
 class Output(NamedTuple):

@@ -133,7 +133,7 @@ class DeviceBatch:
         return (
             entries[PER_SYSTEM], modes * entries[PER_MODE],
             modes * entries[PER_MAP], modes * entries[PER_MAP], *watched,
-            int(asked.options["last"]) * entries[PER_POINT],
+            int(asked.options["last"] + asked.options["strobe_last"]) * entries[PER_POINT],
             int(asked.options["longest"]) * entries[PER_KEPT],
         )  # fmt: skip
 

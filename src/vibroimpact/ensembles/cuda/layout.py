@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 # In the order of observer_bit (observe/observers.hpp).
 SEEN = (
     "section", "symbol", "impacts", "speeds", "power", "settling", "extremes", "averages", "shares",
-    "rotation",
+    "rotation", "stroboscopic",
 )  # fmt: skip
 
 _FIELD = re.compile(r"^    (?:const )?([a-z ]+)(\*?) (\w+);", re.MULTILINE)
@@ -89,7 +89,10 @@ def _options(spec: dict[str, Any]) -> dict[str, int | float]:
     symbol, settling = ({"tolerance": 0.0, "returns": 1} | spec.get(name, {})
                         for name in ("symbol", "settling"))  # fmt: skip
     rotation = {"contact": 0, "side": 1, "stride": 1, "tolerance": 0.0} | spec.get("rotation", {})
+    strobe = {"last": 0, "phase": 0.0} | spec.get("stroboscopic", {})
     return {
+        "strobe_last": strobe["last"],
+        "strobe_at": strobe["phase"],
         "contact": section["contact"],
         "stop": section["side"],
         "last": section["last"],
@@ -114,10 +117,15 @@ def _rows(given: list[list[float]], degrees: int) -> Floats:
 
 def _widths(spec: dict[str, Any], sizes: Sizes, rows: dict[str, Floats]) -> dict[str, int]:
     """By name of a table that is wanted."""
-    n, points = sizes.degrees, spec.get("section", {}).get("last", 0)
+    n, points, strobes = (
+        sizes.degrees,
+        *(spec.get(name, {}).get("last", 0) for name in ("section", "stroboscopic")),
+    )
     tables = {
         "section": {"section_position": points * n, "section_velocity": points * n,
                     "section_phase": points, "section_time": points},
+        "stroboscopic": {"strobe_position": strobes * n, "strobe_velocity": strobes * n,
+                         "strobe_phase": strobes, "strobe_time": strobes},
         "symbol": {"symbol": 1 + 2 * sizes.contacts},
         "impacts": {"impacts": 2},
         "speeds": {"speeds": 4},
