@@ -195,6 +195,19 @@ def test_a_damper_in_si_units_is_read_from_a_file(capsys: pytest.CaptureFixture[
     assert float(t) == pytest.approx(float(data.time[-1]) / rate, rel=1e-5)
 
 
+def test_a_section_at_a_phase_is_that_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("run.toml").write_text(DAMPER)
+    arguments = ["section", "--config", "run.toml", "--points", "20", "--settle", "5"]
+    assert cli.main([*arguments, "--at-phase", "0.5", "--out", "s.nc", "--out", "s.png"]) == 0
+    expected = vi.stroboscopic_section(
+        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), points=20, settle=5, phase=0.5
+    )
+    xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
+    capsys.readouterr()
+    assert cli.main([*arguments, "--at-phase", "0.5", "--stop", "B"]) == 2
+    assert "stop = B: is for impacts; not with --at-phase." in capsys.readouterr().err
+
+
 def test_any_mechanism_is_read_from_a_file() -> None:
     Path("ball.toml").write_text(MECHANISM)
     assert cli.main(["simulate", "--config", "ball.toml", "--t-max", "2", "--out", "b.nc"]) == 0

@@ -32,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_arguments_of(
         parser, impact_section, COMMON + AT_STOP,
         points="Points to record, >= 1.",
-        settle="Impacts at all stops to discard first, or forcing periods with --at-phase.",
+        settle="Impacts (at all stops) to discard first, or forcing periods with --at-phase.",
     )  # fmt: skip
     parser.add_argument(
         "--at-phase", type=float, metavar="THETA",
