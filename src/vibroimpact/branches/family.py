@@ -52,23 +52,27 @@ class OrbitFamily(OrbitProblem):
     ----------
     system, signature, parameter
         As for :class:`OrbitProblem`.
-    start
-        Unknowns z of an orbit: their sizes weigh the arclength.
-    span
-        Size of the parameter's changes.
+    sizes
+        Of each unknown's changes and of the parameter's: they weigh the arclength.
     """
 
-    def __init__(
-        self, system: System, signature: Signature, parameter: str, start: Floats, span: float
-    ) -> None:
+    def __init__(self, system: System, signature: Signature, parameter: str, sizes: Floats) -> None:
         super().__init__(system, signature, parameter)
-        self._sizes = np.append(scale_of(self, start), span)
+        self._sizes = sizes
         self._seen: tuple[bytes, float, Linearised] | None = None
         self._orbits: dict[tuple[bytes, float], Orbit] = {}
         self.refused = ""  # why the system could not be built, where it could not
         self._reference = 0.0
         self._rate = 2.0 * dense_rate(self.mechanism)
         self._cycles = least_cycles(self.mechanism)
+
+    @classmethod
+    def around(
+        cls, system: System, signature: Signature, parameter: str, start: Floats, span: float
+    ) -> OrbitFamily:
+        """The family through an orbit z, whose sizes it takes, over a range of length ``span``."""
+        sizes = scale_of(OrbitProblem(system, signature, parameter), start)
+        return cls(system, signature, parameter, np.append(sizes, span))
 
     def scale(self) -> Floats:
         """Size of each unknown and of the parameter."""

@@ -105,7 +105,7 @@ def continue_orbit(
     z = start.problem.packed(start.states, start.durations)
     if tangent is not None:
         tangent = np.array(vector("tangent", tangent, z.size + 1))
-    family = OrbitFamily(start.system, start.signature, parameter, z, high - low)
+    family = OrbitFamily.around(start.system, start.signature, parameter, z, high - low)
     curve = continue_curve(
         family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
         stop_when=points_asked(stop_when, family, (low, high)), progress=progress,
@@ -168,7 +168,7 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolve
             continue
         if why := why_none(family, curve, point, orbit):
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
-            reason = f"{kind} at {family.parameter} = {point.parameter:.12g}: {why}"
+            reason = f"{kind} at {family.parameter} = {point.parameter:.10g}: {why}"
             yield Unresolved(point.name, after - 1, after, reason)
         else:
             yield _At(point.arclength, {

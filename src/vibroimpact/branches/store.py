@@ -191,14 +191,13 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
 def _built(data: xr.Dataset, system: System | None) -> Branch:
     a = data.attrs
     name = str(a["parameter"])
-    curve, sizes = _curve(data), data["scale"].values
+    curve = _curve(data)
     impacts = tuple((int(contact), int(side)) for contact, side in json.loads(a["impacts"]))
     family = OrbitFamily(
         chosen(a["system_numbers"], a["system"], name, float(a["system_value"]), system),
         Signature(impacts, int(a["cycles"]), bool(a["symmetric"])),
         name,
-        sizes[:-1],  # the sizes of a vector of sizes are these
-        float(sizes[-1]),
+        data["scale"].values,
     )
     bounds = float(a["low"]), float(a["high"])
     real, imaginary = data["multiplier_real"].values, data["multiplier_imaginary"].values

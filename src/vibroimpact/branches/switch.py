@@ -136,7 +136,7 @@ def _family(
     """The equations of a signature, and the unknowns of a guess in them."""
     z = _packed(point, signature, guess)
     span = bounds[1] - bounds[0]
-    return OrbitFamily(point.orbit.system, signature, point.name, z, span), z
+    return OrbitFamily.around(point.orbit.system, signature, point.name, z, span), z
 
 
 def _through(

@@ -243,7 +243,8 @@ def _branch_point(sampler: Sampler, a: float, b: float) -> Found:
     rate = float(determinant.slope(s))
     error = noise / abs(rate) if rate else np.inf
     aside = [curve.at(min(max(s + e, low), high))[-1] for e in (-error, error)]
-    floor = float(np.max(curve.tail) + np.abs(np.array(aside) - curve.at(s)[-1]).max())
+    moved = np.median([node.step for node in solved]) if solved else 0.0
+    floor = float(moved + np.max(curve.tail) + np.abs(np.array(aside) - curve.at(s)[-1]).max())
     return Found(
         BRANCH_POINT, s, curve.at(s), curve.slope(s), 1 if rate > 0.0 else -1, error, floor
     )
