@@ -109,10 +109,11 @@ VI_CALL growth<W> in_pieces(const hybrid<Flow>& system,
     const auto there = flow.flight(values_of(from.y, n), flown);
     const auto once = flow.at_time(piece);
     const auto see = [&] {
+        // rounding brings in other amplitudes of the forcing, which never fade
+        renormalise_forcing(from.y, n, system.lines(), system.inverse_omega_squared);
         leave_out_flow<W>(flow, from.y, n, count);
         sums.see(true, from, 0.0, n, contacts);
     };
-    renormalise_forcing(from.y, n, system.lines(), system.inverse_omega_squared);
     see();
     for (long i = 0; i < pieces; ++i) {
         from.y = flow.apply(once, from.y);
