@@ -146,6 +146,57 @@ def test_a_ball_put_down_stays_down() -> None:
     assert np.all(v == 0.0)
 
 
+def short_hop(speed: mpmath.mpf, a: mpmath.mpf, b: mpmath.mpf, c: mpmath.mpf) -> Any:
+    """How long x'' = a + b t + c t^2 / 2 < 0 takes back to x = 0, and the speed there."""
+    back = mpmath.mpf(0)
+    for _ in range(6):  # each adds the digits of a time below 1e-7
+        back = -2 * (speed + back**2 * (b / 6 + back * c / 24)) / a
+    return back, -(speed + back * (a + back * (b / 2 + back * c / 6)))
+
+
+@pytest.mark.parametrize("restitution", [0.9, 0.99])
+@pytest.mark.parametrize("part", [0.1, 3.0, 30.0])
+def test_chatter_is_summed_where_the_change_of_the_push_is_lost(
+    part: float, restitution: float
+) -> None:
+    """x'' = (sin(t + 0.6) - 1) / 100, 50 digits, bounce by bounce.
+
+    Bound (2) of impact/rest.hpp leaves the speed off by 2^-53 of the forced one, 1/100: the time by
+    that over a. Speeds of `part` of it begin below, or between it and what it is without (1 - R)^2.
+    """
+    size, phase = 0.01, 0.6
+    push, jerk = size * (1.0 - math.sin(phase)), size * math.cos(phase)
+    start = part * math.sqrt(UNIT * size / jerk) * push * (1.0 - restitution)
+    shaken = replace(
+        ball(restitution, gravity=size), forces=(vi.Harmonic(1.0, (size,)),),
+        contacts=(vi.Contact((1.0,), 1.0, math.inf, restitution),),
+    )  # fmt: skip
+    run = vi.simulate(shaken, vi.State((1.0,), (start,), phase), impacts=10**5, t_max=1.0)
+    with mpmath.workdps(50):
+        ends, speed = mpmath.mpf(0), mpmath.mpf(start)
+        while speed > 1e-18:
+            sine, cosine = size * mpmath.sin(phase + ends), size * mpmath.cos(phase + ends)
+            back, landing = short_hop(speed, sine - size, cosine, -sine)
+            ends, speed = ends + back, restitution * landing
+        ends += 2 * speed / (push * (1 - mpmath.mpf(restitution)))
+        late = abs(float(run.time[run.status == vi.Status.CHATTER][0] - ends))
+    # (T20): 4/3 of that, of a speed that is the sum of two and of what a step may add
+    assert late <= 4.0 * UNIT * size / push
+
+
+@pytest.mark.parametrize("restitution", [0.9, 0.99])
+@pytest.mark.parametrize("part", [0.1, 3.0, 30.0])
+def test_chatter_is_summed_where_it_leaves_the_stop_by_rounding(
+    part: float, restitution: float
+) -> None:
+    """A sum in one flight ends 2 R v^2 / (g (1 - R)^2) behind the stop: 2^-53 of 1 + 1 at most."""
+    bound = math.sqrt(UNIT * 2.0 * 9.8) * (1.0 - restitution)
+    on_one = replace(ball(restitution), contacts=(vi.Contact((1.0,), 1.0, math.inf, restitution),))
+    run = vi.simulate(on_one, vi.State((1.0,), (part * bound,)), impacts=10**5, t_max=1.0)
+    end = run.position[run.status == vi.Status.CHATTER][0, 0]
+    assert abs(end - 1.0) <= 6.0 * UNIT  # 4 and a rounding
+
+
 def pressed(preload: float, stiffness: float, restitution: float = 0.5) -> vi.Mechanism:
     """A unit mass pressed down on x = 0 by a preload and lifted by sin(t)."""
     return oscillator(
