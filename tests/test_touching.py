@@ -66,6 +66,17 @@ def test_pendula_shaken_alike_touch_for_ever() -> None:
         assert [vi.Status(s) for s in run.status] == [vi.Status.STICK, vi.Status.HORIZON]
 
 
+@pytest.mark.parametrize("apart", range(0, 400, 20))
+def test_pendula_whose_frequencies_differ_by_rounding_open_once_if_they_do(apart: int) -> None:
+    """What is pulled open by more than the margin of a tie does not tie again."""
+    for masses in ([1.0, 1.0], [1.0, 2.0]):
+        m = chain(masses, [1.0, 1.0 + apart * UNIT], 0.5)
+        run = vi.simulate(m, vi.State((0.0, 0.0), (1.0, 1.0)), impacts=50, t_max=20.0)
+        assert run.end is vi.RunEnd.HORIZON
+        again = (run.status[:-1] == vi.Status.RELEASE) & (run.status[1:] == vi.Status.STICK)
+        assert not (again & (np.diff(run.time) < 1e-6)).any()
+
+
 def test_pendula_that_collide_plastically_swing_on_together() -> None:
     m = chain([1.0, 1.0], [1.0, 1.0], 0.0)
     run = vi.simulate(m, vi.State((0.0, 0.5), (1.0, 0.0)), impacts=5, t_max=20.0)
@@ -150,7 +161,7 @@ def drawn(seed: int) -> tuple[vi.Mechanism, vi.State]:
         np.zeros((n, n)), np.diag(mass * alike), np.diag(mass * rng.uniform(0.2, 4.0, n)),
         np.diag(mass * alike) + 0.3 * between.T @ between,
     )[rng.integers(4)]  # fmt: skip
-    gravity = rng.uniform(0.5, 2.0) * (rng.random() < 0.4 or bool(stiffness.any()))
+    gravity = rng.uniform(0.5, 2.0) * (rng.random() < 0.4)
     bounce = rng.choice([0.0, 1.0, 0.5, 0.05, rng.random()], len(rows))
     gaps = rng.choice([0.0, 0.0, 0.0, 1e-15, 1e-12, 0.3], len(rows))
     x = gaps[0] * floor + np.concatenate([[0.0], np.cumsum(gaps[-(n - 1) :])])

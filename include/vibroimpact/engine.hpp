@@ -113,8 +113,7 @@ strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
         static_cast<int>(plain(at.touching[contact])), duration, at.y);
     e.rate_before = at.rate[contact];
     if (!resolve_impact(system, at)) e.what = status::undecided;
-    for (int i = 0; i < system.contacts(); ++i)
-        if (at.touching[i] != 0.0) set_on_stop(system, at, i);
+    set_on_stops(system, at);
     e.rate_after = at.rate[contact];
     return e;
 }
@@ -172,6 +171,7 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
         from_rest && -plain(end.rate) <= tie_margin * terms_of(system, at.y, c, 1);
     if (end.end == flight_end::grazing || lost) {
         at.rate[c] = T(0.0);
+        if (from_rest) set_on_stops(system, at);
         return plain_event<T, Shape>(status::grazing, c, end.side, end.duration, at.y);
     }
     at.rate[c] = end.rate;

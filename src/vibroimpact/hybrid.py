@@ -101,6 +101,7 @@ class Hybrid:
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
         sides = dict(closed)
+        rows = [list(self.mechanism.contacts[i].row) for i in sides]
         guards = []
         for i, contact in enumerate(self.mechanism.contacts):
             if i in held:
@@ -108,6 +109,8 @@ class Hybrid:
             else:
                 row, gain = guard_row(c, contact)
                 limits = (contact.lower, contact.upper)
+                if closed and linear.null_space([*rows, list(contact.row)]) is None:
+                    limits = (-math.inf, math.inf)  # those that are closed hold its gap, too
             guards.append((row, gain, *limits, sides.get(i, 0)))
         return Mode(code_of(closed), c, guards)
 

@@ -192,30 +192,45 @@ VI_HD inline void leave_mode(const hybrid<Flow>& system,
 
 // (1), then (2); free coordinates. Sets flat where a resting contact tied in (1): one that opens does
 // so with zero acceleration, one that closes with zero force. What ties in (2), too, closes: its force
-// is zero within rounding, and flat says of what.
+// is zero within rounding, and flat says of what. A tie that depends on what is closed stays where it
+// is, as that holds it, too.
 template <class Flow>
 VI_HD inline closing closed_set(const hybrid<Flow>& system,
                                 trajectory<double, typename Flow::shape_type>& at) {
     auto resting = detail::find_resting(system, at);
     const auto pressed = detail::solve_with_ties(resting.problem);
     if (pressed.closed < 0) return {-1, true};
+    detail::contact_list<Flow::max_contacts> closed{}, ties{};
     for (int i = 0; i < resting.others.count; ++i) {
         at.flat[resting.others.index[i]] = 0.0;
         if (pressed.tied >> i & 1) resting.ties.add(resting.others.index[i]);
+        if (pressed.closed >> i & 1) closed.add(resting.others.index[i]);
     }
+    for (int i = 0; i < resting.ties.count; ++i) {
+        auto beside = closed;
+        if (detail::add_independent(system, at, beside, resting.ties.index[i]))
+            ties.add(resting.ties.index[i]);
+    }
+    resting.ties = ties;
     const int code = detail::code_of_active(at, resting.others, pressed.closed);
-    if (resting.ties.count == 0) return {code, true};
+    if (ties.count == 0) return {code, true};
     auto there = at;
     if (!enter_mode(system, there, code)) return {code, false};
     const auto growing = detail::solve_with_ties(
         detail::problem_of_ties(system, at, there, resting, pressed.closed));
     if (growing.closed < 0) return {-1, true};
-    for (int i = 0; i < resting.ties.count; ++i) {
-        const int tie = resting.ties.index[i];
-        at.flat[tie] = 1.0;
-        if (growing.tied >> i & 1) at.flat[tie] = -detail::unloaded(system, at, tie);
+    int closing_ties = growing.closed;
+    for (int i = 0; i < ties.count; ++i) {
+        at.flat[ties.index[i]] = 1.0;
+        if (growing.closed >> i & 1) closed.add(ties.index[i]);
     }
-    return {code + detail::code_of_active(at, resting.ties, growing.closed | growing.tied), true};
+    for (int i = 0; i < ties.count; ++i) {
+        const int tie = ties.index[i];
+        if (!(growing.tied >> i & 1) || !detail::add_independent(system, at, closed, tie)) continue;
+        at.flat[tie] = -detail::unloaded(system, at, tie);
+        closing_ties |= 1 << i;
+    }
+    return {code + detail::code_of_active(at, ties, closing_ties), true};
 }
 
 } // namespace vi

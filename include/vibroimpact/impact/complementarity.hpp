@@ -4,14 +4,13 @@
 //             trying the sets of active contacts (x_i > 0) from the empty one on: for a set S,
 //             A_SS x_S = -b_S by Gauss elimination, accepted if x_S >= 0 and w >= 0 outside S,
 //             within the slack that is given: of sets that differ by ties the smallest is found.
-// Assumes     at most max_contacts unknowns; A positive definite: the solution exists and is unique.
-//             Dependent contacts (two stops that hold the same coordinate) make A singular.
+// Assumes     at most max_contacts unknowns. Dependent contacts (two stops that hold the same coordinate)
+//             make A singular: sets of them are passed over, as independent ones carry the same forces.
 // Fails       returns -1 where no set is accepted
 // Reference   Cottle, Pang, Stone, The Linear Complementarity Problem (1992), thm 3.3.7
 #pragma once
 
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/shape.hpp"
+#include "vibroimpact/event/guard.hpp"
 
 namespace vi {
 
@@ -31,7 +30,8 @@ struct complementary {
 
 namespace detail {
 
-// x_S from A_SS x_S = -b_S; zeros elsewhere. Positive definite: no pivoting needed.
+// x_S from A_SS x_S = -b_S; zeros elsewhere. Positive definite: no pivoting needed. False where S is
+// dependent: where what the others leave of an A_ii is rounding of it.
 template <int N>
 VI_HD inline bool solve_active(const small_system<N>& p, int set, vec<double, N>& x) {
     double m[N][N + 1] = {};
@@ -46,7 +46,7 @@ VI_HD inline bool solve_active(const small_system<N>& p, int set, vec<double, N>
         m[i][k] = -p.b[index[i]];
     }
     for (int i = 0; i < k; ++i) {
-        if (!(m[i][i] > 0.0)) return false;
+        if (!(m[i][i] > 64.0 * unit_roundoff * p.a[index[i]][index[i]])) return false;
         for (int r = i + 1; r < k; ++r) {
             const double factor = m[r][i] / m[i][i];
             for (int j = i; j <= k; ++j)

@@ -11,7 +11,7 @@
 //             the others drive it together it strikes next, at the same instant.
 // Assumes     0 <= R <= 1. Contacts that close together but do not share a body have A_ij = 0: then
 //             (1) is (2) for each.
-// Fails       false where (1) has no solution: dependent contacts
+// Fails       false where (1) has no solution: dependent contacts of which none opens without another
 // Reference   Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988)
 #pragma once
 
@@ -70,6 +70,18 @@ VI_HD inline small_system<N> mobilities_of(const hybrid<Flow>& system, const Sta
             p.a[i][j] = gap_mobility(system, at, list.index[i], list.index[j]);
     return p;
 }
+// Add a contact to a list, unless it depends on those of it.
+template <int N, class Flow, class State>
+VI_HD inline bool add_independent(const hybrid<Flow>& system, const State& at,
+                                  contact_list<N>& list, int contact) {
+    auto longer = list;
+    longer.add(contact);
+    vec<double, N> none{};
+    const bool independent =
+        solve_active(mobilities_of(system, at, longer), (1 << longer.count) - 1, none);
+    if (independent) list = longer;
+    return independent;
+}
 // What the impulses p of a list do to the rate of a contact; what rounding leaves of it is none.
 template <class T, int N, class Flow, class State>
 VI_HD inline void push_rate(const hybrid<Flow>& system, State& at, int contact,
@@ -114,8 +126,11 @@ VI_HD inline int impulses_of(const hybrid<Flow>& system, const State& at,
         return 1;
     }
     auto problem = mobilities_of(system, at, list);
-    for (int i = 0; i < list.count; ++i)
+    for (int i = 0; i < list.count; ++i) {
         problem.b[i] = plain(b[i]);
+        for (int j = 0; j < list.count; ++j) // what the impulse of j alone would do to i
+            problem.slack[i] += tie_margin * abs(problem.a[i][j] / problem.a[j][j] * plain(b[j]));
+    }
     const int active = solve_complementarity(problem).active;
     if (active >= 0) active_impulses(problem, active, b, p);
     return active;
@@ -156,20 +171,37 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
     return true;
 }
 
-// Put a touching contact on its stop exactly, at the rate that the law gave it: what rounding has
-// moved in y must not add up over many short hops. Free coordinates.
+// Put all touching contacts on their stops exactly, at the rates that the law gave them: what rounding
+// has moved in y must not add up over many short hops. All at once, as one moves the others; those that
+// depend on others follow these. Free coordinates.
 template <class T, class Flow>
-VI_HD inline void set_on_stop(const hybrid<Flow>& system,
-                              trajectory<T, typename Flow::shape_type>& at, int contact) {
-    const auto& guard = system.modes[0].guards[contact];
-    const auto& law = system.laws[contact];
+VI_HD inline void set_on_stops(const hybrid<Flow>& system,
+                               trajectory<T, typename Flow::shape_type>& at) {
+    constexpr int N = Flow::max_contacts;
     const int n = system.dimension();
-    const double side = plain(at.touching[contact]);
-    const T behind = (side > 0.0 ? guard.upper : guard.lower) - watch(guard, 0, at.y, n);
-    for (int i = 0; i < n; ++i)
-        at.y[i] = at.y[i] + law.shift[i] * (behind * law.effective_mass);
-    const T slow = at.rate[contact] + side * watch(guard, 1, at.y, n);
-    push_away(at.y, n, law, side, slow * law.effective_mass);
+    detail::contact_list<N> list{};
+    for (int i = 0; i < system.contacts(); ++i)
+        if (at.touching[i] != 0.0) detail::add_independent(system, at, list, i);
+    vec<T, N> behind{}, slow{}, p{};
+    for (int i = 0; i < list.count; ++i) {
+        const int c = list.index[i];
+        const auto& guard = system.modes[0].guards[c];
+        const double side = plain(at.touching[c]);
+        const double limit = side > 0.0 ? guard.upper : guard.lower;
+        behind[i] = side * (limit - watch(guard, 0, at.y, n));
+        slow[i] = -at.rate[c] - side * watch(guard, 1, at.y, n);
+    }
+    const auto problem = detail::mobilities_of(system, at, list);
+    const int all = (1 << list.count) - 1;
+    detail::active_impulses(problem, all, behind, p);
+    for (int i = 0; i < list.count; ++i)
+        for (int j = 0; j < n; ++j) {
+            const auto& law = system.laws[list.index[i]];
+            at.y[j] = at.y[j] - law.shift[j] * (plain(at.touching[list.index[i]]) * p[i]);
+        }
+    detail::active_impulses(problem, all, slow, p);
+    for (int i = 0; i < list.count; ++i)
+        push_away(at.y, n, system.laws[list.index[i]], plain(at.touching[list.index[i]]), p[i]);
 }
 
 } // namespace vi
