@@ -154,7 +154,6 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     }
     leave_mode(system, at);
     const int c = end.contact;
-    const bool unloaded = at.flat[c] < 0.0;
     const bool from_rest = at.touching[c] == end.side && plain(at.rate[c]) == 0.0;
     at.flat = {};
     touch_held(system, at, at.held);
@@ -162,7 +161,6 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     if (was_closed) {
         const double side = side_in_code(at.held, c);
         at.held -= code_of(c, side);
-        at.flat[c] = unloaded ? 0.0 : 1.0; // no force: the third derivative decides (theory T24)
         return plain_event<T, Shape>(status::release, c, static_cast<int>(side), end.duration,
                                      at.y);
     }
