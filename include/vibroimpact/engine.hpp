@@ -103,16 +103,43 @@ VI_HD inline bool moves_others(const hybrid<Flow>& system,
     return false;
 }
 
+// Contacts at rest that no force holds leave, if at no speed yet; free coordinates.
+template <class T, class Flow>
+VI_HD inline void let_leave(const hybrid<Flow>& system,
+                            trajectory<T, typename Flow::shape_type>& at) {
+    if (!any_at_rest(at, system.contacts())) return;
+    const auto resting = find_resting(system, values(at, system.dimension(), system.contacts()));
+    const auto pressed = solve_with_ties(resting.problem);
+    for (int i = 0; pressed.closed >= 0 && i < resting.others.count; ++i)
+        if (!((pressed.closed | pressed.tied) >> i & 1))
+            at.rate[resting.others.index[i]] = T(0x1p-1000);
+}
+
+// A plastic contact that opens from rest, and whose impact has driven others together, is driven
+// together by them in turn, again and again, after times that shrink faster than any power: all end
+// this at rest. Their momenta along the gaps say where, whenever this is noticed. Free coordinates.
+template <class T, class Flow>
+VI_HD inline bool end_alternation(const hybrid<Flow>& system,
+                                  trajectory<T, typename Flow::shape_type>& at, int hit) {
+    if (restitution_at(system, hit, plain(at.touching[hit])) != 0.0) return false;
+    if (plain(at.rate[hit]) != 0.0 || approached(at, system.contacts()) < 0) return false;
+    auto leaving = at;
+    let_leave(system, leaving);
+    return plain(leaving.rate[hit]) > 0.0 && resolve_impact(system, at, 0.0);
+}
+
 // The impact of everything that touches with a negative rate; free coordinates.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, int contact,
        const T& duration) {
+    let_leave(system, at);
     auto e = plain_event<T, typename Flow::shape_type>(
         moves_others(system, at, contact) ? status::simultaneous : status::impact, contact,
         static_cast<int>(plain(at.touching[contact])), duration, at.y);
     e.rate_before = at.rate[contact];
     if (!resolve_impact(system, at)) e.what = status::undecided;
+    if (end_alternation(system, at, contact)) e.what = status::simultaneous;
     set_on_stops(system, at);
     e.rate_after = at.rate[contact];
     return e;
