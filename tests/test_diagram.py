@@ -199,9 +199,8 @@ def test_the_picture_shows_every_branch_over_the_attractors(diagram: Diagram) ->
     legend = ax.get_legend()
     assert legend is not None
     assert "attractors" in [text.get_text() for text in legend.get_texts()]
-    assert {b.symbol for b in diagram.branches} <= {
-        text.get_text().removesuffix(", symmetric") for text in legend.get_texts()
-    }
+    shown = [text.get_text().removesuffix(", symmetric") for text in legend.get_texts()]
+    assert {f"{i}: {b.symbol}" for i, b in enumerate(diagram.branches)} <= set(shown)
     assert not diagram.plot("x1", points=False).texts
     assert diagram.plot("speed").get_ylabel() == "smallest impact speed"  # no cloud of it
 

@@ -11,6 +11,7 @@ import inspect
 import re
 import sys
 import textwrap
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,9 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 GROUPS = {
     "Systems": ["ImpactDamper", "Scales", "Mechanism", "Contact", "Harmonic", "State"],
     "Simulation": ["simulate", "Run", "RunEnd", "Status"],
-    "Sections and following": ["impact_section", "Section", "follow"],
+    "Sections and following": [
+        *("impact_section", "Section", "stroboscopic_section", "StroboscopicSection", "follow"),
+    ],
     "Symmetric orbits and bifurcations": [
         *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),
     ],
@@ -30,7 +33,8 @@ GROUPS = {
     ],
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
-        *("NoBranch", "Diagram", "Steps", "save_branch", "load_branch"),
+        *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
+        *("save_branch", "load_branch"),
     ],
     "Maps and normal forms": [
         *("full_map", "half_map", "impact_map", "stroboscopic_map"),
@@ -165,7 +169,7 @@ def page() -> str:
     for title, names in GROUPS.items():
         lines += ["", f"## {title}"]
         for name in names:
-            lines += described("vi", name, getattr(vi, name))
+            lines += described("vi", name, attrgetter(name)(vi))
     lines += ["", PICTURES]
     for name in plotting.__all__:
         lines += described("plotting", name, getattr(plotting, name))

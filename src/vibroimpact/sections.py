@@ -310,7 +310,7 @@ def stroboscopic_section(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> section = stroboscopic_section(damper, vi.State((0.0, 0.0), (0.0, 1.0)), points=10)
+    >>> section = vi.stroboscopic_section(damper, vi.State((0.0, 0.0), (0.0, 1.0)), points=10)
     >>> float(round(section.x1[-1], 6))
     -0.867957
     """

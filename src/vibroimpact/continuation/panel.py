@@ -26,7 +26,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibroimpact.continuation.expansion import DEGREE, Expansion, positions
-from vibroimpact.continuation.newton import Attempt, Node, Outcome, correct, log_determinant
+from vibroimpact.continuation.newton import (
+    Attempt,
+    Node,
+    Outcome,
+    correct,
+    equilibrated,
+    log_determinant,
+)
 from vibroimpact.continuation.problem import Floats, Scaled
 
 FOLD, BRANCH_POINT = "SN", "BP"
@@ -40,9 +47,10 @@ NEXT = 0.6
 SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
 NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
 ROUNDING = 1e-13  # the expansion of y is never asked for more
-# The direction comes from the matrix of the last Newton step: near a branch point rounding leaves
-# that step as long as the direction is wrong, up to the ratio of rounding in J and in F.
-DIRECTION = 16.0
+# Of the unit roundoff: entries of [J; t_0], sums of some ten products. The direction that is solved
+# for with them is known to this times the condition of the matrix, which has no bound at a branch
+# point.
+ENTRIES = 16.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -213,10 +221,10 @@ def _with_tests(
         name: Expansion(0.0, curve.high, np.array([at.get(name, math.nan) for at in values]))
         for name in values[0]
     }
-    noise = {FOLD: DIRECTION * max(node.step for node in traced.nodes)}
-    demands = {
-        name: _demand(f, standard.tolerance, noise.get(name, 0.0)) for name, f in tests.items()
-    }
+    demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
+    if demands[FOLD] > 1.0:
+        noise = ENTRIES * max(_condition(node, row) for node in traced.nodes)
+        demands[FOLD] = _demand(tests[FOLD], standard.tolerance, noise)
     short = {name for name, d in demands.items() if d > 1.0} - standard.excused
     if short:
         worst = max(demands[name] for name in short)
@@ -241,7 +249,12 @@ def _relative_determinant(node: Node, row: Floats, reference: float) -> float:
     return sign * math.exp(log - reference) if sign else 0.0
 
 
-def _demand(f: Expansion, tolerance: float, noise: float) -> float:
+def _condition(node: Node, row: Floats) -> float:
+    """Of the matrix that a direction is solved for with."""
+    return float(np.linalg.cond(np.vstack([equilibrated(node.jacobian)[0], row])))
+
+
+def _demand(f: Expansion, tolerance: float, noise: float = 0.0) -> float:
     """Tail over allowed tail (2); 0 for a function that no shorter panel would resolve better."""
     if not np.all(np.isfinite(f.values)):
         return 0.0
