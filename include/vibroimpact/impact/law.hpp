@@ -182,23 +182,25 @@ VI_HD inline void set_on_stops(const hybrid<Flow>& system,
     detail::contact_list<N> list{};
     for (int i = 0; i < system.contacts(); ++i)
         if (at.touching[i] != 0.0) detail::add_independent(system, at, list, i);
-    vec<T, N> behind{}, slow{}, p{};
-    for (int i = 0; i < list.count; ++i) {
-        const int c = list.index[i];
-        const auto& guard = system.modes[0].guards[c];
-        const double side = plain(at.touching[c]);
-        const double limit = side > 0.0 ? guard.upper : guard.lower;
-        behind[i] = side * (limit - watch(guard, 0, at.y, n));
-        slow[i] = -at.rate[c] - side * watch(guard, 1, at.y, n);
-    }
     const auto problem = detail::mobilities_of(system, at, list);
     const int all = (1 << list.count) - 1;
+    vec<T, N> behind{}, slow{}, p{};
+    for (int i = 0; i < list.count; ++i) {
+        const auto& guard = system.modes[0].guards[list.index[i]];
+        const double side = plain(at.touching[list.index[i]]);
+        behind[i] = side * ((side > 0.0 ? guard.upper : guard.lower) - watch(guard, 0, at.y, n));
+    }
     detail::active_impulses(problem, all, behind, p);
     for (int i = 0; i < list.count; ++i)
         for (int j = 0; j < n; ++j) {
             const auto& law = system.laws[list.index[i]];
             at.y[j] = at.y[j] - law.shift[j] * (plain(at.touching[list.index[i]]) * p[i]);
         }
+    for (int i = 0; i < list.count; ++i) { // only now: a displacement may move rates by rounding
+        const int c = list.index[i];
+        slow[i] =
+            -at.rate[c] - plain(at.touching[c]) * watch(system.modes[0].guards[c], 1, at.y, n);
+    }
     detail::active_impulses(problem, all, slow, p);
     for (int i = 0; i < list.count; ++i)
         push_away(at.y, n, system.laws[list.index[i]], plain(at.touching[list.index[i]]), p[i]);
