@@ -266,3 +266,42 @@ def test_chains_of_touching_bodies_jump_at_impacts_alone(seed: int) -> None:
         run = vi.simulate(m, state, impacts=600, t_max=10.0)
         audit(m, run)
         assert run.end in (vi.RunEnd.HORIZON, vi.RunEnd.IMPACTS, vi.RunEnd.SILENT), one
+
+
+def test_an_alternation_that_stops_by_itself_leaves_what_its_last_impact_gave() -> None:
+    """Masses 1, 1, 1 with R = (0, 0.8), pulled apart: c^2 = 1 / 4, and c^2 (1 + R) < R.
+
+    The first impact leaves (1/2, 1/2, 0); the second, of closing rate 1/2, drives 2 away from 3 at
+    0.4; the first contact closes at 0.45 once more, and its plastic impact leaves 0.175 between 2
+    and 3. However small the gap is, the rebound is that of a gap that is plain to see.
+    """
+    rows = ((-1.0, 1.0, 0.0), (0.0, -1.0, 1.0))
+    ends = []
+    for gap in (0.0, 1e-16, 1e-13, 1e-9):
+        m = vi.Mechanism(
+            mass=np.eye(3).tolist(), damping=np.zeros((3, 3)).tolist(),
+            stiffness=np.zeros((3, 3)).tolist(), constant_force=(-1.0, 0.0, 1.0),
+            contacts=tuple(
+                vi.Contact(row, lower=0.0, restitution=r)
+                for row, r in zip(rows, (0.0, 0.8), strict=True)
+            ),
+        )  # fmt: skip
+        run = vi.simulate(m, vi.State((0.0, 0.0, gap), (1.0, 0.0, 0.0)), t_max=1e-6)
+        ends.append(run.velocity_after[-1])
+    expected = np.array([0.275, 0.275, 0.45])  # of the last, 1e-6 later, 1e-6 of force
+    np.testing.assert_allclose(ends, [expected] * 4, atol=3e-6)
+
+
+def test_bodies_that_touch_without_force_stay_so_until_there_is_an_event() -> None:
+    """Two free masses that drift together for 10^6 units of time to a wall: one STICK before it."""
+    m = vi.Mechanism(
+        mass=np.eye(2).tolist(), damping=np.zeros((2, 2)).tolist(),
+        stiffness=np.zeros((2, 2)).tolist(),
+        contacts=(
+            vi.Contact((-1.0, 1.0), lower=0.0, restitution=0.5),
+            vi.Contact((0.0, 1.0), upper=1e6, restitution=0.5),
+        ),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0), (1.0, 1.0)), impacts=1)
+    assert [vi.Status(s).name for s in run.status[:-1]] == ["STICK"]
+    assert run.time[-1] == pytest.approx(1e6, rel=1e-12)

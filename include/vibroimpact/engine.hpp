@@ -115,17 +115,23 @@ VI_HD inline void let_leave(const hybrid<Flow>& system,
             at.rate[resting.others.index[i]] = T(0x1p-1000);
 }
 
-// A plastic contact that opens from rest, and whose impact has driven others together, is driven
-// together by them in turn, again and again, after times that shrink faster than any power: all end
-// this at rest. Their momenta along the gaps say where, whenever this is noticed. Free coordinates.
+// A plastic contact that opens from rest, and whose impact has driven others together, may be driven
+// together by them in turn, and drive them together again: where one round does, all do, after times
+// that shrink faster than any power, and end at rest. The momenta along the gaps say where, whenever
+// this is noticed. Free coordinates.
 template <class T, class Flow>
 VI_HD inline bool end_alternation(const hybrid<Flow>& system,
                                   trajectory<T, typename Flow::shape_type>& at, int hit) {
     if (restitution_at(system, hit, plain(at.touching[hit])) != 0.0) return false;
     if (plain(at.rate[hit]) != 0.0 || approached(at, system.contacts()) < 0) return false;
-    auto leaving = at;
-    let_leave(system, leaving);
-    return plain(leaving.rate[hit]) > 0.0 && resolve_impact(system, at, 0.0);
+    auto round = at;
+    let_leave(system, round);
+    if (!(plain(round.rate[hit]) > 0.0) || !resolve_impact(system, round))
+        return false; // the others
+    if (!(plain(round.rate[hit]) < 0.0)) return false;
+    let_leave(system, round);
+    if (!resolve_impact(system, round) || approached(round, system.contacts()) < 0) return false;
+    return resolve_impact(system, at, 0.0);
 }
 
 // The impact of everything that touches with a negative rate; free coordinates.
@@ -173,8 +179,10 @@ finish_flight(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_typ
     renormalise_forcing(at.y, system.dimension(), system.lines(), system.inverse_omega_squared);
     if (end.end != flight_end::contact && end.end != flight_end::grazing) {
         for (int i = 0; i < system.contacts() && plain(end.duration) > 0.0; ++i) {
-            if (side_in_code(at.held, i) == 0.0) at.touching[i] = 0.0;
-            at.flat[i] = 0.0;
+            const bool held = side_in_code(at.held, i) != 0.0;
+            if (!held) at.touching[i] = 0.0;
+            if (!(held && plain(at.flat[i]) < 0.0))
+                at.flat[i] = 0.0; // closed without force it stays
         }
         return plain_event<T, Shape>(status_of(end.end), end.contact, end.side, end.duration,
                                      in_free_coordinates(system, at));
@@ -213,9 +221,11 @@ event_of_rest(const hybrid<Flow>& system, const trajectory<T, typename Flow::sha
     const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
     auto e = plain_event<T, typename Flow::shape_type>(what, r.contact, side, r.duration,
                                                        in_free_coordinates(system, at));
-    e.code = r.code;
+    e.code = what == status::missing_mode ? r.code : 0;
     return e;
 }
+
+inline constexpr int most_counted = 1 << 30; // applications
 
 // What happens next, rest and chatter before flight.
 template <class T, class Flow>
@@ -231,7 +241,8 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     if (r.what != settled::nothing) return event_of_rest(system, at, r);
     const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);
     auto e = finish_flight(system, at, end);
-    e.code = goes_on(e.what) ? static_cast<int>(min(end.applications, 0x1p30)) : end.looked;
+    const double applied = min(end.applications, static_cast<double>(most_counted));
+    e.code = goes_on(e.what) ? static_cast<int>(applied) : end.looked;
     return e;
 }
 
@@ -360,33 +371,29 @@ go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, 
         at.touching[i] = 0.0;
     if (plain(flown) > 0.0) earlier += applications_of_round; // of a look that came nearer
     auto e = certified_step(system, at, horizon - plain(flown), may_pause, earlier);
-    if (goes_on(e.what)) e.code += earlier;
+    if (goes_on(e.what)) e.code = e.code < most_counted - earlier ? e.code + earlier : most_counted;
     e.duration = flown + e.duration;
     return e;
 }
 
-} // namespace detail
-
-// The next event of a run that has a memory. A flight that goes on for long asks whether it may: where
-// the answer is to stop, there is no event, and its status is `searching`. Flows without blocks give up
-// after `most_searched` legs of so many steps.
+// One flight to its event, in legs.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
-step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
-     flight_memory<Flow>& memory, bool (*interrupted)() = nullptr) {
+fly(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
+    flight_memory<Flow>& memory, bool (*interrupted)()) {
     T flown = T(0.0);
     int earlier = 0;
     for (int searched = 0;;) {
         if constexpr (is_modal<Flow>)
             if (at.mode == 0 && at.held == 0) {
                 const auto leg = quick_flight(system.modes[0], at, flown, horizon, memory);
-                if (leg.end.landed) return detail::quick_event(system, at, leg.end);
+                if (leg.end.landed) return quick_event(system, at, leg.end);
                 flown = leg.end.duration;
                 earlier += leg.applications;
             }
         memory.forget();
-        auto e = detail::go_on(system, at, flown, earlier, horizon);
-        if (!detail::goes_on(e.what)) return e;
+        auto e = go_on(system, at, flown, earlier, horizon);
+        if (!goes_on(e.what)) return e;
         if (e.what == status::searching) {
             if (interrupted && interrupted()) return e;
             if (!is_modal<Flow> && ++searched == most_searched) {
@@ -397,6 +404,22 @@ step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, d
         flown = e.duration;
         earlier = e.code;
     }
+}
+
+} // namespace detail
+
+// The next event of a run that has a memory. A flight that goes on for long asks whether it may: where
+// the answer is to stop, there is no event, and its status is `searching`. Flows without blocks give up
+// after `most_searched` legs of so many steps. Where a mode is missing nothing has happened.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
+     flight_memory<Flow>& memory, bool (*interrupted)() = nullptr) {
+    if (at.held == 0) return detail::fly(system, at, horizon, memory, interrupted);
+    const auto start = at;
+    const auto e = detail::fly(system, at, horizon, memory, interrupted);
+    if (e.what == status::missing_mode) at = start;
+    return e;
 }
 // The same of one that has none.
 template <class T, class Flow>

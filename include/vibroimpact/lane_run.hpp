@@ -243,7 +243,8 @@ private:
         const auto& slot = slots_[i];
         auto& all = flight_.all;
         const int earlier = static_cast<int>(lane(all.applications, i));
-        auto e = detail::go_on(*slot.system, at, lane(all.flown, i), earlier, left);
+        const alone flown = lane(all.flown, i);
+        auto e = detail::go_on(*slot.system, at, flown, earlier, left);
         if (detail::goes_on(e.what)) {
             if (e.what == status::searching) *work_ += steps_in_a_row;
             resume(i, at);
@@ -254,6 +255,10 @@ private:
         for (int hops = 0; e.what != status::paused; ++hops) {
             if (e.what == status::missing_mode) {
                 resume(i, at);
+                if (hops == 0) { // the leg did not happen: the flight is where it was
+                    set_lane(all.flown, i, flown);
+                    set_lane(all.applications, i, earlier);
+                }
                 return want(i, e.code);
             }
             count(slot.run->so_far, e);

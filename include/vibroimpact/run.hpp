@@ -117,6 +117,9 @@ VI_HD inline event<T, typename Flow::shape_type>
 next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
             const limits& limit, flight_memory<Flow>& memory, bool& to_the_end) {
     const double first = min(left, limit.flight_limit);
+    trajectory<T, typename Flow::shape_type> start;
+    const bool held = at.held != 0;
+    if (held) start = at;
     auto e = step(system, at, first, memory, limit.interrupted);
     to_the_end = first == left;
     if (e.what != status::horizon || to_the_end) return e;
@@ -125,6 +128,7 @@ next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
     if (!(sure < infinity())) return e;
     to_the_end = rest <= sure;
     e = step(system, at, min(rest, sure), memory, limit.interrupted);
+    if (held && e.what == status::missing_mode) at = start;
     e.duration = flown + e.duration;
     return e;
 }
@@ -149,7 +153,10 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
         bool to_the_end = true;
         const auto e = detail::next_of_run(system, at, left, limit, memory, to_the_end);
         if (e.what == status::missing_mode) return {run_end::missing, e.code};
-        if (e.what == status::searching) return {run_end::interrupted, 0};
+        if (e.what == status::searching) {
+            so_far.now.add(plain(e.duration));
+            return {run_end::interrupted, 0};
+        }
         count(so_far, e);
         const bool go_on = observer.see(e, at, so_far.now);
         const run_end why = end_of_run(so_far, e, limit, to_the_end);

@@ -53,7 +53,7 @@ struct growth_meter {
 
     bool see(const vi::event<jet, Shape>& e, vi::trajectory<jet, Shape>& at, const vi::clock& now) {
         tangent.see(e, at, now, n, contacts);
-        if (tangent.sum[0] == -vi::infinity()) return false;
+        if (tangent.broken || tangent.sum[0] == -vi::infinity()) return false;
         ++out.events;
         if (++in_block == block) {
             out.growth.push_back(tangent.sum[0]);

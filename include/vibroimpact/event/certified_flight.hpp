@@ -152,7 +152,8 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
         if (gap > farthest + eps) continue; // not within reach of this step
         taylor<N> g = gap_on(side, limit, u);
         if (leaving) keep_exact(g, guard, i, y, start, m.flow, applications == 0);
-        if (guard.closed && applications == 0 && start.flat[i] != 0.0) g.d[0] = 0.0;
+        const bool no_force = start.flat[i] > 0.0 || (start.flat[i] < 0.0 && abs(g.d[0]) <= eps);
+        if (guard.closed && applications == 0 && no_force) g.d[0] = 0.0;
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
         const window_verdict v = first_root(g, span, eps, leaving);
         if (v.what == finding::none) continue;
@@ -199,8 +200,8 @@ VI_HD inline bool has_left(const Mode& m, const vec<T, Shape::max_dimension>& y,
     const auto z = plain_state(y, m.flow.dimension());
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const double side = plain(start.touching[i]);
-        if (side == 0.0) continue;
         const auto& g = m.guards[i];
+        if (side == 0.0 || g.closed) continue;
         const double limit = side > 0.0 ? g.upper : g.lower;
         const double gap = side * (limit - watch(g, 0, z, m.flow.dimension()));
         if (!(gap > proof_margin * (magnitude(g, 0, z, m.flow) + abs(limit)))) return false;
