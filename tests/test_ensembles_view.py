@@ -441,7 +441,7 @@ def test_where_every_start_is_behind_a_stop_there_is_no_attractor() -> None:
     found = vi.basins(SET_A, over=over, start=START, progress=False)
     assert found.attractor_position.shape == found.attractor_velocity.shape == (0, 2)
     assert [text.get_text() for text in plot_basins(found).get_legend().get_texts()] == [
-        "behind stop, 100%"
+        "behind stop"
     ]
 
 

@@ -165,7 +165,8 @@ def memory_of_machine() -> int:
 
 def ends_of(name: str, value: Any) -> tuple[float, float]:
     """Return (low, high), finite numbers with low < high, or raise naming it."""
-    pair = isinstance(value, Sequence | np.ndarray) and np.shape(value) == (2,)
+    several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+    pair = several and getattr(value, "ndim", 1) == 1 and len(value) == 2
     low, high = map(_float, value) if pair else (math.nan, math.nan)
     if not (math.isfinite(low) and math.isfinite(high)):
         raise refusal(name, value, "(low, high), two finite numbers with low < high")

@@ -298,7 +298,8 @@ def stroboscopic_section(
     Raises
     ------
     InvalidParameterError
-        No forcing, counts out of range, a phase that is no number, a bad start.
+        No forcing, counts out of range, more points than memory holds, a phase that is no number,
+        a bad start.
 
     Notes
     -----
@@ -312,12 +313,14 @@ def stroboscopic_section(
     ...                          half_clearance=5.0, omega=1.2)
     >>> section = vi.stroboscopic_section(damper, vi.State((0.0, 0.0), (0.0, 1.0)), points=10)
     >>> float(round(section.x1[-1], 6))
-    -0.867957
+    -0.215956
     """
     check_count("points", points, 1)
     check_count("settle", settle, 0)
     phase = real("phase", phase)
     mechanism = mechanism_of(system)
+    size = 8 * (4 * mechanism.degrees + 8)
+    check_memory("points", points, size, "Take fewer, then go on from the last state.")
     if not mechanism.forces:
         raise InvalidParameterError(
             "system: has no forcing, so that no phase repeats. Take impact_section."

@@ -43,7 +43,7 @@ from vibroimpact.orbits import SymmetricOrbit
 from vibroimpact.parameters import with_parameter
 from vibroimpact.periodic.find import SAME, Guess, converged, solve
 from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.problem import asymmetry
+from vibroimpact.periodic.problem import asymmetry, least_cycles
 from vibroimpact.simulate import mechanism_of
 
 Floats = NDArray[np.float64]
@@ -134,7 +134,7 @@ class Diagram:
             ax=ax,
             points=points,
             stop=family.signature.impacts[0],
-            mirror=not asymmetry(family.mechanism, 1),
+            mirror=not asymmetry(family.mechanism, least_cycles(family.mechanism)),
             attractors=self.attractors if held else None,
             bounds=self.bounds,
         )

@@ -14,11 +14,16 @@ from typing import Any
 import numpy as np
 
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.checks import check_count, real
+from vibroimpact.checks import check_count, real, refusal
 from vibroimpact.continuation.problem import Floats
 from vibroimpact.continuation.walk import Ask, Begin
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.periodic.orbit import NEUTRAL, Orbit
+
+
+class RuleError(InvalidParameterError):
+    """A rule that answers neither yes nor no."""
+
 
 Rule = Callable[[Orbit], bool | str]
 
@@ -103,12 +108,16 @@ def points_asked(
     """
     if stop_when is None:
         return None
-    given = list(stop_when) if isinstance(stop_when, Sequence) else [stop_when]
+    given = list(stop_when) if isinstance(stop_when, list | tuple) else [stop_when]
     for rule in given:
-        if not (isinstance(rule, Inadmissible) or callable(rule)):
-            raise InvalidParameterError(
-                f"stop_when = {rule!r}: must be a function of an orbit, vi.stop.inadmissible(...), "
-                "vi.stop.unstable(...), or a list of them."
+        if rule in (inadmissible, unstable) or not (
+            isinstance(rule, Inadmissible) or callable(rule)
+        ):
+            raise refusal(
+                "stop_when",
+                rule,
+                "a function of an orbit, vi.stop.inadmissible(...), vi.stop.unstable(...), or a "
+                "list of them",
             )
 
     def begin() -> Ask:
@@ -132,6 +141,6 @@ def _reason(rule: Rule, verdict: Any) -> str:
         return verdict
     if isinstance(verdict, bool | np.bool_):
         return getattr(rule, "__name__", repr(rule)) if verdict else ""
-    raise InvalidParameterError(
+    raise RuleError(
         f"stop_when returned {verdict!r}: must return True, False or the reason as a text."
     )

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.follow import STEPS, branch_of
-from vibroimpact.branches.stop import StopWhen, points_asked
+from vibroimpact.branches.stop import RuleError, StopWhen, points_asked
 from vibroimpact.checks import check_kind, range_of
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.walk import Begin, Tell, check_steps
@@ -105,6 +105,8 @@ def switch_branch(
     begin = points_asked(stop_when, start.family, (low, high))
     try:
         return _followed(start, (low, high), steps, begin, progress)
+    except RuleError:
+        raise
     except InvalidParameterError as error:  # the start does not converge
         return NoBranch(point, str(error))
 

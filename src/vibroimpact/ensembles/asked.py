@@ -27,7 +27,10 @@ LOST = "nothing is kept but what a store holds"  # after an interruption
 
 def check_options(name: str, options: Mapping[str, Any], *functions: Callable[..., Any]) -> None:
     """Refuse options of a function that neither it takes nor those that it calls."""
-    known = [one for function in functions for one in inspect.signature(function).parameters]
+    parameters = [
+        p for function in functions for p in inspect.signature(function).parameters.values()
+    ]
+    known = list(dict.fromkeys(p.name for p in parameters if p.kind is not p.VAR_KEYWORD))
     for option in options:
         if option not in known:
             raise unknown_keyword(name, option, known)

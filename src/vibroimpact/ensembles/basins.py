@@ -102,7 +102,7 @@ def basins(
     >>> found["name"].values.tolist()
     ['1-1-1 a']
     """
-    check_options("basins", options, sweep)
+    check_options("basins", options, basins, sweep)
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
     check_stop(system, contact, stop)
     check_count("most", most, 1)

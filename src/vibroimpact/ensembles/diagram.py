@@ -107,11 +107,15 @@ def bifurcation_sweep(
         "start", start, (State, RandomStarts, ListedStarts),
         "a State, which is followed, RandomStarts or ListedStarts",
     )  # fmt: skip
-    check_options("bifurcation_sweep", options, sweep)
+    check_options("bifurcation_sweep", options, bifurcation_sweep, sweep)
     refuse(options, "follow", 'way = "up" or "down" follows the motion.')
     section: Section | Stroboscopic = Section(points=points, contact=contact, stop=stop)
     attrs: dict[str, float] = {}
     if at_phase is not None:
+        if (contact, stop) != (0, "A"):
+            raise InvalidParameterError(
+                f"contact = {contact}, stop = {stop!r}: are for impacts; not with at_phase."
+            )
         section = Stroboscopic(points=points, phase=at_phase)
         attrs["at_phase"] = section.phase
     asked = {"over": over, "observe": together([section, "final"], observe)} | options

@@ -93,7 +93,7 @@ def plane(
     '1-1-1'
     """
     check_axes(over, 2, "two parameters with their values", EXAMPLE)
-    check_options("plane", options, sweep)
+    check_options("plane", options, plane, sweep)
     observers = together(["symbol", "impacts"], observe)
     members = sweep(system, over=over, observe=observers, start=start, **options)
     return with_motions(members).assign_attrs(made_by="plane")
@@ -165,7 +165,7 @@ def multistability(
         )
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
-    check_options("multistability", options, sweep)
+    check_options("multistability", options, multistability, sweep)
     section = Section(points=POINTS, contact=contact, stop=stop)
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],

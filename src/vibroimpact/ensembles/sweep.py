@@ -192,7 +192,7 @@ def sweep(
         warnings.warn(
             f"{capped} of {plan.size} members have no results: they had {plan.window.most_impacts} "
             "impacts before the end of their windows. Raise most_impacts, or look at one of them.",
-            stacklevel=2,
+            stacklevel=3,  # beyond what words an interruption
         )
     return sink.dataset()
 

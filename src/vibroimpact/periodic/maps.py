@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._kernel import Jet
-from vibroimpact.checks import LARGEST_COUNT, check_count, check_kind, numbers, refusal, share
+from vibroimpact.checks import check_index, check_kind, numbers, refusal, share
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.parameters import parameter_value
 from vibroimpact.periodic.find import converged, later, unfolded
@@ -148,7 +148,7 @@ def _around(orbit: Orbit, parameter: str, *, half: bool) -> SegmentMap:
 def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap:
     """The map from one impact of an orbit to the next, in the section of each."""
     orbit = converged(orbit)
-    check_count("impact", impact, -LARGEST_COUNT)
+    check_index("impact", impact, len(orbit.signature.impacts))
     states, durations = unfolded(orbit)
     stops = orbit.signature.impacts
     k, following = impact % len(stops), (impact + 1) % len(stops)

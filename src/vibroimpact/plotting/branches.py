@@ -20,7 +20,7 @@ from vibroimpact.branches.along import (
     mirrored,
 )
 from vibroimpact.branches.branch import Branch
-from vibroimpact.checks import check_flag, check_kind
+from vibroimpact.checks import check_flag, check_kind, ends_of
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.periodic.find import impact_of
 from vibroimpact.plotting import style
@@ -91,6 +91,8 @@ def plot_branches(
         stop = impact_of("stop", stop)
     if attractors is not None:
         check_dataset("attractors", attractors, "vi.bifurcation_sweep")
+    if bounds is not None:
+        bounds = ends_of("bounds", bounds)
     names = {branch.parameter for branch in branches}
     if len(names) != 1:
         raise InvalidParameterError(

@@ -79,7 +79,7 @@ def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
     check_kind("run", run, Run, "a Run, as vi.simulate gives")
     last = float(run.time[-1]) if len(run) else 0.0
     start, end = real("t0", t0), last if t1 is None else real("t1", t1)
-    if not 0.0 <= start < end <= math.nextafter(last, math.inf):  # the end as it was asked for
+    if not 0.0 <= start < end <= last + 4.0 * math.ulp(last):  # as Run.at
         raise InvalidParameterError(
             f"t0 = {start}, t1 = {end}: need 0 <= t0 < t1 <= {last}, the span of the run."
         )

@@ -22,6 +22,7 @@ from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
 FAILED = ("#A08060", "#55351A", "#E3D2B8", "#7A5A3A", "#C2A27E")  # outcomes, one after the other
+CYCLES = re.compile(r"\d+-(?=\d+-\d)")
 PAIR = re.compile(r"(\d+)-(\d+)")  # impacts at stops A and B of a contact
 QUANTILE = 0.995  # of the numbers on each side: the rest saturates
 ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
@@ -51,13 +52,19 @@ def with_mirrors(sizes: Mapping[str, float]) -> list[str]:
 
 def _image(name: str) -> str:
     """n-p-q as n-q-p, of every contact; other names are as they were."""
-    n, dash, pairs = name.partition("-")
-    return n + dash + PAIR.sub(r"\2-\1", pairs) if PAIR.match(pairs) else name
+    cycles, pairs = _parts(name)
+    return cycles + PAIR.sub(r"\2-\1", pairs) if PAIR.match(pairs) else name
 
 
 def _less_at_a(name: str) -> list[int]:
     """Impacts at B minus those at A, of every contact."""
-    return [int(b) - int(a) for a, b in PAIR.findall(name.partition("-")[2])]
+    return [int(b) - int(a) for a, b in PAIR.findall(_parts(name)[1])]
+
+
+def _parts(name: str) -> tuple[str, str]:
+    """The cycles with their dash, of motions without forcing none, and the pairs of contacts."""
+    cycles = CYCLES.match(name)
+    return (cycles[0], name[cycles.end() :]) if cycles else ("", name)
 
 
 def shades(

@@ -25,7 +25,7 @@ COLOURS = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
 )  # fmt: skip
 OTHER = "other periodic"
-SYMBOL = re.compile(r"(\d+|\?)-\d+-\d+(,\d+-\d+)*( \(contact \d+(, \d+)*\))?")
+SYMBOL = re.compile(r"(\d+-)?\d+-\d+(,\d+-\d+)*( \(contact \d+(, \d+)*\))?")
 PLAIN = {
     "not periodic": "#6F6F6F",
     "chaotic": "#1A1A1A",

@@ -40,10 +40,9 @@ class Survivors(NamedTuple):
     @property
     def fold(self) -> float:
         """Impacts in which the number that is left falls by a factor e; inf if none settles."""
-        if not self.left[-1]:
-            return 0.0
-        gone = math.log(self.left[0] / self.left[-1])
-        return (self.impacts[-1] - self.impacts[0]) / gone if gone else math.inf
+        last = max((i for i, left in enumerate(self.left) if left), default=0)
+        gone = math.log(self.left[0] / self.left[last]) if last else 0.0
+        return (self.impacts[last] - self.impacts[0]) / gone if gone else math.inf
 
     def record(self) -> dict[str, object]:
         """Return the numbers as plain data."""
