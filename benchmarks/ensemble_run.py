@@ -105,10 +105,10 @@ def nanoseconds(ensemble: Ensemble, impacts: int, rounds: int, threads: int = 1)
     return 1e9 * median(spent) / (impacts * len(ensemble))
 
 
-def impact_times(ensemble: Ensemble, impacts: int) -> Floats:
-    """Return the times of the first impacts of every member, shape (N, impacts)."""
-    prepared = Prepared(ensemble, impacts)
-    return np.column_stack([prepared.run((), k)["time"] for k in range(1, impacts + 1)])
+def impact_times(prepared: Prepared) -> Floats:
+    """Return the times of the impacts of every member, shape (N, impacts): where so many end it."""
+    counts = range(1, prepared.impacts + 1)
+    return np.column_stack([prepared.run((), k)["time"] for k in counts])
 
 
 def assert_right(ensemble: Ensemble) -> None:
@@ -120,7 +120,7 @@ def assert_right(ensemble: Ensemble) -> None:
         One of them differs; for the first member, from SciPy by more than `WITNESS_TOLERANCE`.
     """
     some = ensemble.first(COMPARED_MEMBERS)
-    times = impact_times(some, COMPARED_IMPACTS)
+    times = impact_times(Prepared(some, COMPARED_IMPACTS))
     if not np.array_equal(times, _scalar_times(some)):
         raise ImpactsDifferError(f"{some.system!r}: impact times are not those of `simulate`")
     start = some.position[0], some.velocity[0], float(some.phase[0])

@@ -112,8 +112,8 @@ def test_one_ulp_in_an_impact_time_of_an_ensemble_is_refused(
     ensemble_run.assert_right(structure())
     right = ensemble_run.impact_times
 
-    def off(ensemble: Any, impacts: int) -> Any:
-        times = right(ensemble, impacts)
+    def off(prepared: ensemble_run.Prepared) -> Any:
+        times = right(prepared)
         times[2, 3] = np.nextafter(times[2, 3], 0.0)
         return times
 
@@ -123,7 +123,9 @@ def test_one_ulp_in_an_impact_time_of_an_ensemble_is_refused(
 
 
 def test_an_error_of_both_engines_is_found_by_scipy(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = ensemble_run.impact_times(structure(), ensemble_run.COMPARED_IMPACTS)
+    right = ensemble_run.impact_times(
+        ensemble_run.Prepared(structure(), ensemble_run.COMPARED_IMPACTS)
+    )
     wrong = right + 2.0 * ensemble_run.WITNESS_TOLERANCE
     monkeypatch.setattr(ensemble_run, "impact_times", lambda *_: wrong)
     monkeypatch.setattr(ensemble_run, "_scalar_times", lambda *_: wrong)
