@@ -497,7 +497,7 @@ upper = 1.0
     ("text", "message"),
     [
         (MECHANISM + "friction = 0.1\n", r"\[\[mechanism.contacts\]\]: friction: .*no friction"),
-        (MECHANISM + "uper = 1.0\n", r"mechanism.contacts.*uper.* row, lower, upper, .*mean upper"),
+        (MECHANISM + "upperr = 1.0\n", r"mechanism.contacts.*upperr.* row, lower, upper, .*mean upper"),
         (MECHANISM.replace("mass", "mas"), r"\[mechanism\]: mas: .* Did you mean mass"),
         (MECHANISM + "[[mechanism.forces]]\nsine = [1.0]\n", "mechanism.forces.*omega: missing"),
         (MECHANISM + "[start]\nposition = 0.0\nvelocity = [0.0]", r"\[start\]: position has shape"),

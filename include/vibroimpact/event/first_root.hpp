@@ -15,7 +15,8 @@
 // Accuracy    outside eps every extremum is decided as it is; the root itself to a few ulp of s,
 //             or eps / |g'|
 // Fails       grazing also where a piece of 2^-24 of the window, of 2^-60 next to the stop that is left,
-//             is still undecided and |g| <= eps: g, g' and g'' vanish together; undecided where |g| > eps there (never observed).
+//             is still undecided and |g| <= eps: g, g' and g'' vanish together; undecided where
+//             |g| > eps there (never observed).
 #pragma once
 
 #include "vibroimpact/event/polynomial.hpp"

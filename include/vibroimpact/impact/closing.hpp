@@ -3,16 +3,16 @@
 // Method      Forces f along the gaps of resting contacts make their gap accelerations a = b + A f, b
 //             those of free flight and A the mobility, and
 //                 0 <= f  complementary to  a >= 0                                         (1)
-//             has one solution. Contacts with a = 0 and f = 0 within rounding, or whose force has just
-//             fallen to zero, are ties. With the others of (1) closed or open, the next derivative
-//             decides them: forces that grow at rates r make their gap jerks
+//             has one solution. Contacts with a = 0 and f = 0 within rounding are ties. With the others
+//             of (1) closed or open, the next derivative decides them: forces that grow at rates r
+//             make their gap jerks
 //                 c + A' r,   0 <= r  complementary to  c + A' r >= 0                      (2)
 //             where c are the jerks in the mode of the closed ones, ties being open, and A' is the
 //             mobility that is left beside these, A_tt - A_tc A_cc^-1 A_ct. What ties in (2), closes,
 //             and stays closed until its force is negative beyond rounding: bodies that move along
 //             together without a force between them touch for ever.
 // Assumes     gap rates of resting contacts are zero
-// Fails       no solution: contacts that hold the same coordinate. A mode that was not built
+// Fails       (1) or (2) has no solution within rounding; a mode that was not built
 // Reference   theory.md, "Sticking and release"
 #pragma once
 

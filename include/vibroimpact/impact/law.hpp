@@ -8,7 +8,8 @@
 //             momentum is kept exactly and energy falls by (1 - R^2) gamma^2 / (2 A) in (2).
 //             A touching contact that already leaves (gamma > 0) takes no part: it would be made to
 //             bounce by an impact that it did not suffer, and energy could grow. If the impulses of
-//             the others drive it together it strikes next, at the same instant.
+//             the others drive it together it strikes next, at the same instant. Nor does a contact at
+//             rest that forces pull open (engine.hpp).
 // Assumes     0 <= R <= 1. Contacts that close together but do not share a body have A_ij = 0: then
 //             (1) is (2) for each.
 // Fails       false where (1) has no solution: dependent contacts of which none opens without another

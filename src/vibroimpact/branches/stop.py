@@ -108,11 +108,10 @@ def points_asked(
     """
     if stop_when is None:
         return None
-    given = list(stop_when) if isinstance(stop_when, list | tuple) else [stop_when]
+    given: list[Any] = list(stop_when) if isinstance(stop_when, list | tuple) else [stop_when]
     for rule in given:
-        if rule in (inadmissible, unstable) or not (
-            isinstance(rule, Inadmissible) or callable(rule)
-        ):
+        known = isinstance(rule, Inadmissible) or callable(rule)
+        if not known or rule in (inadmissible, unstable):
             raise refusal(
                 "stop_when",
                 rule,
