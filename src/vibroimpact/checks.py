@@ -255,7 +255,7 @@ def check_function(name: str, value: object) -> None:
 def check_choice(name: str, value: object, choices: Collection[str], advice: str = "") -> None:
     """Refuse what is none of some words."""
     if not isinstance(value, str) or value not in choices:
-        listed = f"one of {', '.join(choices)}" if choices else "a name, but there is none to name"
+        listed = f"one of {', '.join(choices)}" if choices else "one of those there are: none"
         raise refusal(name, value, listed, advice)
 
 
