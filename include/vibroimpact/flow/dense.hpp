@@ -145,8 +145,10 @@ struct dense_flow : linear_field<R, Shape> {
             double length = step;
             for (int i = 0; i < m; ++i)
                 length = length + length;
-            for (; left >= length; left = left - length)
+            while (left >= length) {
                 out = this->apply(ladder[m], out);
+                left = left - length;
+            }
         }
         return this->template short_flight<taylor_order>(out, left);
     }
