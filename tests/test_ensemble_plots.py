@@ -162,7 +162,7 @@ def test_planes_that_are_given_the_same_symbols_have_the_same_colours() -> None:
 
 
 @pytest.mark.parametrize(
-    "symbols", ["1-1-1", [], ["1-1"], ["1-1-1"] * 2, [f"{n}-1-1" for n in range(8)]]
+    "symbols", ["1-1-1", [], ["1"], ["1-1-1"] * 2, [f"{n}-1-1" for n in range(8)]]
 )
 def test_what_is_no_list_of_symbols_is_refused(symbols: list[str]) -> None:
     with pytest.raises(vi.InvalidParameterError, match="must be 1 to 7 different ones"):
