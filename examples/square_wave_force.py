@@ -1,4 +1,4 @@
-"""A force that is not harmonic: an oscillator before a stop, pushed back and forth by a square wave.
+"""A force that is not harmonic: an oscillator before a stop, driven by a square wave.
 
 x'' + 0.1 x' + x = +-0.5, x <= 0.6, R = 0.7; the sign changes every 2 units of time. Between two
 changes the force is constant: the motion is simulated in pieces, each from ``run.last`` on.

@@ -209,7 +209,10 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
             ["branch", "impact-damper/2c", "--range", "0.9", "1.2", "--parameter", "nothing"],
             "parameter = 'nothing': must be one of mass_ratio",
         ),
-        (["branch", CASE, "--range", "1.04", "1.06", "--switch", "BP1"], "one of those there are: none"),
+        (
+            ["branch", CASE, "--range", "1.04", "1.06", "--switch", "BP1"],
+            "one of those there are: none",
+        ),
         (["branch", CASE, "--range", "1.0", "1.1", "--out", "b.txt"], "must end in"),
         (["normal-form", CASE, "--range", "1.0", "1.05", "--at", "NS9"], "must be one of NS1"),
     ],

@@ -114,12 +114,9 @@ VI_HD inline double surely_over(const hybrid<Flow>& system,
 // unless it is sure to come.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
-next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
+next_within(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
             const limits& limit, flight_memory<Flow>& memory, bool& to_the_end) {
     const double first = min(left, limit.flight_limit);
-    trajectory<T, typename Flow::shape_type> start;
-    const bool held = at.held != 0;
-    if (held) start = at;
     auto e = step(system, at, first, memory, limit.interrupted);
     to_the_end = first == left;
     if (e.what != status::horizon || to_the_end) return e;
@@ -128,8 +125,19 @@ next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
     if (!(sure < infinity())) return e;
     to_the_end = rest <= sure;
     e = step(system, at, min(rest, sure), memory, limit.interrupted);
-    if (held && e.what == status::missing_mode) at = start;
     e.duration = flown + e.duration;
+    return e;
+}
+
+// The same; where a mode is missing nothing has happened.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
+            const limits& limit, flight_memory<Flow>& memory, bool& to_the_end) {
+    if (at.held == 0) return next_within(system, at, left, limit, memory, to_the_end);
+    const auto start = at;
+    const auto e = next_within(system, at, left, limit, memory, to_the_end);
+    if (e.what == status::missing_mode) at = start;
     return e;
 }
 
