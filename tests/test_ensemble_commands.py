@@ -269,7 +269,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
         ([*PLANE, "--symbols", "1-1-1", "--variable", "period"], "are the colours of 'motion'"),
         (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
         ([*PLANE, "--most", "9"], "most = 9: must be at most 7"),
-        ([*PLANE, "--symbols", "1-1"], "symbols = ['1-1']: must be 1 to 7 different ones"),
+        ([*PLANE, "--symbols", "1"], "symbols = ['1']: must be 1 to 7 different ones"),
         ([*PLANE, "--variable", "attractors"], "'attractors': must be one of"),
         ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--variable", "n"], "must have two"),
         (["diagram", CASE, "--over", OMEGA, "--variable", "x9"], "'x9': must be one of"),
