@@ -332,7 +332,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     calls |= {
         f"observe.{kind.__name__}": observed(kind)
         for kind in (vi.observe.Section, vi.observe.Symbol, vi.observe.Extremes, vi.observe.Rms,
-                     vi.observe.Rotation, vi.observe.Settling)
+                     vi.observe.Rotation, vi.observe.Settling, vi.observe.Stroboscopic)
     }  # fmt: skip
     ours = {"a contact": contact, "a damper": damper, "a branch": branch, "a run": run}
     return calls, ours
@@ -363,7 +363,7 @@ NAMES = [
     "plot_branch_multipliers", "plot_branches", "plot_circle_error", "plot_circle_half_width",
     "plot_circles", "plot_history", "plot_mechanism", "plot_multipliers", "plot_phase_portrait",
     "plot_plane", "plot_section", "save", "observe.Section", "observe.Symbol", "observe.Extremes",
-    "observe.Rms", "observe.Rotation", "observe.Settling",
+    "observe.Rms", "observe.Rotation", "observe.Settling", "observe.Stroboscopic",
 ]  # fmt: skip
 WITHOUT_ARGUMENTS = {"Impacts", "Speeds", "Power", "Lyapunov", "Spectrum", "Shares", "Final"}
 
