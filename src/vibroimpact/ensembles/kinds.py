@@ -103,7 +103,8 @@ class Stroboscopic:
     def __post_init__(self) -> None:
         check_count("points", self.points, 1, MOST)
         object.__setattr__(self, "phase", real_number("phase", self.phase))
-        if self.label != "":
+        check_kind("label", self.label, str, "a text")
+        if self.label:
             check_label(self.label)
 
     def outputs(self, mechanism: Mechanism) -> Table:

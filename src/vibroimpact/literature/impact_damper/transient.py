@@ -39,9 +39,14 @@ class Survivors(NamedTuple):
 
     @property
     def fold(self) -> float:
-        """Impacts in which the number that is left falls by a factor e; inf if none settles."""
+        """Impacts in which the number that is left falls by a factor e.
+
+        Infinite if none settles, NaN if all have at the second look.
+        """
         last = max((i for i, left in enumerate(self.left) if left), default=0)
-        gone = math.log(self.left[0] / self.left[last]) if last else 0.0
+        if last == 0:
+            return math.nan
+        gone = math.log(self.left[0] / self.left[last])
         return (self.impacts[last] - self.impacts[0]) / gone if gone else math.inf
 
     def record(self) -> dict[str, object]:
