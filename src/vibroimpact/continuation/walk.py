@@ -5,11 +5,11 @@ Method      try a panel (panel.py); shorten it where it fails, lengthen it where
             solved for and the panel rebuilt to end there; so is a panel whose expansion bulges
             out of the bounds between two nodes                                               (1)
             events: the first zero of a terminal test function ends the curve                 (2)
-            a rule: the first point at which it gives a reason ends the curve                 (5)
+            a rule: the first point at which it gives a reason ends the curve                 (3)
             return: a zero of <t_start, y - y_start> at which y = y_start. Images of the start under
-            symmetries of F count as the start: the curve goes on as its own image            (3)
+            symmetries of F count as the start: the curve goes on as its own image            (4)
             a branch point whose image is itself and turns the tangent round: the curve goes on as
-            the image of what came before, and ends                                           (4)
+            the image of what came before, and ends                                           (5)
 Assumes     what panel.py assumes
 Fails       the reasons of ``Stopped``, with what was found up to there
 """
@@ -33,7 +33,7 @@ from vibroimpact.errors import InvalidParameterError
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
 EXCUSED_BELOW = 1.0 / 64.0
-CLOSED = 1e-6  # |y - y_start| on return (3): a hundred times the error of the expansions
+CLOSED = 1e-6  # |y - y_start| on return (4): a hundred times the error of the expansions
 PARALLEL = 1e-3  # of unit tangents of a curve that goes on as its image
 # A curve may start on a special point, known to rounding: a terminal event there does not stop it,
 # and a closed curve does not list it twice.
@@ -345,7 +345,7 @@ def _cut(
     terminal: Collection[str],
     before: dict[str, float],
 ) -> Stretch:
-    """The part of a panel up to an event (2), (4) or the return to the start (3)."""
+    """The part of a panel up to an event (2), (5) or the return to the start (4)."""
     found = locate(problem, panel, before)
     first = not done.stretches
     if first:
@@ -373,7 +373,7 @@ def _event(problem: Scaled, zero: Found, terminal: Collection[str]) -> End | Non
 
 
 def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
-    """Whether a curve goes on from a point as the image of what came before (4)."""
+    """Whether a curve goes on from a point as the image of what came before (5)."""
     unit = direction / np.linalg.norm(direction)
     return any(
         np.linalg.norm(image - y) <= CLOSED and np.linalg.norm(along + unit) <= PARALLEL
@@ -382,7 +382,7 @@ def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
 
 
 def _asked(problem: Scaled, stretch: Stretch, ask: Ask) -> Stretch:
-    """A stretch up to the first point at which the rule gives a reason (5)."""
+    """A stretch up to the first point at which the rule gives a reason (3)."""
     panel = stretch.panel
     for s, node in zip(positions(0.0, panel.length)[1:], panel.nodes[1:], strict=True):
         if s > stretch.stop:
@@ -404,7 +404,7 @@ def _before_return(found: list[Found], back: float, listed: set[str]) -> tuple[F
 
 
 def _return(problem: Scaled, goal: Node, panel: Panel) -> tuple[float, Node] | None:
-    """Where on a panel the curve comes to a node or an image of it, if it does (3)."""
+    """Where on a panel the curve comes to a node or an image of it, if it does (4)."""
     for y, along in problem.images(goal.y, goal.tangent, panel.nodes[0].y):
         s = _passes(panel, y, along)
         if s is not None:

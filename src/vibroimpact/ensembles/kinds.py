@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from vibroimpact.checks import check_count, check_kind, check_stop_name, share, vector
+from vibroimpact.checks import check_count, check_stop_name, share, vector
 from vibroimpact.checks import real as real_number
 from vibroimpact.ensembles.outputs import (
     CONTACT,
@@ -103,9 +103,7 @@ class Stroboscopic:
     def __post_init__(self) -> None:
         check_count("points", self.points, 1, MOST)
         object.__setattr__(self, "phase", real_number("phase", self.phase))
-        check_kind("label", self.label, str, "a text")
-        if self.label:
-            check_label(self.label)
+        _check_own_label(self.label)
 
     def outputs(self, mechanism: Mechanism) -> Table:
         """States (..., strobe, coordinate), phases and times (..., strobe)."""
@@ -387,10 +385,14 @@ class Rotation:
         return reals("rotation", texts)
 
 
+def _check_own_label(label: Any) -> None:
+    """Refuse a label that is neither empty nor a name."""
+    if not isinstance(label, str) or label:
+        check_label(label)
+
+
 def _check_section(observer: Section | Rotation) -> None:
-    check_kind("label", observer.label, str, "a name, such as 'relative'")
-    if observer.label:
-        check_label(observer.label)
+    _check_own_label(observer.label)
     check_count("stride", observer.stride, 1, MOST)
     check_count("contact", observer.contact, 0)
     check_stop_name(observer.stop)

@@ -155,7 +155,10 @@ class RandomStarts:
         check_count("count", self.count, 1)
         check_count("seed", self.seed, 0, LARGEST_SEED)
         check_count("first", self.first, 0)
-        ranges = {name: _range(name, self.over[name]) for name in _in_order(self.over, self.base)}
+        ranges = {
+            name: ends_of(f"over[{name!r}]", self.over[name])
+            for name in _in_order(self.over, self.base)
+        }
         object.__setattr__(self, "over", ranges)
         size = 8 * (2 * len(self.base.position) + 1)
         check_memory("count", self.count, 2 * size, "Take fewer, then go on with first=...")
@@ -287,10 +290,6 @@ def _in_order(over: Any, base: Any) -> list[str]:
     if unknown:
         raise refusal("over", unknown[0], f"one of {', '.join(known)}")
     return [name for name in known if name in over]
-
-
-def _range(name: str, ends: Any) -> tuple[float, float]:
-    return ends_of(f"over[{name!r}]", ends)
 
 
 def _plain(state: State) -> dict[str, Any]:

@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact.checks import (
+    LARGEST_COUNT,
     check_count,
     memory_of_machine,
     nonnegative,
@@ -52,7 +53,6 @@ from vibroimpact.simulate import System, mechanism_of
 MORE_IMPACTS, LIVELIEST = 64, 0.999
 UNIT = float(np.finfo(float).eps)
 LONGEST = 1e100  # forcing periods: times stay finite
-MOST_IMPACTS = 2**50  # the kernel counts events, some four per impact, in doubles
 
 Told = Callable[[int, int], None]
 
@@ -220,12 +220,12 @@ def plan_of(
         raise refusal("settle + periods", length, f"at most {LONGEST:g}")
     if most_impacts is None:
         most = max(_ordinary(one, length) for one in _corners(system, axes, mechanism))
-        if most > MOST_IMPACTS:
+        if most > LARGEST_COUNT:
             raise InvalidParameterError(
                 f"settle + periods = {length:g}: must be shorter, or give most_impacts."
             )
         most_impacts = 2 ** math.ceil(math.log2(most))  # eigenvalues differ between machines
-    check_count("most_impacts", most_impacts, 1, MOST_IMPACTS)
+    check_count("most_impacts", most_impacts, 1, LARGEST_COUNT)
     window = Window(float(settle), float(periods), int(most_impacts))
     return Plan(first, axes, starts, resolve(observe), window, follow)
 
