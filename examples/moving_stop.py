@@ -45,6 +45,8 @@ def main(out: str | None = None) -> None:
     ax.legend()
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

@@ -50,6 +50,8 @@ def main(out: str | None = None) -> None:
     ax.set(xlabel="time", ylabel="$x$: force +0.5 blue, -0.5 red")
     if out:
         save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":

@@ -70,6 +70,7 @@ def test_an_example_that_is_not_asked_writes_nothing_and_says_so(
     loaded("bouncing_ball").main()
     assert not list(tmp_path.iterdir())
     assert "no picture is written: give --out FILE" in capsys.readouterr().out
+    assert [p.stem for p in EXAMPLES if "no picture is written" not in p.read_text("utf-8")] == []
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

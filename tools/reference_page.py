@@ -120,9 +120,11 @@ def signature(thing: Any) -> str:
 
 
 def members(cls: type, told: str) -> list[tuple[str, str]]:
-    """Properties and methods that the docstring of the class has not told."""
+    """Properties and methods, inherited ones too, that the docstring has not told."""
     found = []
-    for name, member in vars(cls).items():
+    ours = [base for base in cls.__mro__ if base.__module__.startswith(vi.__name__)]
+    every = {name: member for base in reversed(ours) for name, member in vars(base).items()}
+    for name, member in every.items():
         inner = getattr(member, "__func__", getattr(member, "fget", member))
         if name.startswith("_") or not inspect.isfunction(inner) or re.search(rf"\b{name}\b", told):
             continue

@@ -36,21 +36,7 @@ LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 @dataclass(frozen=True)
 class SectionPoints:
-    """States of a motion on a section, read-only; what all sections have.
-
-    Attributes
-    ----------
-    position, velocity
-        Coordinates and velocities, shape (n_point, n); after an event at that time.
-    phase
-        Phase of the first forcing line in [0, 2 pi).
-    time
-        Time since the start of the motion, settling included.
-    end
-        Why the motion ended.
-    last
-        The state of the last point, to go on from.
-    """
+    """States of a motion on a section, read-only: what all sections have, and describe."""
 
     system: System
     position: Floats
@@ -119,10 +105,16 @@ class Section(SectionPoints):
 
     Attributes
     ----------
-    position, velocity, phase, time, last
-        As in :class:`SectionPoints`, just after the impact.
+    position, velocity
+        Coordinates and velocities just after the impact, shape (n_point, n).
+    phase
+        Phase of the first forcing line in [0, 2 pi).
+    time
+        Time since the start of the motion, settling included.
     end
         Why the motion ended; ``RunEnd.IMPACTS`` if every point asked for is there.
+    last
+        The state of the last point, to go on from.
     contact, stop
         Where the impacts are.
     status
@@ -151,10 +143,16 @@ class StroboscopicSection(SectionPoints):
 
     Attributes
     ----------
-    position, velocity, phase, time, last
-        As in :class:`SectionPoints`; every phase is the one asked for.
+    position, velocity
+        Coordinates and velocities, shape (n_point, n); after an event at that time.
+    phase
+        Phase of the first forcing line, the one asked for at every point.
+    time
+        Time since the start of the motion, settling included.
     end
         Why the motion ended; ``RunEnd.HORIZON`` if every point asked for is there.
+    last
+        The state of the last point, to go on from.
     """
 
     def __repr__(self) -> str:

@@ -10,6 +10,7 @@
 
 #include <cstdio>
 
+#include "one_mode.hpp"
 #include "vibroimpact/assemble.hpp"
 #include "vibroimpact/flow/dense.hpp"
 #include "vibroimpact/run.hpp"
@@ -22,28 +23,14 @@ using state = vi::vec<double, 2>;
 constexpr double step = 0.5, below = 1.0 - 0x1p-10, above = 1.0 + 0x1p-10;
 
 template <class Flow>
-struct machine_of {
-    vi::mode<double, Flow> free{};
-    vi::coordinate_map<2> same{};
-    int code = 0;
-    vi::hybrid<Flow> hybrid{};
-
+struct machine_of : one_mode<Flow> {
     // One coordinate between stops.
     machine_of(const vi::flow_numbers& numbers, double lower, double upper) {
         const double row[] = {1.0, 0.0};
+        auto& free = this->free;
         vi::set_flow(free.flow, numbers);
         vi::set_guard(free.guards[0], {row, 0.0, lower, upper, 0}, free.flow);
-        vi::prepare_search(free, true);
-        static_cast<vi::sizes<shape>&>(hybrid) = free.flow;
-        same.matrix[0][0] = same.matrix[1][1] = 1.0;
-        hybrid.modes = &free;
-        hybrid.from_free = hybrid.to_free = &same;
-        hybrid.codes = &code;
-        hybrid.mode_count = 1;
-        auto& law = hybrid.laws[0];
-        law.impulse[1] = law.shift[0] = 1.0;
-        law.mobility[0] = law.effective_mass = 1.0;
-        law.restitution_lower = law.restitution_upper = 1.0;
+        this->wire();
     }
 };
 

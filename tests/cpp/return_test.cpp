@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drawn_flow.hpp"
+#include "one_mode.hpp"
 #include "vibroimpact/lane_run.hpp"
 
 namespace {
@@ -40,30 +41,16 @@ struct crew {
 };
 
 // Two masses, the stop between them, their blow elastic: hops do not die out.
-struct machine {
-    vi::mode<double, flow> free{};
-    vi::coordinate_map<6> same{};
-    int code = 0;
-    vi::hybrid<flow> hybrid{};
-
+struct machine : one_mode<flow> {
     machine() {
         drawn::draw(free.flow, [] { return uniform(-0.5, 0.5); });
         const double row[] = {1.0, 0.0, -1.0, 0.0, 0.4, -0.3};
         vi::set_guard(free.guards[0], {row, 0.1, -100.0, 1.0, 0}, free.flow);
-        vi::prepare_search(free, true);
-        static_cast<vi::sizes<shape>&>(hybrid) = free.flow;
-        for (int i = 0; i < 6; ++i)
-            same.matrix[i][i] = 1.0;
-        hybrid.modes = &free;
-        hybrid.from_free = hybrid.to_free = &same;
-        hybrid.codes = &code;
-        hybrid.mode_count = 1;
+        wire();
         auto& law = hybrid.laws[0];
-        law.impulse[1] = law.shift[0] = 1.0;
         law.impulse[3] = law.shift[2] = -1.0;
         law.mobility[0] = 2.0;
         law.effective_mass = 0.5;
-        law.restitution_lower = law.restitution_upper = 1.0;
         hybrid.inverse_omega_squared[0] = 1.0 / (fastest * fastest);
     }
 

@@ -32,7 +32,7 @@ from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameter
 from vibroimpact.periodic.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.periodic.multipliers import pencil_of
-from vibroimpact.periodic.newton import CONVERGED, rows_of, scale_of
+from vibroimpact.periodic.newton import CONVERGED, FOUND, rows_of, scale_of
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import Linearised
 from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, least_cycles
@@ -153,7 +153,7 @@ class OrbitFamily(OrbitProblem):
         system = with_parameter(self.system, self.parameter, p)
         states, durations = self.unpacked(z)
         left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])
-        error, status = float(left.max()), "converged"
+        error, status = float(left.max()), FOUND
         if not error <= CONVERGED and not np.all(left <= CONVERGED * self._growth(z, p)):
             status = f"the equations do not hold: relative residual {error:.1e}"
         return Orbit(system, self.signature, states, durations, error, status, self.parameter)

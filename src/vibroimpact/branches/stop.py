@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.checks import check_count, real, refusal
+from vibroimpact.checks import check_count, nonnegative, refusal
 from vibroimpact.continuation.problem import Floats
 from vibroimpact.continuation.walk import Ask, Begin
 from vibroimpact.errors import InvalidParameterError
@@ -72,9 +72,7 @@ def inadmissible(*, beyond: float = 0.05, points: int = 100) -> Inadmissible:
     InvalidParameterError
         A share that is negative or not finite, a count that is no integer >= 0.
     """
-    share = real("beyond", beyond)
-    if share < 0.0:
-        raise InvalidParameterError(f"beyond = {beyond!r}: must be >= 0, a share of the range.")
+    share = nonnegative("beyond", beyond, "It is a share of the range.")
     check_count("points", points, 0)
     return Inadmissible(share, points)
 

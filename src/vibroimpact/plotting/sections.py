@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,26 +11,7 @@ from numpy.typing import NDArray
 from vibroimpact.checks import check_choice, refusal
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, units_of
-from vibroimpact.sections import StroboscopicSection
-
-
-class SectionPoints(Protocol):
-    """What is drawn: states just after impacts, or at one phase of the force."""
-
-    @property
-    def position(self) -> NDArray[np.float64]:
-        """Coordinates, shape (n_point, n)."""
-        ...
-
-    @property
-    def velocity(self) -> NDArray[np.float64]:
-        """Velocities just after the impact, shape (n_point, n)."""
-        ...
-
-    @property
-    def phase(self) -> NDArray[np.float64]:
-        """Phase of the force."""
-        ...
+from vibroimpact.sections import SectionPoints, StroboscopicSection
 
 
 def plot_section(
