@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,10 +66,16 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
         _check_name(system, name)
         axes[name] = axis_of("over", name, values)
     _refuse_twins(system, axes)
-    corners = itertools.product(*({float(a.min()), float(a.max())} for a in axes.values()))
-    for corner in corners:
-        _build(system, dict(zip(axes, corner, strict=True)))
+    for corner in corners(axes):
+        _build(system, corner)
     return axes
+
+
+def corners(axes: Mapping[str, Floats]) -> Iterator[dict[str, float]]:
+    """The least and largest values of the parameters, in all combinations."""
+    ends = ({float(axis.min()), float(axis.max())} for axis in axes.values())
+    for values in itertools.product(*ends):
+        yield dict(zip(axes, values, strict=True))
 
 
 def _check_name(system: System, name: str) -> None:

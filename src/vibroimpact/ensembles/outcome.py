@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from vibroimpact.simulate import RunEnd
+
 NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
 
 
@@ -30,13 +32,8 @@ class Outcome(IntEnum):
 _SENTENCES = {
     Outcome.OK: "the end of the window was reached",
     Outcome.CAP: "most_impacts was reached, or four times as many events, before the window ended",
-    Outcome.UNDECIDED: "the next event could not be decided at double precision",
-    Outcome.STALLED: "time does not advance: more than 4096 events at one instant",
     Outcome.MISSING: "a set of closed contacts could not be compiled",
     Outcome.BEHIND_STOP: "the start lies behind a stop",
-    Outcome.INTERRUPTED: "it was interrupted",
     Outcome.RESONANCE: "its system is forced at or too near an undamped resonance: not run",
-    Outcome.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
-    "rounding",
-    Outcome.STEPS: "one flight took more than 2^22 steps of the search",
 }
+_SENTENCES |= {end: RunEnd[end.name].sentence for end in Outcome if end not in _SENTENCES}

@@ -6,14 +6,13 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
-from itertools import product
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vibroimpact.checks import (
     LARGEST_COUNT,
@@ -24,7 +23,7 @@ from vibroimpact.checks import (
     refusal,
     shown,
 )
-from vibroimpact.ensembles.axes import parameter_axes
+from vibroimpact.ensembles.axes import corners, parameter_axes
 from vibroimpact.ensembles.backends import backend_of
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.compute import Done
@@ -219,7 +218,8 @@ def plan_of(
     if length > LONGEST:
         raise refusal("settle + periods", length, f"at most {LONGEST:g}")
     if most_impacts is None:
-        most = max(_ordinary(one, length) for one in _corners(system, axes, mechanism))
+        ends = (mechanism_of(with_parameters(system, corner)) for corner in corners(axes))
+        most = max(_ordinary(one, length) for one in (mechanism, *ends))
         if most > LARGEST_COUNT:
             raise InvalidParameterError(
                 f"settle + periods = {length:g}: must be shorter, or give most_impacts."
@@ -228,17 +228,6 @@ def plan_of(
     check_count("most_impacts", most_impacts, 1, LARGEST_COUNT)
     window = Window(float(settle), float(periods), int(most_impacts))
     return Plan(first, axes, starts, resolve(observe), window, follow)
-
-
-def _corners(
-    system: System, axes: Mapping[str, NDArray[np.float64]], first: Mechanism
-) -> Iterator[Mechanism]:
-    """The mechanisms at the least and largest values of the parameters, as far as they exist."""
-    yield first
-    ends = [(float(axis.min()), float(axis.max())) for axis in axes.values()]
-    for values in product(*ends):
-        with suppress(InvalidParameterError):
-            yield mechanism_of(with_parameters(system, dict(zip(axes, values, strict=True))))
 
 
 def _ordinary(mechanism: Mechanism, length: float) -> float:
