@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from vibroimpact.hybrid import Compiled, compile_mechanism
 from vibroimpact.simulate import (
+    Flights,
     RunEnd,
     Status,
     System,
     begin,
     flight_limit_of,
     mechanism_of,
+    rounded_times,
 )
 from vibroimpact.state import State
 
@@ -131,7 +133,8 @@ class Motion:
             Why it ended; HORIZON at the last time.
         """
         kernel, end = self.compiled.kernel, RunEnd.EVENTS
-        y, mode, begin, low = np.array(self.at.y), 0, 0.0, 0.0
+        start = np.zeros(1)
+        last = Flights(start, start, np.array([self.at.y]), np.zeros(1, dtype=np.int32))
         rows = np.empty((len(times), 2 * self.compiled.mechanism.degrees))
         done = 0
         while end in (RunEnd.EVENTS, RunEnd.IMPACTS):
@@ -140,20 +143,17 @@ class Motion:
             )
             end = _why(part)[0]
             whole = end is RunEnd.HORIZON
-            flights = slice(len(part["mode"]) - whole)  # the event of the horizon is none
-            total = part["high"] + part["low"]
-            starts = np.append(begin, total[flights])
-            rests = np.append(low, (part["low"] - (total - part["high"]))[flights])
-            states = np.concatenate([y[None], part["y"][flights]])
-            modes = np.append(mode, part["mode"][flights])
-            known = len(times) if whole else int(np.searchsorted(times, starts[-1]))
-            wanted = times[done:known]
-            index = np.searchsorted(starts, wanted, side="right") - 1
-            dt = np.maximum((wanted - starts[index]) - rests[index], 0.0)
-            rows[done:known] = kernel.evaluate(
-                list(map(int, modes[index])), np.ascontiguousarray(states[index]), dt
+            new = slice(len(part["mode"]) - whole)  # the event of the horizon is none
+            time, low = rounded_times(part["high"], part["low"])
+            flights = Flights(
+                np.append(last.begin, time[new]),
+                np.append(last.low, low[new]),
+                np.concatenate([last.y, part["y"][new]]),
+                np.append(last.mode, part["mode"][new]),
             )
-            y, mode, begin, low = states[-1], int(modes[-1]), float(starts[-1]), float(rests[-1])
+            known = len(times) if whole else int(np.searchsorted(times, flights.begin[-1]))
+            rows[done:known] = flights.at(times[done:known], self.compiled)
+            last = Flights(flights.begin[-1:], flights.low[-1:], flights.y[-1:], flights.mode[-1:])
             done = known
         return rows[:done], end
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import xarray as xr
@@ -199,20 +199,15 @@ class Run:
         """
         times = numbers("t", t, "times")
         span = float(self.time[-1]) if len(self) else 0.0
-        most = span + 4.0 * np.spacing(span)  # of t_max: durations that add up to it are rounded
-        outside = times[~((times >= 0.0) & (times <= most))]
+        outside = times[~((times >= 0.0) & (times <= latest(span)))]
         if outside.size:
             others = f" and {outside.size - 1} others" if outside.size > 1 else ""
             raise InvalidParameterError(
                 f"t = {outside.flat[0]}{others}: must be in [0, {span}], the span of the run."
             )
-        flat = np.ravel(times)
-        origins = np.concatenate([[0.0], self.time])
-        index = np.searchsorted(origins, flat, side="right") - 1
-        rest = np.concatenate([[0.0], self._low])
-        dt = np.maximum((flat - origins[index]) - rest[index], 0.0)
-        y = np.ascontiguousarray(self._y[index])
-        both = self._compiled.kernel.evaluate(list(map(int, self._mode[index])), y, dt)
+        begin, low = (np.concatenate([[0.0], part]) for part in (self.time, self._low))
+        flights = Flights(begin, low, self._y, self._mode)
+        both = flights.at(np.ravel(times), self._compiled)
         n = self.position.shape[1]
         shape = (*times.shape, n)
         return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
@@ -248,6 +243,33 @@ class Run:
 def phases_of(mechanism: Mechanism, phase: float) -> list[float]:
     """Phases of all forcing lines when the first has this one."""
     return [phase * (force.omega / mechanism.omega) for force in mechanism.forces]
+
+
+class Flights(NamedTuple):
+    """Flights one after the other: when each begins, and what it begins with."""
+
+    begin: Floats  # (k,)
+    low: Floats  # what rounding has left out of these times
+    y: Floats  # (k, m)
+    mode: Integers
+
+    def at(self, times: Floats, compiled: Compiled) -> Floats:
+        """Positions and velocities at times since the first begins, shape (len(times), 2 n)."""
+        index = np.searchsorted(self.begin, times, side="right") - 1
+        dt = np.maximum((times - self.begin[index]) - self.low[index], 0.0)
+        y = np.ascontiguousarray(self.y[index])
+        return np.asarray(compiled.kernel.evaluate(list(map(int, self.mode[index])), y, dt))
+
+
+def rounded_times(high: Floats, low: Floats) -> tuple[Floats, Floats]:
+    """Times of a clock in two parts, and what rounding leaves out of them."""
+    total = high + low
+    return total, low - (total - high)
+
+
+def latest(span: float) -> float:
+    """The latest time that a run answers for: durations that add up to t_max are rounded."""
+    return span + 4.0 * math.ulp(span)
 
 
 def phase_after(mechanism: Mechanism, phase: float, start: float, time: float) -> float:
@@ -376,26 +398,25 @@ def _assemble(
 
     n = compiled.mechanism.degrees
     after, side = joined("after"), joined("side")
-    high, low = joined("high"), joined("low")
-    total = high + low
+    time, low = rounded_times(joined("high"), joined("low"))
     phase = joined("phase")
     return Run(
         system=system,
         start=state,
-        time=total,
+        time=time,
         status=joined("status"),
         contact=joined("contact"),
         stop=np.where(side > 0, 0, np.where(side < 0, 1, -1)).astype(np.int32),
         position=after[:, :n],
         velocity_before=joined("before")[:, n:],
         velocity_after=after[:, n:],
-        phase=phase[:, 0] if phase.shape[1] else np.zeros(len(total)),
+        phase=phase[:, 0] if phase.shape[1] else np.zeros(len(time)),
         rate_before=joined("rate_before"),
         rate_after=joined("rate_after"),
         end=why,
         _compiled=compiled,
         _y=np.concatenate([first[None, :], joined("y")]),
         _mode=np.concatenate([[0], joined("mode")]).astype(np.int32),
-        _low=low - (total - high),
+        _low=low,
         _last=last,
     )

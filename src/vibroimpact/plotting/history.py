@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
@@ -13,7 +11,7 @@ from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import units_of
-from vibroimpact.simulate import Run
+from vibroimpact.simulate import Run, latest
 
 POINTS = 4000  # per picture: more than the pixels of a printed column
 STOPS = ((0, "A", style.BLUE, "^"), (1, "B", style.VERMILION, "v"))
@@ -79,7 +77,7 @@ def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
     check_kind("run", run, Run, "a Run, as vi.simulate gives")
     last = float(run.time[-1]) if len(run) else 0.0
     start, end = real("t0", t0), last if t1 is None else real("t1", t1)
-    if not 0.0 <= start < end <= last + 4.0 * math.ulp(last):  # as Run.at
+    if not 0.0 <= start < end <= latest(last):
         raise InvalidParameterError(
             f"t0 = {start}, t1 = {end}: need 0 <= t0 < t1 <= {last}, the span of the run."
         )
