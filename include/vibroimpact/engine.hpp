@@ -136,9 +136,9 @@ VI_HD inline bool end_alternation(const hybrid<Flow>& system,
 
 // The impact of everything that touches with a negative rate; free coordinates.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type>
-strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, int contact,
-       const T& duration) {
+VI_CALL event<T, typename Flow::shape_type> strike(const hybrid<Flow>& system,
+                                                   trajectory<T, typename Flow::shape_type>& at,
+                                                   int contact, const T& duration) {
     let_leave(system, at);
     auto e = plain_event<T, typename Flow::shape_type>(
         moves_others(system, at, contact) ? status::simultaneous : status::impact, contact,
@@ -229,7 +229,7 @@ inline constexpr int most_counted = 1 << 30; // applications
 
 // What happens next, rest and chatter before flight.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type>
+VI_CALL event<T, typename Flow::shape_type>
 next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
            bool may_pause, int earlier) {
     const int struck = approached(at, system.contacts());
@@ -378,7 +378,7 @@ go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, 
 
 // One flight to its event, in legs.
 template <class T, class Flow>
-VI_HD inline event<T, typename Flow::shape_type>
+VI_CALL event<T, typename Flow::shape_type>
 fly(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
     flight_memory<Flow>& memory, bool (*interrupted)()) {
     T flown = T(0.0);

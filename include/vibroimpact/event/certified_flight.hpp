@@ -232,8 +232,8 @@ namespace detail {
 
 // What ends a flight that has come to y some time after its start.
 template <int N, class T, class Mode, class Shape>
-VI_HD inline landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
-                                       const vec<T, Shape::max_dimension>& y, double passed) {
+VI_CALL landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
+                                  const vec<T, Shape::max_dimension>& y, double passed) {
     const auto& guard = m.guards[first.contact];
     const int n = m.flow.dimension();
     landing<T, Shape> out{
@@ -296,8 +296,8 @@ VI_HD inline bool hop(const Mode& m, const trajectory<T, Shape>& start, double s
 } // namespace detail
 
 template <class T, class Mode, class Shape>
-VI_HD inline landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
-                                                double horizon, bool may_pause, int earlier) {
+VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Shape>& start,
+                                           double horizon, bool may_pause, int earlier) {
     using namespace detail;
     const auto& flow = m.flow;
     landing<T, Shape> landed;
