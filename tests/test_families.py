@@ -19,6 +19,8 @@ from vibroimpact.periodic.search import find_orbits
 
 # Newton's method ends within some hundred roundings of the largest coordinate.
 SOLVED = 1e-11
+# A run of 2000 impacts drifts along a family of orbits, in each flight by up to 71 times 4 ulp.
+DRIFTED = 1e-10
 DOUBLE = 1e-6  # a double multiplier is known to the root of rounding
 
 
@@ -45,9 +47,9 @@ def test_a_lossless_ball_bounces_for_ever_from_any_height(
     system = ball(gravity * unit, floor=floor * unit)
     orbit = vi.find_orbit(system, vi.State(((floor + height) * unit,), (0.0,)))
     assert orbit.converged
-    assert orbit.period == pytest.approx(2.0 * math.sqrt(2.0 * height / gravity), rel=SOLVED)
+    assert orbit.period == pytest.approx(2.0 * math.sqrt(2.0 * height / gravity), rel=DRIFTED)
     speed = math.sqrt(2.0 * gravity * height) * unit
-    assert orbit.least_impact_speed == pytest.approx(speed, rel=SOLVED)
+    assert orbit.least_impact_speed == pytest.approx(speed, rel=DRIFTED)
     assert orbit.multipliers == pytest.approx([1.0], abs=SOLVED)
     assert orbit.determinant_error <= SOLVED
     assert orbit.family_dimension == 1
@@ -68,7 +70,7 @@ def test_a_lossless_oscillator_has_an_orbit_for_every_energy(turn: float, stiffn
                         restitution=1.0)  # fmt: skip
     orbit = vi.find_orbit(system, vi.State((-1.0,), (0.0,)))
     assert orbit.converged
-    assert orbit.period == pytest.approx(2.0 * turn / omega, rel=SOLVED)
+    assert orbit.period == pytest.approx(2.0 * turn / omega, rel=DRIFTED)
     assert orbit.multipliers == pytest.approx([1.0], abs=SOLVED)
     assert orbit.family_dimension == 1
 
@@ -107,7 +109,7 @@ def test_a_billiard_in_a_box_has_families_of_orbits(
     """Side i takes the time 4 / v_i there and back: with v = (1, 2) both are back after 4."""
     orbit = vi.find_orbit(box(len(place)), vi.State(place, velocity))
     assert orbit.converged
-    assert orbit.period == pytest.approx(4.0 / min(velocity), rel=SOLVED)
+    assert orbit.period == pytest.approx(4.0 / min(velocity), rel=DRIFTED)
     assert orbit.family_dimension == dimension
     assert orbit.multipliers == pytest.approx(np.ones(2 * len(place) - 1), abs=DOUBLE**0.5)
     assert orbit.admissible
