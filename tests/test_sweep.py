@@ -92,8 +92,13 @@ def test_without_forcing_lengths_are_times():
 
 
 def test_a_member_with_too_many_impacts_says_so():
-    with pytest.warns(UserWarning, match=r"^(\d+) of \1 members have no results: they had 7 imp"):
+    say = r"^(\d+) of \1 members have no results: they had 7 imp"
+    with pytest.warns(UserWarning, match=say) as warned:
         found = swept(most_impacts=7)
+    assert warned[0].filename == __file__  # whoever asked
+    with pytest.warns(UserWarning, match=say) as warned:
+        vi.plane(DAMPER, over=OVER, start=PLAIN, most_impacts=7, **SHORT)
+    assert warned[0].filename == __file__
     assert (found.end == Outcome.CAP).all()
     assert not found.n.values.any()
 

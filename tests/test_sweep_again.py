@@ -65,6 +65,10 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
         DAMPER, over={"omega": [1.0, 1.1]}, start=START, observe="section", points=3,
         at_phase=0.5, **SHORT,
     ),
+    "a diagram at the user's phase": lambda: vi.bifurcation_sweep(
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, at_phase=0.5,
+        observe=vi.observe.Stroboscopic(points=3, phase=1.5), **SHORT,
+    ),
     "a diagram of random starts": lambda: vi.bifurcation_sweep(
         DAMPER, over={"omega": [1.0, 1.1]}, start=RANDOM, points=2, **SHORT
     ),

@@ -5,6 +5,12 @@ A misuse raises an exception; a numerical outcome (chatter, sticking, no impact)
 
 from __future__ import annotations
 
+import contextlib
+import sys
+import warnings
+from pathlib import Path
+from traceback import walk_stack
+
 
 class VibroImpactError(Exception):
     """Base of every exception that this package raises on purpose."""
@@ -41,3 +47,11 @@ class ClusterLostError(VibroImpactError):
 
 class StoreError(VibroImpactError, OSError):
     """A store of results cannot be written; what it holds already is kept."""
+
+
+def warn(text: str) -> None:
+    """Warn of the line that called this package."""
+    ours = (str(Path(__file__).parent), contextlib.__file__)  # its decorators call what they wrap
+    frames = enumerate(walk_stack(sys._getframe()))
+    last = max(level for level, (frame, _) in frames if frame.f_code.co_filename.startswith(ours))
+    warnings.warn(text, stacklevel=last + 2)

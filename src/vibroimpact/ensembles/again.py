@@ -203,7 +203,8 @@ def _of_diagram(found: xr.Dataset) -> dict[str, Any]:
     kind = Stroboscopic if "at_phase" in found.attrs else Section
     own = next(one for one in told["observe"] if isinstance(one, kind) and not one.label)
     if isinstance(own, Stroboscopic):
-        told["observe"].remove(own)
+        if told["observe"][0] is own:  # the user's come last
+            told["observe"].remove(own)
         told |= {"points": own.points, "at_phase": own.phase}
     elif own == Section(points=own.points, contact=own.contact, stop=own.stop):
         told["observe"].remove(own)

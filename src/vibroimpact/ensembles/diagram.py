@@ -24,7 +24,7 @@ from vibroimpact.ensembles.asked import (
     together,
 )
 from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.observers import Section, Stroboscopic
+from vibroimpact.ensembles.observers import Section, Stroboscopic, key_of
 from vibroimpact.ensembles.starts import RandomStarts
 from vibroimpact.ensembles.sweep import sweep
 from vibroimpact.errors import InvalidParameterError
@@ -117,8 +117,11 @@ def bifurcation_sweep(
                 f"contact = {contact}, stop = {stop!r}: are for impacts; not with at_phase."
             )
         section = Stroboscopic(points=points, phase=at_phase)
-        attrs["at_phase"] = section.phase
-    asked = {"over": over, "observe": together([section, "final"], observe)} | options
+    observers = together([section, "final"], observe)
+    for one in observers:
+        if isinstance(one, Stroboscopic) and key_of(one) == key_of(section):
+            attrs["at_phase"] = one.phase  # the user's stands for our own
+    asked = {"over": over, "observe": observers} | options
     if not isinstance(start, State):
         return _columns(sweep(system, start=start, **asked), section.name, attrs)
     return _columns(_followed(system, next(iter(over)), way, start, asked), section.name, attrs)

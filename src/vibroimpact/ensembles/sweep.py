@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -40,7 +39,7 @@ from vibroimpact.ensembles.tiles import (
     tile_shape,
     tiles_of,
 )
-from vibroimpact.errors import ClusterLostError, InvalidParameterError
+from vibroimpact.errors import ClusterLostError, InvalidParameterError, warn
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.parameters import with_parameters
 from vibroimpact.progress import Progress, interruptible
@@ -188,10 +187,9 @@ def sweep(
         except ClusterLostError as error:
             raise ClusterLostError(f"{error}; {sink.kept}") from error.__cause__
     if capped:
-        warnings.warn(
+        warn(
             f"{capped} of {plan.size} members have no results: they had {plan.window.most_impacts} "
-            "impacts before the end of their windows. Raise most_impacts, or look at one of them.",
-            stacklevel=3,  # beyond what words an interruption
+            "impacts before the end of their windows. Raise most_impacts, or look at one of them."
         )
     return sink.dataset()
 
