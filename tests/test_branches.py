@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -13,6 +14,7 @@ from support.periodic import guess_of_entry, impacts_of, mechanism_of_entry, num
 from support.systems import paper_damper
 
 import vibroimpact as vi
+from vibroimpact.branches.follow import STEPS
 from vibroimpact.branches.loops import loop_of, same_loop
 from vibroimpact.continuation import Stopped
 from vibroimpact.parameters import with_parameter
@@ -146,7 +148,7 @@ def symmetric() -> vi.Branch:
 
 @cache
 def asymmetric() -> vi.Branch:
-    """Both mirror images, one on each side of the branch point."""
+    """One of the two mirror images that are born at the branch point."""
     other = vi.switch_branch(symmetric()["BP1"], (0.6, 0.8))
     assert isinstance(other, vi.Branch)
     return other
@@ -173,6 +175,21 @@ def test_symmetry_breaking_leads_to_two_mirror_images() -> None:
         assert not orbit.symmetric
     loops = loop_of(first), loop_of(second)
     assert same_loop(*loops, first.mechanism, 1e-9) == "mirror image"
+
+
+@pytest.mark.parametrize("first", [0.005, 0.01, 0.02, 0.04])
+@pytest.mark.parametrize("low", [0.6, 0.65])
+def test_panels_do_not_shrink_towards_a_birth(low: float, first: float) -> None:
+    # dp/ds vanishes there, and is solved for with a matrix that becomes singular: more and more of
+    # it is rounding, which no shorter panel resolves
+    steps = replace(STEPS, first=first)
+    born = vi.switch_branch(symmetric()["BP1"], (low, 0.8), steps=steps)
+    assert isinstance(born, vi.Branch)
+    curve = born.curve
+    ends = [curve.arclength[curve.panel == k][-1] for k in range(curve.panel.max() + 1)]
+    assert np.diff(ends).min() > 0.1 * first
+    assert curve.rejected <= 3
+    assert not curve.unresolved
 
 
 def test_period_doubling_leads_to_orbits_of_twice_the_period() -> None:

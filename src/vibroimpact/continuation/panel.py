@@ -31,7 +31,6 @@ from vibroimpact.continuation.newton import (
     Node,
     Outcome,
     correct,
-    equilibrated,
     log_determinant,
 )
 from vibroimpact.continuation.problem import Floats, Scaled
@@ -47,10 +46,6 @@ NEXT = 0.6
 SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
 NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
 ROUNDING = 1e-13  # the expansion of y is never asked for more
-# Of the unit roundoff: entries of [J; t_0], sums of some ten products. The direction that is solved
-# for with them is known to this times the condition of the matrix, which has no bound at a branch
-# point.
-ENTRIES = 16.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -223,7 +218,7 @@ def _with_tests(
     }
     demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
     if demands[FOLD] > 1.0:
-        noise = ENTRIES * max(_condition(node, row) for node in traced.nodes)
+        noise = max(_noise(problem, node, row) for node in traced.nodes)
         demands[FOLD] = _demand(tests[FOLD], standard.tolerance, noise)
     short = {name for name, d in demands.items() if d > 1.0} - standard.excused
     if short:
@@ -249,9 +244,16 @@ def _relative_determinant(node: Node, row: Floats, reference: float) -> float:
     return sign * math.exp(log - reference) if sign else 0.0
 
 
-def _condition(node: Node, row: Floats) -> float:
-    """Of the matrix that a direction is solved for with."""
-    return float(np.linalg.cond(np.vstack([equilibrated(node.jacobian)[0], row])))
+def _noise(problem: Scaled, node: Node, row: Floats) -> float:
+    """By how much dp/ds changes where a node is solved for again: much, next to a branch point."""
+    values, y = [node.direction[-1]], node.y
+    for _ in range(2):
+        again = correct(problem, y, row, float(row @ node.y), tolerance=math.inf).node
+        if again is None:
+            return 0.0
+        values.append(again.direction[-1])
+        y = again.y
+    return float(np.abs(np.diff(values)).max())
 
 
 def _demand(f: Expansion, tolerance: float, noise: float = 0.0) -> float:
