@@ -59,6 +59,13 @@ def test_a_lossless_ball_bounces_for_ever_from_any_height(
     assert "one of a 1-parameter family of orbits" in repr(orbit)
 
 
+@pytest.mark.parametrize("name", ["constant_force[0]", "contacts[0].restitution"])
+def test_orbits_of_a_family_are_no_branch(name: str) -> None:
+    orbit = vi.find_orbit(ball(1.0), vi.State((0.5,), (0.0,)))
+    with pytest.raises(vi.InvalidParameterError, match="one of a 1-parameter family"):
+        vi.continue_orbit(orbit, name, (-2.0, 1.0))
+
+
 @given(turn=st.floats(0.2, 2.9), stiffness=st.floats(0.1, 100.0))
 @settings(max_examples=30, deadline=None)
 def test_a_lossless_oscillator_has_an_orbit_for_every_energy(turn: float, stiffness: float) -> None:

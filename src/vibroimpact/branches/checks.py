@@ -16,14 +16,20 @@ HALVINGS = 50  # of a range, until it is no wider than rounding
 
 
 def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -> None:
-    """Refuse a parameter along which the orbit's equations do not hold.
+    """Refuse an orbit that is no point of a branch, and a parameter that its equations forbid.
 
     Raises
     ------
     InvalidParameterError
-        One that changes the ratios of the forcing frequencies, or that breaks the symmetry of an
-        orbit that was solved as symmetric.
+        An orbit of a family; a parameter that changes the ratios of the forcing frequencies, or
+        that breaks the symmetry of an orbit that was solved as symmetric.
     """
+    if orbit.family_dimension:
+        raise InvalidParameterError(
+            f"orbit = {orbit.symbol}: is one of a {orbit.family_dimension}-parameter family at the "
+            "same parameters, so that there is no branch of single orbits. Give the system a loss "
+            "or a forcing, and what moves as a whole a spring."
+        )
     compile_prescribed(orbit.system, parameter)
     if not orbit.symmetric:
         return

@@ -73,9 +73,10 @@ def continue_orbit(
     Raises
     ------
     InvalidParameterError
-        No such parameter, an orbit that is not converged, a range that is empty, without the orbit
-        or no wider than rounding; a parameter that breaks the symmetry of a symmetric orbit or
-        changes the ratios of the forcing frequencies; a ``stop_when`` that is no rule.
+        No such parameter, an orbit that is not converged or one of a family, a range that is
+        empty, without the orbit or no wider than rounding; a parameter that breaks the symmetry of
+        a symmetric orbit or changes the ratios of the forcing frequencies; a ``stop_when`` that is
+        no rule.
 
     Notes
     -----
