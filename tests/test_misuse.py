@@ -121,7 +121,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ImpactDamper.on_stop": (
             damper.on_stop, {"stop": "A", "x1": 0.0, "v1": 0.0, "v2": -1.0, "phase": 0.0},
         ),
-        "Scales": (vi.Scales, {"time": 1.0, "length": 1.0}),
+        "Scales": (vi.Scales, {"time": 1.0, "length": 1.0, "mass": 1.0}),
         "Contact": (
             vi.Contact, {"row": (1.0,), "lower": -1.0, "upper": 1.0, "restitution": (0.5, 0.5)},
         ),

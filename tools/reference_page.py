@@ -60,7 +60,8 @@ Written by `tools/reference_page.py` from the docstrings. `import vibroimpact as
 below is public, other names are not. Pictures: `from vibroimpact import plotting`.
 
 **Units.** `ImpactDamper` is nondimensional; `ImpactDamper.from_physical` takes SI units and keeps
-the scales. A `Mechanism` has any consistent units. Angles are radians unless a name says degrees.
+the scales: pictures of such a damper are in SI units, arguments and results are not. A `Mechanism`
+has any consistent units. Angles are radians unless a name says degrees.
 
 **Conventions.** Contact coordinate u = row . x; stop A is the upper one, stop B the lower one; for
 the damper u = x2 - x1, and stop A is u = +half_clearance. A gap is >= 0 where the mechanism may be.

@@ -33,13 +33,16 @@ class Scales:
         Seconds per unit of t.
     length
         Metres per unit of x.
+    mass
+        Kilograms of the main mass.
     """
 
     time: float = 1.0
     length: float = 1.0
+    mass: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("time", "length"):
+        for name in ("time", "length", "mass"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
 
     @property
@@ -51,6 +54,11 @@ class Scales:
     def frequency(self) -> float:
         """Radians per second per unit of angular frequency."""
         return 1.0 / self.time
+
+    @property
+    def force(self) -> float:
+        """Newtons per unit of force."""
+        return self.mass * self.length / self.time**2
 
 
 @names_arguments(
@@ -169,7 +177,7 @@ class ImpactDamper:
             restitution=restitution,
             half_clearance=k * d / (2.0 * f0),
             omega=big_omega / rate,
-            scales=Scales(time=1.0 / rate, length=f0 / k),
+            scales=Scales(time=1.0 / rate, length=f0 / k, mass=m1),
         )
 
     @property

@@ -41,6 +41,7 @@ class Observer(Protocol):
         """By name: what it returns of a member."""
 
 
+MEASURED = {"position": "length", "velocity": "velocity", "time": "time"}  # quantities
 MOST = 10**6  # of a count: so many section points of two coordinates are 48 MB per member
 
 
@@ -124,7 +125,10 @@ def _points(
 
     def of(kind: str, units: str = "") -> Output:
         dims, shape = (both, sizes) if kind in ("position", "velocity") else (both[:1], sizes[:1])
-        return real(f"{table}_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape)
+        return real(
+            f"{table}_{kind}", f"{kind} {where}", units=units, dims=dims, shape=shape,
+            quantity=MEASURED.get(kind, ""),
+        )  # fmt: skip
 
     units = {"position": "", "velocity": "", "phase": "rad", "time": ""}
     name = labelled(observer.name, observer.label)
@@ -196,7 +200,8 @@ class Speeds:
         """``speed_mean``, ``speed_rms``, ``speed_smallest``, ``speed_largest``."""
         kinds = {"mean": "mean", "rms": "root mean square", "smallest": "smallest"}
         kinds |= {"largest": "largest"}
-        return reals("speeds", {f"speed_{k}": f"{text} impact speed" for k, text in kinds.items()})
+        texts = {f"speed_{k}": f"{text} impact speed" for k, text in kinds.items()}
+        return reals("speeds", texts, quantity="velocity")
 
 
 @dataclass(frozen=True)
@@ -207,7 +212,8 @@ class Power:
 
     def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
         """``power``."""
-        return reals("power", {"power": "energy lost in impacts per unit of time"})
+        text = "energy lost in impacts per unit of time"
+        return reals("power", {"power": text}, quantity="power")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -276,7 +282,7 @@ def _watched(observer: Extremes | Rms, kinds: dict[str, str], mechanism: Mechani
     return {
         f"{label}_{kind}": real(
             table, f"{text} of {what}", slice(i, columns, 2),
-            dims=dims, shape=shape,
+            dims=dims, shape=shape, quantity="length",
         )
         for i, (kind, text) in enumerate(kinds.items())
     }  # fmt: skip
@@ -293,7 +299,8 @@ class Lyapunov:
 
     def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
         """``lyapunov``."""
-        return reals("lyapunov", {"lyapunov": "largest Lyapunov exponent per unit of time"})
+        text = "largest Lyapunov exponent per unit of time"
+        return reals("lyapunov", {"lyapunov": text}, quantity="rate")
 
 
 @dataclass(frozen=True)
@@ -309,7 +316,8 @@ class Spectrum:
         """``spectrum`` with dim ``exponent``: 2 n + (lines) - 1."""
         count = 2 * mechanism.degrees + len(mechanism.forces) - 1
         text = "Lyapunov exponents per unit of time"
-        return {"spectrum": real("spectrum", text, dims=(EXPONENT,), shape=(count,))}
+        found = real("spectrum", text, dims=(EXPONENT,), shape=(count,), quantity="rate")
+        return {"spectrum": found}
 
 
 @dataclass(frozen=True)
@@ -425,7 +433,8 @@ class Settling:
 
     def outputs(self, mechanism: Mechanism) -> Table:  # noqa: ARG002
         """``settling``."""
-        return reals("settling", {"settling": "time until the motion stays on its orbit"})
+        text = "time until the motion stays on its orbit"
+        return reals("settling", {"settling": text}, quantity="time")
 
 
 @dataclass(frozen=True)
@@ -437,8 +446,10 @@ class Final:
     def outputs(self, mechanism: Mechanism) -> Table:
         """``final_position``, ``final_velocity`` (..., coordinate), ``final_phase``."""
         dims, shape = (COORDINATE,), (mechanism.degrees,)
-        table = {
-            f"final_{kind}": real(f"final_{kind}", f"{kind} at the end", dims=dims, shape=shape)
-            for kind in ("position", "velocity")
-        }
+
+        def of(kind: str) -> Output:
+            name, text = f"final_{kind}", f"{kind} at the end"
+            return real(name, text, dims=dims, shape=shape, quantity=MEASURED[kind])
+
+        table = {f"final_{kind}": of(kind) for kind in ("position", "velocity")}
         return table | {"final_phase": real("final_phase", "phase at the end", units="rad")}

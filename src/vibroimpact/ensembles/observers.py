@@ -201,5 +201,5 @@ def _end() -> Output:
 
 
 def _time() -> Output:
-    attrs = {"long_name": "time reached since the start"}
+    attrs = {"long_name": "time reached since the start", "quantity": "time"}
     return Output((), (), np.dtype(float), np.nan, attrs, "time")

@@ -23,7 +23,8 @@ class Output(NamedTuple):
     dtype, fill
         Type, and the value where nothing was computed.
     attrs
-        ``long_name`` and, where it has one, ``units``.
+        ``long_name`` and, where it has one, ``units``, or the ``quantity`` that it measures in
+        units of the system: length, velocity, time, rate or power.
     table, columns
         Where the kernel puts it.
     """
@@ -53,10 +54,11 @@ def labelled(name: str, label: str) -> str:
 
 def real(
     table: str, text: str, columns: slice = slice(None), units: str = "",
-    dims: tuple[str, ...] = (), shape: tuple[int, ...] = (),
+    dims: tuple[str, ...] = (), shape: tuple[int, ...] = (), quantity: str = "",
 ) -> Output:  # fmt: skip
     """Numbers, NaN where nothing was computed."""
-    attrs = {"long_name": text} | ({"units": units} if units else {})
+    known = {"units": units, "quantity": quantity}
+    attrs = {"long_name": text} | {name: said for name, said in known.items() if said}
     return Output(dims, shape, np.dtype(float), np.nan, attrs, table, columns)
 
 
@@ -69,9 +71,9 @@ def whole(
     return Output(dims, shape, np.dtype(dtype), 0, attrs, table, columns)
 
 
-def reals(table: str, texts: dict[str, str], units: str = "") -> Table:
+def reals(table: str, texts: dict[str, str], units: str = "", quantity: str = "") -> Table:
     """One number per column."""
     return {
-        name: real(table, text, slice(i, i + 1), units)
+        name: real(table, text, slice(i, i + 1), units, quantity=quantity)
         for i, (name, text) in enumerate(texts.items())
     }

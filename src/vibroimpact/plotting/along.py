@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import parameter_of, shown
 from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.units import units_of_sweep
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
 SIZE = 1.8  # points
@@ -39,7 +40,9 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
         What was drawn on.
     """
     check_dataset("along", along, "vi.sweep or vi.bifurcation_sweep")
-    array = variable_of(along, variable, "Others are observed with observe=[...].")
+    variable_of(along, variable, "Others are observed with observe=[...].")
+    units = units_of_sweep(along)
+    array = units.drawn(along, variable)[variable]
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=style.HEIGHT) as ax:
         if variable == "lyapunov":
@@ -48,7 +51,7 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
             ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         _lines(ax, array, parameter)
         style.whole_range(ax, array[parameter].values)
-        ax.set(xlabel=parameter_label(parameter), ylabel=label_of(array))
+        ax.set(xlabel=parameter_label(parameter, units), ylabel=label_of(array, units))
     return ax
 
 

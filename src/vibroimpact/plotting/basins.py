@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from vibroimpact.checks import check_flag
 from vibroimpact.ensembles.motions import flags
 from vibroimpact.plotting import maps, style
-from vibroimpact.plotting.sections import symbol
+from vibroimpact.plotting.sections import coordinate_label
+from vibroimpact.plotting.units import units_of_sweep
 from vibroimpact.plotting.variables import check_dataset
 
 COLOURS = (
@@ -45,6 +46,8 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     """
     check_dataset("basins", basins, "vi.basins", ["attractor"])
     check_flag("marks", marks)
+    units = units_of_sweep(basins)
+    basins = units.drawn(basins, "final_position", "final_velocity")
     labels = basins["attractor"]
     across, up = maps.over_two(labels)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
@@ -52,8 +55,8 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
         limits = ax.get_xlim(), ax.get_ylim()
         if marks:
             _mark(ax, basins, (across, up))
-        ax.set(xlabel=symbol(across, False), ylabel=symbol(up, False))
-        ax.set(xlim=limits[0], ylim=limits[1])
+        words = [coordinate_label(name, units, after_impact=False) for name in (across, up)]
+        ax.set(xlabel=words[0], ylabel=words[1], xlim=limits[0], ylim=limits[1])
     return ax
 
 

@@ -15,7 +15,8 @@ from vibroimpact.ensembles.states import COORDINATE
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.sections import symbol
+from vibroimpact.plotting.sections import coordinate_label
+from vibroimpact.plotting.units import units_of_sweep
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
 Floats = NDArray[np.float64]
@@ -59,7 +60,10 @@ def plot_bifurcation_diagram(
         the stop. ``at_phase`` of :func:`~vibroimpact.bifurcation_sweep` lets that motion be seen.
     """
     check_dataset("diagram", diagram, "vi.bifurcation_sweep")
-    array = variable_of(diagram, variable, "Coordinates are those of vi.bifurcation_sweep.")
+    variable_of(diagram, variable, "Coordinates are those of vi.bifurcation_sweep.")
+    units = units_of_sweep(diagram)
+    diagram = units.drawn(diagram, variable)
+    array = diagram[variable]
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.1 * style.HEIGHT) as ax:
         if "direction" not in array.dims:
@@ -72,9 +76,10 @@ def plot_bifurcation_diagram(
         if ax.get_legend_handles_labels()[0]:
             style.legend_outside(ax)
         after = "strobe" not in array.dims
-        along = symbol(variable, after) if COORDINATE.fullmatch(variable) else label_of(array)
+        own = COORDINATE.fullmatch(variable)
+        along = coordinate_label(variable, units, after) if own else label_of(array, units)
         style.whole_range(ax, array[parameter].values)
-        ax.set(xlabel=parameter_label(parameter), ylabel=along)
+        ax.set(xlabel=parameter_label(parameter, units), ylabel=along)
     return ax
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vibroimpact.plotting import style
+from vibroimpact.plotting import style, units
 
 MARKERS = {
     "SN": ">",
@@ -29,9 +29,10 @@ PARAMETERS = {
 }  # fmt: skip
 
 
-def parameter_label(name: str) -> str:
-    """A parameter in words and as a symbol; a path into a mechanism as it is written."""
-    return PARAMETERS.get(name) or name.replace("$", r"\$")
+def parameter_label(name: str, of: units.Units | None = None) -> str:
+    """A parameter in words and as a symbol, with its unit; a path into a mechanism as written."""
+    text = PARAMETERS.get(name) or name.replace("$", r"\$")
+    return of.label(text, units.PARAMETERS.get(name, "")) if of else text
 
 
 def marker_of(kind: str) -> dict[str, Any]:

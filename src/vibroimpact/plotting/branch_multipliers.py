@@ -22,6 +22,7 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
+from vibroimpact.plotting.units import PARAMETERS, units_of
 
 Complexes = NDArray[np.complex128]
 
@@ -83,7 +84,9 @@ def _mark(ax: Axes, points: list[BifurcationPoint]) -> None:
 
 def _paths(ax: Axes, branch: Branch) -> None:
     points = along(branch)
-    values, parameter = _sorted(_multipliers(branch, points)), points.parameter
+    units, name = units_of(branch.family.system), branch.parameter
+    values = _sorted(_multipliers(branch, points))
+    parameter = points.parameter * units.factor(PARAMETERS.get(name, ""))
     norm = Normalize(float(parameter.min()), float(parameter.max()))
     look: dict[str, Any] = {"cmap": COLOURS, "norm": norm, "linewidths": 1.6, "zorder": 3}
     middle = (parameter[1:] + parameter[:-1]) / 2.0
@@ -98,7 +101,7 @@ def _paths(ax: Axes, branch: Branch) -> None:
                    norm=norm, zorder=3)  # fmt: skip
     figure = cast(Figure, ax.get_figure(root=True))
     colours = ScalarMappable(norm, mpl.colormaps[COLOURS])
-    figure.colorbar(colours, ax=ax, label=parameter_label(branch.parameter), shrink=0.85)
+    figure.colorbar(colours, ax=ax, label=parameter_label(name, units), shrink=0.85)
 
 
 def _multipliers(branch: Branch, points: Along) -> Complexes:

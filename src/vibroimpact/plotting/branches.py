@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import xarray as xr
@@ -27,7 +27,8 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
-from vibroimpact.plotting.sections import symbol
+from vibroimpact.plotting.sections import coordinate_label
+from vibroimpact.plotting.units import OF_ORBITS, PARAMETERS, Units, of_coordinate, units_of
 from vibroimpact.plotting.variables import check_dataset
 
 Floats = NDArray[np.float64]
@@ -40,10 +41,19 @@ WORDS = {
 }
 CLOUD = "#A8A8A8"  # attractors, behind
 COLUMNS, ROW = 4, 0.17  # of the legend; height of a row in inches
-OF_ORBITS = {
+WORDS_OF_ORBITS = {
     "speed": "smallest impact speed", "clearance": "least gap between impacts",
     "period": "period $T$",
 }  # fmt: skip
+
+
+class _View(NamedTuple):
+    """What is drawn of each orbit, and the factors of the parameter and of that."""
+
+    variable: str
+    stop: tuple[int, int] | None
+    across: float
+    up: float
 
 
 def plot_branches(
@@ -76,7 +86,8 @@ def plot_branches(
         :func:`plot_bifurcation_diagram`. NaN points are left out; values of the parameter without
         any other are marked at the foot of the axes.
     bounds
-        Range of the parameter that is shown; by default that of the branches and attractors.
+        Range of the parameter that is shown, scaled as for ``continue_orbit``; by default that of
+        the branches and attractors.
 
     Returns
     -------
@@ -99,23 +110,27 @@ def plot_branches(
             f"branches in {', '.join(sorted(names)) or 'no parameter'}: need one or more in one."
         )
     (name,) = names
+    units = units_of(*(branch.family.system for branch in branches))
+    view = _View(variable, stop, units.factor(PARAMETERS.get(name, "")),
+                 units.factor(_measured(variable)))  # fmt: skip
     colours = style.series(len(branches))
     rows = -(-len(branches) // COLUMNS)
     height = 1.25 * style.HEIGHT + rows * ROW
     with style.drawing(ax, width=1.6 * style.WIDTH, height=height) as ax:
         if attractors is not None:
-            _cloud(ax, attractors, name, variable)
+            _cloud(ax, attractors, name, view)
         seen: set[Standing] = set()
         for branch, colour in zip(branches, colours, strict=True):
-            seen |= _branch(ax, branch, variable, stop, {"color": colour, "linewidth": 1.2})
+            seen |= _branch(ax, branch, view, {"color": colour, "linewidth": 1.2})
             if mirror and stop and variable not in ONE_PER_ORBIT:
-                _branch(ax, branch, variable, stop, {"color": colour, "linewidth": 0.7}, image=True)
+                _branch(ax, branch, view, {"color": colour, "linewidth": 0.7}, image=True)
         style.widen_constant(ax)
-        style.whole_range(ax, bounds or _range(branches, attractors))
-        ax.set(xlabel=parameter_label(name), ylabel=_symbol(variable))
+        shown = np.array(bounds or _range(branches, attractors))
+        style.whole_range(ax, shown * view.across)
+        ax.set(xlabel=parameter_label(name, units), ylabel=_label(variable, units))
         _legend(ax, branches, seen, points=points, cloud=attractors is not None)
         if points:
-            _special_points(ax, branches, variable, stop)
+            _special_points(ax, branches, view)
     return ax
 
 
@@ -134,11 +149,18 @@ def _range(branches: Sequence[Branch], attractors: xr.Dataset | None) -> list[fl
     return [min(float(p.min()) for p in parts), max(float(p.max()) for p in parts)]
 
 
-def _symbol(variable: str) -> str:
-    return OF_ORBITS.get(variable) or symbol(variable)
+def _measured(variable: str) -> str:
+    return OF_ORBITS.get(variable) or of_coordinate(variable)
 
 
-def _cloud(ax: Axes, attractors: xr.Dataset, name: str, variable: str) -> None:
+def _label(variable: str, units: Units) -> str:
+    if variable in WORDS_OF_ORBITS:
+        return units.label(WORDS_OF_ORBITS[variable], OF_ORBITS[variable])
+    return coordinate_label(variable, units)
+
+
+def _cloud(ax: Axes, attractors: xr.Dataset, name: str, view: _View) -> None:
+    variable = view.variable
     if variable not in attractors or name not in attractors[variable].dims:
         held = ", ".join(map(str, attractors.data_vars))
         raise InvalidParameterError(
@@ -147,39 +169,37 @@ def _cloud(ax: Axes, attractors: xr.Dataset, name: str, variable: str) -> None:
         )
     across, values = xr.broadcast(attractors[name], attractors[variable])
     known = np.isfinite(values.values)
-    style.points(ax, across.values[known], values.values[known], color=CLOUD, zorder=1)
+    x, y = across.values[known] * view.across, values.values[known] * view.up
+    style.points(ax, x, y, color=CLOUD, zorder=1)
     found = values.transpose(name, ...).notnull().values.reshape(len(attractors[name]), -1)
     silent = attractors[name].values[~found.any(axis=1)]
-    style.at_foot(ax, silent, CLOUD)
+    style.at_foot(ax, silent * view.across, CLOUD)
     if silent.size:
         ax.plot([], [], "s", color=CLOUD, markeredgewidth=0.0, label=NO_IMPACT)
 
 
-def _curves(
-    branch: Branch, points: Along, variable: str, stop: tuple[int, int] | None
-) -> list[Floats]:
+def _curves(branch: Branch, points: Along, view: _View) -> list[Floats]:
     """The values that are drawn, one array for each impact drawn."""
+    stop, variable = view.stop, view.variable
     every = [0] if stop is None or variable in ONE_PER_ORBIT else impacts_at(branch, stop)
-    return [coordinate(branch, points, variable, impact) for impact in every]
+    return [view.up * coordinate(branch, points, variable, impact) for impact in every]
 
 
-def _image(
-    branch: Branch, points: Along, variable: str, stop: tuple[int, int] | None
-) -> list[Floats]:
+def _image(branch: Branch, points: Along, view: _View) -> list[Floats]:
     """The values after the impacts of the mirror image at a stop."""
-    opposite = stop and (stop[0], -stop[1])
-    return [mirrored(values, variable) for values in _curves(branch, points, variable, opposite)]
+    opposite = view._replace(stop=view.stop and (view.stop[0], -view.stop[1]))
+    return [mirrored(values, view.variable) for values in _curves(branch, points, opposite)]
 
 
 def _branch(
-    ax: Axes, branch: Branch, variable: str, stop: tuple[int, int] | None, look: dict[str, Any],
-    *, image: bool = False,
-) -> set[Standing]:  # fmt: skip
+    ax: Axes, branch: Branch, view: _View, look: dict[str, Any], *, image: bool = False
+) -> set[Standing]:
     """Draw the stretches of a branch, or of its mirror image; which kinds there are."""
-    points = along(branch)
+    points, variable = along(branch), view.variable
+    across = points.parameter * view.across
     if not len(points.standing):
         return set()  # a single point is no curve
-    for values in (_image if image else _curves)(branch, points, variable, stop):
+    for values in (_image if image else _curves)(branch, points, view):
         breaks = np.flatnonzero(np.diff(points.standing)) + 1
         if variable == "phase":
             turns = np.flatnonzero(np.abs(np.diff(values)) > np.pi)
@@ -188,22 +208,21 @@ def _branch(
             if variable == "phase" and np.ptp(values[first : last + 1]) > np.pi:
                 continue  # from 2 pi to 0
             line = LINES[Standing(points.standing[min(first, len(values) - 2)])]
-            ax.plot(points.parameter[first : last + 1], values[first : last + 1], linestyle=line,
+            ax.plot(across[first : last + 1], values[first : last + 1], linestyle=line,
                     dash_capstyle="butt", zorder=2, **look)  # fmt: skip
     return {Standing(s) for s in points.standing}
 
 
-def _special_points(
-    ax: Axes, branches: Sequence[Branch], variable: str, stop: tuple[int, int] | None
-) -> None:
+def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
     labels = Labels(ax)
     for branch, colour in zip(branches, style.series(len(branches)), strict=True):
         points = along(branch)
-        for values in _curves(branch, points, variable, stop)[:1]:
+        across = points.parameter * view.across
+        for values in _curves(branch, points, view)[:1]:
             for i in np.flatnonzero(points.special >= 0):
                 point = branch.special_points[points.special[i]]
-                ax.plot(points.parameter[i], values[i], **marker_of(point.kind))
-                labels.add(point.label, points.parameter[i], values[i], colour)
+                ax.plot(across[i], values[i], **marker_of(point.kind))
+                labels.add(point.label, across[i], values[i], colour)
     labels.place()
 
 

@@ -53,11 +53,11 @@ def plot_history(
         if isinstance(run.system, ImpactDamper):
             delta = run.system.half_clearance * units.scales.length
             _damper(ax, run, delta, t, places, inside, at)
-            ax.set_ylabel(units.label("$x_1,\\ x_2$", "m"))
+            ax.set_ylabel(units.label("$x_1,\\ x_2$", "length"))
         else:
             _any_system(ax, run, t, places, inside, at)
-            ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "m"))
-        ax.set(xlabel=units.label("time $t$", "s"), xlim=(t[0], t[-1]))
+            ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "length"))
+        ax.set(xlabel=units.label("time $t$", "time"), xlim=(t[0], t[-1]))
         style.legend_outside(ax, columns=6)
     return ax
 

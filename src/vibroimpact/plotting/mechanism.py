@@ -11,6 +11,7 @@ from matplotlib.patches import Circle, Rectangle
 from vibroimpact.checks import check_kind
 from vibroimpact.damper import ImpactDamper
 from vibroimpact.plotting import style
+from vibroimpact.plotting.units import units_of
 
 # Places on the drawing board, in its own units.
 WALL, MASS, SLOT = 0.0, (3.2, 0.0, 5.0, 2.6), (3.9, 0.85, 3.6, 0.9)  # x, y, width, height
@@ -116,7 +117,14 @@ def _arrow(
 
 
 def _parameters(d: ImpactDamper) -> str:
-    return (
-        rf"$\mu={d.mass_ratio:g}$,  $\omega_n={d.omega_n:g}$,  $\zeta={d.zeta:g}$,  "
-        rf"$R={d.restitution:g}$,  $\delta={d.half_clearance:g}$,  $\omega={d.omega:g}$"
-    )
+    units = units_of(d)
+
+    def said(symbol: str, value: float, quantity: str = "") -> str:
+        return rf"${symbol}={value * units.factor(quantity):g}$ {units.unit(quantity)}".rstrip()
+
+    parts = [
+        said(r"\mu", d.mass_ratio), said(r"\omega_n", d.omega_n, "frequency"),
+        said(r"\zeta", d.zeta), said("R", d.restitution),
+        said(r"\delta", d.half_clearance, "length"), said(r"\omega", d.omega, "frequency"),
+    ]  # fmt: skip
+    return ",  ".join(parts)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact.checks import check_flag, numbers, refusal
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import style
+from vibroimpact.plotting.units import Units, units_of
 from vibroimpact.simulate import mechanism_of
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
@@ -49,7 +50,8 @@ def plot_multipliers(
     path
         Orbits along omega, or their multipliers, complex, shape (n_omega, n_multiplier).
     omega
-        Colours the points, shape (n_omega,); taken from ``orbit.damper`` if orbits are given.
+        Colours the points, shape (n_omega,); taken from the orbits if these are given, in rad/s
+        where their dampers have physical scales.
     half
         Draw nu of the half map (True) or lambda = nu^2 of the full map. Names the axes if
         ``path`` is an array.
@@ -64,10 +66,11 @@ def plot_multipliers(
         What was drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
     """
     values, along = _values(path, None if labels else omega, half)
+    units = units_of(*(_system_of(one) for one in cast(Any, path) if omega is None))
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         unit_circle(ax)
         if labels is None:
-            _points(ax, values, along)
+            _points(ax, values, along, units)
         else:
             _named(ax, values, labels)
         symbol = r"\nu" if half else r"\lambda"
@@ -105,7 +108,12 @@ def _values(
 
 
 def _omega_of(orbit: Any) -> float:
-    return mechanism_of(orbit.damper if hasattr(orbit, "damper") else orbit.system).omega
+    return mechanism_of(_system_of(orbit)).omega
+
+
+def _system_of(orbit: Any) -> Any:
+    """The system of an orbit; None of a row of multipliers."""
+    return getattr(orbit, "damper", None) or getattr(orbit, "system", None)
 
 
 def _complex(name: str, items: list[Any]) -> NDArray[np.complex128]:
@@ -142,7 +150,9 @@ def _named(ax: Axes, values: NDArray[np.complex128], labels: Sequence[str]) -> N
     style.legend_outside(ax, columns=1)
 
 
-def _points(ax: Axes, values: NDArray[np.complex128], along: NDArray[np.float64] | None) -> None:
+def _points(
+    ax: Axes, values: NDArray[np.complex128], along: NDArray[np.float64] | None, units: Units
+) -> None:
     each = np.repeat(np.arange(len(values)), values.shape[1])
     flat = values.ravel()
     look: dict[str, Any] = {
@@ -154,8 +164,10 @@ def _points(ax: Axes, values: NDArray[np.complex128], along: NDArray[np.float64]
     if along is None:
         ax.scatter(flat.real, flat.imag, color=style.BLUE, **look)
         return
+    along = along * units.factor("frequency")
     norm = Normalize(float(along.min()), float(along.max()))
     colours = mpl.colormaps[COLOURS]
     ax.scatter(flat.real, flat.imag, c=along[each], cmap=colours, norm=norm, **look)
     figure = cast(Figure, ax.get_figure(root=True))
-    figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=r"$\omega$", shrink=0.9)
+    figure.colorbar(ScalarMappable(norm, colours), ax=ax, shrink=0.9,
+                    label=units.label(r"$\omega$", "frequency"))  # fmt: skip

@@ -56,7 +56,8 @@ def plot_phase_portrait(
         ):
             ax.plot(x * sizes[0], v * sizes[1], linewidth=0.8, **looks)
         place, speed = _names(full)
-        ax.set(xlabel=units.label(f"${place}$", "m"), ylabel=units.label(f"${speed}$", "m/s"))
+        across, up = units.label(f"${place}$", "length"), units.label(f"${speed}$", "velocity")
+        ax.set(xlabel=across, ylabel=up)
     return ax
 
 

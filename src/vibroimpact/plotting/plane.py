@@ -19,6 +19,7 @@ from vibroimpact.ensembles.plane import ADDED, MADE_OF, with_motions
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.plotting import maps, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.units import Units, units_of_sweep
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
 
 COLOURS = (
@@ -74,14 +75,16 @@ def plot_plane(
     check_dataset("plane", plane, "vi.plane, vi.multistability or vi.sweep")
     check_kind("variable", variable, str, "the name of a variable")
     plane = _completed(plane, variable)
-    field = variable_of(plane, variable)
+    variable_of(plane, variable)
+    units = units_of_sweep(plane)
+    plane = units.drawn(plane, variable)
     check_count("most", most, 1, len(COLOURS))
     if symbols is not None:
         _check_symbols(symbols, variable)
-    across, up = maps.over_two(field)
+    across, up = maps.over_two(plane[variable])
     with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
-        _draw(ax, plane, variable, most if symbols is None else symbols)
-        ax.set(xlabel=parameter_label(across), ylabel=parameter_label(up))
+        _draw(ax, plane, variable, most if symbols is None else symbols, units)
+        ax.set(xlabel=parameter_label(across, units), ylabel=parameter_label(up, units))
     return ax
 
 
@@ -115,10 +118,12 @@ def _own_colours(found: Sequence[Category], chosen: Sequence[str] | int) -> dict
     return {code_of[symbol]: colour for symbol, colour in pairs if symbol in code_of}
 
 
-def _draw(ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | int) -> None:
+def _draw(
+    ax: Axes, plane: xr.Dataset, variable: str, chosen: Sequence[str] | int, units: Units
+) -> None:
     field = plane[variable]
     field = field.astype(np.int8) if field.dtype == bool else field
-    label = label_of(field)
+    label = label_of(field, units)
     if "flag_meanings" in field.attrs:
         found = categories(field)
         words = {one.code: one.words for one in found}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vibroimpact.checks import check_choice, refusal
 from vibroimpact.plotting import style
-from vibroimpact.plotting.units import Units, units_of
+from vibroimpact.plotting.units import Units, of_coordinate, units_of
 from vibroimpact.sections import SectionPoints, StroboscopicSection
 
 
@@ -43,24 +43,18 @@ def plot_section(
     across, up = component(section, "x", x), component(section, "y", y)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
         units = units_of(getattr(section, "system", None))
-        across, up = (values * _unit(units, name)[0] for name, values in ((x, across), (y, up)))
+        across, up = (v * units.factor(of_coordinate(n)) for n, v in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
         after = not isinstance(section, StroboscopicSection)
-        across_label, up_label = (
-            units.label(symbol(name, after), _unit(units, name)[1]) if name != "phase"
-            else symbol(name) for name in (x, y)
-        )  # fmt: skip
-        ax.set(xlabel=across_label, ylabel=up_label)
+        ax.set(xlabel=coordinate_label(x, units, after), ylabel=coordinate_label(y, units, after))
         if "label" in looks:
             style.legend_outside(ax, columns=2)
     return ax
 
 
-def _unit(units: Units, name: str) -> tuple[float, str]:
-    """Factor and SI unit of a coordinate."""
-    return {"x": (units.scales.length, "m"), "v": (units.scales.velocity, "m/s")}.get(
-        name[0], (1.0, "rad")
-    )
+def coordinate_label(name: str, units: Units, after_impact: bool = True) -> str:
+    """A coordinate as a formula, with its unit."""
+    return units.label(symbol(name, after_impact), of_coordinate(name))
 
 
 def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.float64]:

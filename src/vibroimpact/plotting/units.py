@@ -1,24 +1,99 @@
-"""Units of a picture: SI where the system has physical scales, none where it is nondimensional."""
+"""Units of what is drawn and told: SI where the system has physical scales, else none.
+
+A number of the scaled system times the factor of what it measures is the number in SI units, with
+the scales of the damper:
+
+    factor = mass^a length^b time^c                                                          (1)
+
+What a variable of a sweep measures is its attribute ``quantity``.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+import xarray as xr
+
+from vibroimpact.branches.stored_system import system_of
 from vibroimpact.damper import Scales, scales_of
+from vibroimpact.ensembles.states import COORDINATE
+
+QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
+    "length": ("m", (0, 1, 0)),
+    "velocity": ("m/s", (0, 1, -1)),
+    "time": ("s", (0, 0, 1)),
+    "frequency": ("rad/s", (0, 0, -1)),
+    "rate": ("1/s", (0, 0, -1)),
+    "force": ("N", (1, 1, -2)),
+    "power": ("W", (1, 2, -3)),
+}
+PARAMETERS = {
+    "omega": "frequency", "omega_n": "frequency", "half_clearance": "length", "force": "force",
+}  # fmt: skip
+COORDINATES = {"x": "length", "v": "velocity"}
+OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
 
 class Units(NamedTuple):
-    """Factors of what is drawn, and whether these are SI units."""
+    """The scales of a system, and whether what is shown of it is in SI units."""
 
     scales: Scales
     si: bool
 
-    def label(self, text: str, unit: str) -> str:
-        """A label with its unit: s, m, m/s or rad/s."""
-        return f"{text} [{unit}]" if self.si else text
+    def factor(self, quantity: str) -> float:
+        """(1); of a number without dimension, and of a nondimensional system, 1."""
+        if not self.si or quantity not in QUANTITIES:
+            return 1.0
+        a, b, c = QUANTITIES[quantity][1]
+        return float(self.scales.mass**a * self.scales.length**b * self.scales.time**c)
+
+    def unit(self, quantity: str) -> str:
+        """The unit of a quantity; "" of a number without dimension or in scaled units."""
+        return QUANTITIES[quantity][0] if self.si and quantity in QUANTITIES else ""
+
+    def label(self, text: str, quantity: str) -> str:
+        """A label with its unit."""
+        unit = self.unit(quantity)
+        return f"{text} [{unit}]" if unit else text
+
+    def told(self, quantity: str, *values: float) -> str:
+        """Numbers to six digits, with their unit."""
+        listed = ", ".join(f"{value * self.factor(quantity):.6g}" for value in values)
+        return f"{listed} {self.unit(quantity)}".rstrip()
+
+    def drawn(self, dataset: xr.Dataset, *names: str) -> xr.Dataset:
+        """A dataset with its coordinates, and those variables that it has, in these units."""
+        for name in (*map(str, dataset.coords), *names):
+            factor = self.factor(measured(dataset, name)) if name in dataset.variables else 1.0
+            if factor != 1.0:
+                array = dataset[name].variable.copy(data=dataset[name].values * factor)
+                put = dataset.assign_coords if name in dataset.coords else dataset.assign
+                dataset = put({name: array})
+        return dataset
 
 
-def units_of(system: object) -> Units:
-    """The units of a system's pictures."""
-    scales = scales_of(system)
+def units_of(*systems: object) -> Units:
+    """The units of pictures of some systems: SI if all have the same scales."""
+    found = {scales_of(system) for system in systems}
+    scales = found.pop() if len(found) == 1 else None
     return Units(scales or Scales(), scales is not None)
+
+
+def units_of_sweep(members: xr.Dataset) -> Units:
+    """The units of a dataset whose attributes say which system it is of."""
+    text = members.attrs.get("system_numbers")
+    return units_of(system_of(text) if text else None)
+
+
+def measured(dataset: xr.Dataset, name: str) -> str:
+    """What a variable, a parameter or a start of a sweep measures; "" for a plain number."""
+    if stated := dataset[name].attrs.get("quantity"):
+        return str(stated)
+    if COORDINATE.fullmatch(name):
+        return of_coordinate(name)
+    return PARAMETERS.get(name, "") if name in dataset.coords else ""
+
+
+def of_coordinate(name: str) -> str:
+    """What x1, v1, ... and phase measure."""
+    return COORDINATES.get(name[0], "")

@@ -9,6 +9,7 @@ import xarray as xr
 
 from vibroimpact.checks import check_choice, check_kind
 from vibroimpact.errors import InvalidParameterError
+from vibroimpact.plotting.units import Units
 
 LABELS = {
     "rotation": r"rotation number $\rho$",
@@ -33,9 +34,10 @@ def check_dataset(name: str, given: object, makers: str, holds: Sequence[str] = 
         )
 
 
-def label_of(field: xr.DataArray) -> str:
-    """A variable in words, with what it is counted per."""
+def label_of(field: xr.DataArray, of: Units) -> str:
+    """A variable in words, with what it is counted per, or its unit."""
     name, units = str(field.name), str(field.attrs.get("units", ""))
     kind, _, rest = name.partition("_")
     words = LABELS[kind] + f", {rest}" * bool(rest) if kind in LABELS else name.replace("_", " ")
-    return f"{words} {units}" if units.startswith("per ") else words
+    words = f"{words} {units}" if units.startswith("per ") else words
+    return of.label(words, str(field.attrs.get("quantity", "")))
