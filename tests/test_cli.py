@@ -182,7 +182,7 @@ def test_a_damper_in_si_units_is_read_from_a_file(capsys: pytest.CaptureFixture[
     cli.main(["orbit", "--config", "si.toml"])
     said = capsys.readouterr().out
     assert "length=0.0015" in said
-    assert "forcing 66 rad/s (10.5042 Hz), natural frequency 63.2456 rad/s" in said
+    assert "forcing 60 N at 66 rad/s (10.5042 Hz), natural frequency 63.2456 rad/s" in said
     assert "half clearance 0.003 m" in said
     arguments = ["simulate", "--config", "si.toml", "--impacts", "40", "--out", "r.nc"]
     assert cli.main([*arguments, "--position", "0", "0", "--velocity", "0", "1"]) == 0

@@ -5,9 +5,12 @@ The witness of every factor is a formula in the physical values: t = T sqrt(K / 
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
@@ -18,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 
 import vibroimpact as vi
-from vibroimpact import plotting
+from vibroimpact import cli, plotting
 
 M1, K, F0, OMEGA, D = 10.0, 4.0e4, 60.0, 66.0, 6.0e-3
 SI = vi.ImpactDamper.from_physical(
@@ -235,3 +238,93 @@ def test_the_drawing_of_a_damper_says_its_si_values() -> None:
     assert r"$\delta=0.003$ m" in line
     assert r"$\omega=66$ rad/s" in line
     assert r"$\mu=0.08$, " in line
+
+
+def said(
+    capsys: pytest.CaptureFixture[str], folder: Path, command: str, *, plain: bool = False
+) -> str:
+    """What a command prints of the damper in a file, or of the same one given by parameters."""
+    system = [f"--{name.replace('_', '-')}={getattr(SI, name)!r}" for name in PARAMETERS]
+    if not plain:
+        file = folder / "si.toml"
+        file.write_text(
+            f"[physical]\nM1 = {M1}\nM2 = 0.8\nK = {K}\nC = 40.0\nF0 = {F0}\nOmega = {OMEGA}\n"
+            f"D = {D}\nrestitution = 0.6\n"
+        )
+        system = ["--config", str(file)]
+    assert cli.main([*command.split(), *system]) == 0
+    return capsys.readouterr().out
+
+
+COMMANDS = {
+    "branch --range 0.95 1.2": [
+        f"in SI units: omega {0.95 * RATE:.6g} to {1.2 * RATE:.6g} rad/s, GR1 at 64.1",
+    ],
+    "branch --parameter half_clearance --range 1 4": [
+        f"in SI units: half_clearance {METRES:.6g} to {4.0 * METRES:.6g} m, GR1 at ",
+    ],
+    "sweep --over omega=1,1.1 --over force=0.5,2 --settle 1 --periods 1": [
+        f"in SI units: omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s, force 30 to 120 N\n",
+    ],
+    "diagram --over half_clearance=1,2 --way up --settle 1 --periods 1": [
+        f"in SI units: half_clearance {METRES:.6g} to {2.0 * METRES:.6g} m\n",
+    ],
+    "plane --over omega=1,1.1 --over restitution=0.5,0.6 --settle 1 --periods 1": [
+        f"in SI units: omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s\n",
+    ],
+    "basins --over x1=-1,1 --over v1=-1,1 --settle 40": [
+        f"in SI units: x1 -{METRES:.6g} to {METRES:.6g} m, v1 -{SPEED:.6g} to {SPEED:.6g} m/s",
+        "in SI units: x = ",
+    ],
+    "orbits --cycles 1 --impacts 2 --starts 5": ["clearance [m]"],
+    "simulate --impacts 5": [f"forcing {F0:g} N at {OMEGA:g} rad/s"],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_prints_si_units_of_a_physical_damper_alone(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed = said(capsys, tmp_path, command)
+    for words in COMMANDS[command]:
+        assert words in printed
+    assert not re.search(r"SI units|\[m\]", said(capsys, tmp_path, command, plain=True))
+
+
+def test_the_printed_attractor_and_special_point_are_the_scaled_ones_in_si_units(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed = said(capsys, tmp_path, "basins --over x1=-1,1 --over v1=-1,1 --settle 40")
+    scaled = re.findall(r"position=\((\S+), \S+ velocity=\((\S+),", printed)[0]
+    here = re.findall(r"SI units: x = (\S+), \S+ m, v = (\S+), \S+ m/s", printed)[0]
+    expected = np.array(scaled, dtype=float) * (METRES, SPEED)
+    np.testing.assert_allclose(np.array(here, dtype=float), expected, rtol=1e-5)
+    printed = said(capsys, tmp_path, "branch --range 0.95 1.2")
+    (omega,), (place,) = (
+        re.findall(r"GR1 at omega = (\S+):", printed),
+        re.findall(r"GR1 at (\d\S+)", printed),
+    )
+    assert float(place) == pytest.approx(float(omega) * RATE, rel=1e-5)
+
+
+def test_a_normal_form_has_its_place_and_widths_in_si_units(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = "normal-form --range 0.9 1.3 --at NS1 --half-clearance 6.5 --restitution 0.8"
+    facts = json.loads(said(capsys, tmp_path, f"{command} --json"))
+    assert facts["si"]["value"] == pytest.approx(facts["value"] * RATE, rel=ROUNDING)
+    assert facts["coordinates"] == ["x1", "v1", "v2", "phase"]
+    assert facts["si"]["half_width_units"] == ["m", "m/s", "m/s", "rad"]
+    factors = np.array([METRES, SPEED, SPEED, 1.0]) / np.sqrt(RATE)  # of dp in rad/s
+    expected = np.array(facts["half_width_law"]) * factors
+    np.testing.assert_allclose(facts["si"]["half_width_law"], expected, rtol=ROUNDING)
+    last = said(capsys, tmp_path, command).splitlines()[-1]
+    assert last.startswith(f"in SI units: omega = {facts['value'] * RATE:.9g} rad/s; half width")
+
+
+def test_help_says_that_numbers_are_scaled(capsys: pytest.CaptureFixture[str]) -> None:
+    for command, option in (("branch", "--range"), ("plane", "--over"), ("basins", "--over")):
+        assert cli.main([command, "--help"]) == 0
+        words = " ".join(capsys.readouterr().out.split())
+        assert "All numbers given here are scaled, of a [physical] file too" in words
+        assert re.search(rf"{option} [^-]*scaled, not in SI units", words.partition("options:")[2])

@@ -11,6 +11,7 @@ from vibroimpact.ensembles.attractors import NOT_MATCHED
 from vibroimpact.ensembles.basins import attractor_state, basins, share_of_starts
 from vibroimpact.files import write
 from vibroimpact.plotting import plot_basins
+from vibroimpact.plotting.units import units_of
 
 NAME = "basins"
 HELP = "find the attractors from a grid of starts, and which start leads to which"
@@ -41,16 +42,18 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: plot_basins(found))
-    return ensemble.told(arguments, targets, case, over, found, *_listed(found))
+    return ensemble.told(arguments, targets, case, over, found, *_listed(case.system, found))
 
 
-def _listed(found: xr.Dataset) -> list[str]:
-    """A line per attractor, and one for the starts that are left."""
-    lines = [
-        f"{name}: {row['kind'].item()}, {100.0 * row['share'].item():.3g}% of the starts, "
-        f"for example {attractor_state(found, str(name))}"
-        for name, row in ((n, found.isel(label=i)) for i, n in enumerate(found["name"].values))
-    ]
+def _listed(system: common.System, found: xr.Dataset) -> list[str]:
+    """A line per attractor, one with its state in SI units, and one for the starts left."""
+    lines, units = [], units_of(system)
+    for i, name in enumerate(found["name"].values):
+        row, state = found.isel(label=i), attractor_state(found, str(name))
+        share = f"{100.0 * row['share'].item():.3g}% of the starts"
+        lines.append(f"{name}: {row['kind'].item()}, {share}, for example {state}")
+        if units.si:
+            lines.append(f"  in SI units: {common.state_in(units, state)}")
     left = share_of_starts(found["attractor"], NOT_MATCHED)
     if left:
         lines.append(f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle, or --most.")

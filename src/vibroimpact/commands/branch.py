@@ -21,6 +21,7 @@ from vibroimpact.parameters import parameter_value
 from vibroimpact.periodic.find import find_orbit
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
+from vibroimpact.plotting.units import of_name, units_of
 from vibroimpact.state import STATE
 
 NAME = "branch"
@@ -56,7 +57,7 @@ def add_branch(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--range", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"),
-        help="of the parameter; the start lies between",
+        help="of the parameter, scaled, not in SI units; the start lies between",
     )  # fmt: skip
     group.add_argument(
         "--switch", action="append", default=[], metavar="POINT",
@@ -97,7 +98,18 @@ def run(arguments: argparse.Namespace) -> str:
         picture=lambda: _picture(arguments, branches),
     )
     system = branches[0].family.system
-    return "\n".join([str(system), *map(str, branches)]) + common.listed(targets)
+    return "\n".join([str(system), *map(_described, branches)]) + common.listed(targets)
+
+
+def _described(branch: Branch) -> str:
+    """What a branch is; of a damper with physical scales with its parameter in SI units."""
+    units, name = units_of(branch.family.system), branch.parameter
+    ends = common.ranges_in_si(branch.family.system, {name: branch.extent})
+    if not ends:
+        return str(branch)
+    places = ((p.label, units.told(of_name(name), p.parameter)) for p in branch.special_points)
+    points = [f"{label} at {place}" for label, place in places]
+    return f"{branch}\n  in SI units: {', '.join([ends, *points])}"
 
 
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:

@@ -6,19 +6,20 @@ import argparse
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from vibroimpact.checks import check_target
-from vibroimpact.damper import ImpactDamper, scales_of
+from vibroimpact.damper import ImpactDamper
 from vibroimpact.errors import InvalidParameterError
 from vibroimpact.files import DATA, Case, read_case
 from vibroimpact.literature import impact_damper
 from vibroimpact.mechanism import Mechanism
 from vibroimpact.orbits import symmetric_orbits
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.plotting.units import Units, of_name, units_of
 from vibroimpact.state import STATE, State
 
 System = ImpactDamper | Mechanism
@@ -91,7 +92,10 @@ def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]
 def add_system(parser: argparse.ArgumentParser) -> None:
     """Add the options that say which system: a named case, a file, parameters."""
     group = parser.add_argument_group(
-        "system", "A named case or a file, and parameters, which replace those of the case."
+        "system",
+        "A named case or a file, and parameters, which replace those of the case. All numbers "
+        "given here are scaled, of a [physical] file too: t = T sqrt(K / M1), x = K X / F0. What "
+        "is printed or drawn in SI units says its units.",
     )
     group.add_argument(
         "case", nargs="?", metavar="CASE",
@@ -162,8 +166,8 @@ def add_start(parser: argparse.ArgumentParser, default: str = ORBIT) -> None:
         "A state (--position and --velocity), or a symmetric orbit of the damper. Without any: the "
         f"start of the file, or else {default}.",
     )
-    group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ...")
-    group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")
+    group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ..., scaled")
+    group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ..., scaled")
     group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
     group.add_argument("--on-stop", choices=("A", "B"), help="put x2 there; --position is x1 alone")
     group.add_argument(
@@ -223,17 +227,34 @@ def _default(arguments: argparse.Namespace, case: Case) -> State:
 
 def in_si(system: System, state: State, time: float | None = None) -> str:
     """A line with a state in SI units, and one with the system; none for a nondimensional one."""
-    scales = scales_of(system)
-    if scales is None or not isinstance(system, ImpactDamper):
+    units = units_of(system)
+    if not units.si or not isinstance(system, ImpactDamper):
         return ""
-    x = ", ".join(f"{value * scales.length:.6g}" for value in state.position)
-    v = ", ".join(f"{value * scales.velocity:.6g}" for value in state.velocity)
-    forced, natural = (f * scales.frequency for f in (system.omega, system.omega_n))
-    at = "" if time is None else f" at t = {time * scales.time:.6g} s"
+    at = "" if time is None else f" at t = {units.told('time', time)}"
+    cycles = system.omega * units.factor("frequency") / (2.0 * math.pi)
     return (
-        f"\nin SI units: x = {x} m, v = {v} m/s{at}"
-        f"\n  forcing {forced:.6g} rad/s ({forced / (2.0 * math.pi):.6g} Hz), natural frequency "
-        f"{natural:.6g} rad/s, half clearance {system.half_clearance * scales.length:.6g} m"
+        f"\nin SI units: {state_in(units, state)}{at}"
+        f"\n  forcing {units.told('force', system.force)} at "
+        f"{units.told('frequency', system.omega)} ({cycles:.6g} Hz), natural frequency "
+        f"{units.told('frequency', system.omega_n)}, half clearance "
+        f"{units.told('length', system.half_clearance)}"
+    )
+
+
+def state_in(units: Units, state: State) -> str:
+    """Places and velocities of a state."""
+    x, v = units.told("length", *state.position), units.told("velocity", *state.velocity)
+    return f"x = {x}, v = {v}"
+
+
+def ranges_in_si(system: object, axes: Mapping[str, tuple[float, float]]) -> str:
+    """Ranges of parameters or of coordinates of the start in SI units; none of plain numbers."""
+    units = units_of(system)
+    measured = {name: of_name(name) for name in axes}
+    return ", ".join(
+        f"{name} {low * units.factor(measured[name]):.6g} to {units.told(measured[name], high)}"
+        for name, (low, high) in axes.items()
+        if units.unit(measured[name])
     )
 
 

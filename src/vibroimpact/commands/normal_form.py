@@ -24,6 +24,7 @@ from vibroimpact.normal_forms import (
     resonances,
 )
 from vibroimpact.periodic.maps import SegmentMap, solved_map
+from vibroimpact.plotting.units import Units, of_name, units_of
 
 NAME = "normal-form"
 HELP = "compute the normal form at a bifurcation of a periodic orbit"
@@ -78,10 +79,31 @@ def _facts(point: BifurcationPoint, form: NormalForm) -> Facts:
         "others_inside": form.others_inside,
     }
     if isinstance(form, NeimarkSacker):
-        return facts | _of_circle(form, solved)
-    if isinstance(form, Flip):
-        return facts | _of_flip(form)
-    return facts | (_of_fold(form) if isinstance(form, Fold) else _of_crossing(form))
+        facts |= _of_circle(form, solved)
+    elif isinstance(form, Flip):
+        facts |= _of_flip(form)
+    else:
+        facts |= _of_fold(form) if isinstance(form, Fold) else _of_crossing(form)
+    return facts | _in_si(units_of(point.orbit.system), facts)
+
+
+def _in_si(units: Units, facts: Facts) -> Facts:
+    """The place and the widths in SI units, of a damper with physical scales."""
+    if not units.si:
+        return {}
+    across = of_name(facts["parameter"])
+    names, widths = facts["coordinates"], facts.get("half_width_law", [])
+    root = units.factor(across) ** 0.5
+    return {
+        "si": {
+            "value": facts["value"] * units.factor(across),
+            "unit": units.unit(across),
+            "half_width_law": [
+                w * units.factor(of_name(n)) / root for n, w in zip(names, widths, strict=False)
+            ],
+            "half_width_units": [units.unit(of_name(n)) or "rad" for n in names],
+        }
+    }
 
 
 def _coordinates(solved: SegmentMap) -> list[str]:
@@ -182,6 +204,7 @@ def _text(point: BifurcationPoint, facts: Facts) -> str:
         repr(point),
         f"{facts['orbit']} orbit, {facts['map']} in {', '.join(facts['coordinates'])}",
         *words(facts),
+        *_si_text(facts),
         *(f"warning: {sentence}" for sentence in facts.get("warnings", [])),
     ]
     return "\n".join(lines)
@@ -251,6 +274,17 @@ def _size(name: str, facts: Facts) -> list[str]:
         f"{facts['value']:.9g}",
         "half width / sqrt|dp|: " + ", ".join(f"{c} {width:.6g}" for c, width in widths),
     ]
+
+
+def _si_text(facts: Facts) -> list[str]:
+    """A line with the place and the widths in SI units."""
+    if not (si := facts.get("si")):
+        return []
+    place = f"{facts['parameter']} = {si['value']:.9g} {si['unit']}".rstrip()
+    laws = zip(facts["coordinates"], si["half_width_law"], si["half_width_units"], strict=False)
+    listed = ", ".join(f"{name} {width:.6g} {unit}" for name, width, unit in laws)
+    widths = [f"half width / sqrt|dp|: {listed}"] if listed else []
+    return [f"in SI units: {'; '.join([place, *widths])}"]
 
 
 def _complex(pair: list[float]) -> str:

@@ -30,8 +30,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_arguments_of(parser, simulate, LENGTH)
     parser.add_argument(
         "--window", type=float, nargs=2, metavar=("T0", "T1"),
-        help=f"time shown in the picture, in its units (default: the last {PERIODS} forcing "
-        "periods)",
+        help="time shown in the picture, in its units, which are seconds for a [physical] file "
+        f"(default: the last {PERIODS} forcing periods)",
     )  # fmt: skip
     common.add_out(parser)
 

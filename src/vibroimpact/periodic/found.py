@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
+from vibroimpact.damper import Scales, scales_of
 from vibroimpact.periodic.find import unfolded
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.simulate import System, mechanism_of
@@ -82,8 +83,9 @@ class OrbitSearch:
         )
 
     def table(self) -> str:
-        """The orbits, one in a line."""
-        heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", "clearance", "")
+        """The orbits, one in a line; clearances are in metres of a damper with physical scales."""
+        least = "clearance [m]" if scales_of(self.system) else "clearance"
+        heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", least, "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]
         sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return "\n".join(
@@ -93,6 +95,7 @@ class OrbitSearch:
 
     def _row(self, k: int) -> tuple[str, ...]:
         orbit, image = self.orbits[k], self.mirror_of[k]
+        length = (scales_of(self.system) or Scales()).length
         remark = f"mirror image of {image}" if image is not None else ""
         why = orbit.inadmissible_reason and f"not admissible: {orbit.inadmissible_reason}"
         return (
@@ -101,7 +104,7 @@ class OrbitSearch:
             "yes" if orbit.symmetric else "no",
             "yes" if orbit.stable else "no",
             f"{abs(orbit.multipliers[0]):.6g}",
-            f"{orbit.clearance_to_grazing:.4g}",
+            f"{orbit.clearance_to_grazing * length:.4g}",
             "; ".join(filter(None, [remark, why])),
         )
 

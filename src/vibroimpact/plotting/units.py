@@ -89,9 +89,13 @@ def measured(dataset: xr.Dataset, name: str) -> str:
     """What a variable, a parameter or a start of a sweep measures; "" for a plain number."""
     if stated := dataset[name].attrs.get("quantity"):
         return str(stated)
-    if COORDINATE.fullmatch(name):
-        return of_coordinate(name)
-    return PARAMETERS.get(name, "") if name in dataset.coords else ""
+    known = name in dataset.coords or COORDINATE.fullmatch(name)
+    return of_name(name) if known else ""
+
+
+def of_name(name: str) -> str:
+    """What a parameter or a coordinate measures; "" for a plain number or an angle."""
+    return of_coordinate(name) if COORDINATE.fullmatch(name) else PARAMETERS.get(name, "")
 
 
 def of_coordinate(name: str) -> str:
