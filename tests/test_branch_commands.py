@@ -73,7 +73,7 @@ def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -
     assert out.count("Branch of") == 3
     assert load_branch("b.nc").symbol == "2-2-2"
     assert out.count("1-1-1 orbits") == 2
-    assert "PD1 at omega = 0.6662811894:" in out
+    assert "PD1 at omega = 0.666281189:" in out
 
 
 def test_a_rule_ends_every_branch(capsys: pytest.CaptureFixture[str]) -> None:

@@ -109,7 +109,7 @@ class BifurcationPoint:
 
     def __repr__(self) -> str:
         real = "" if self.admissible else ", not admissible"
-        return f"{self.label} at {self.name} = {self.parameter:.10g}: {self.meaning}{real}"
+        return f"{self.label} at {self.name} = {self.parameter:.9g}: {self.meaning}{real}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -169,7 +169,7 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolve
             continue
         if why := why_none(family, curve, point, orbit):
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
-            reason = f"{kind} at {family.parameter} = {point.parameter:.10g}: {why}"
+            reason = f"{kind} at {family.parameter} = {point.parameter:.9g}: {why}"
             yield Unresolved(point.name, after - 1, after, reason)
         else:
             yield _At(point.arclength, {
