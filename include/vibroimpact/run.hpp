@@ -150,7 +150,7 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
                             const limits& limit, Observer& observer) {
     flight_memory<Flow> memory;
     long work = 0; // since it was asked whether to go on
-    if (has_diverged(system.modes[at.mode], at.y)) {
+    if (so_far.events == 0 && has_diverged(system.modes[at.mode], at.y)) {
         const auto e = certified_step(system, at, 0.0);
         count(so_far, e);
         observer.see(e, at, so_far.now);
