@@ -4,11 +4,15 @@
 //             2 v / |a|, leaving at R v, and so on: infinitely many impacts in
 //                 t = 2 v / (|a| (1 - R))                                                  (1)
 //             after which the relative motion is at rest. The sum is completed by a free flight of
-//             length t and one plastic impact.
+//             length t and one plastic impact. No other contact may meet a stop meanwhile: with u^(m)
+//             the derivatives of its u now, for s <= t
+//                 |u(s) - u(0) - u' s| <= (s / t) sum |u^(m)| t^m / m!, m >= 2             (3)
+//             and |u(s) - u(0)| <= the sum from m = 1 on.
 //             Contacts at rest on their stops close or stay open as impact/closing.hpp says.
 // Accuracy    (1) neglects the change of a, which moves the end velocity by about
 //             v^2 |g'''| / (a (1 - R))^2, and lumps impulses, which moves positions by about
-//             v^2 / (|a| (1 - R)^2): completed only where both are below 2^-53 of the motion (2)
+//             v^2 / (|a| (1 - R)^2): completed only where both are below 2^-53 of the motion (2),
+//             and (1) is no longer than a step, as the flight and (3) are series
 // Fails       sets of contacts whose mode was not built: settled::missing, or stay_closed() is not 0;
 //             their code is returned, and nothing was changed
 // Reference   Nordmark, Piiroinen, Nonlinear Dynamics 58 (2009) 85-106; theory.md, "Chatter"
@@ -92,38 +96,40 @@ VI_HD inline T chatter_time(const hybrid<Flow>& system, const State& at, int i) 
     return 2.0 * at.rate[i] / (-gap_derivative<T>(system, at, i, 2) * (1.0 - r));
 }
 
-// How far u of a contact moves in a time t at most, about, and the rounding of u.
+// (3): how far u of a contact moves in a time t at most, how far it turns off its tangent, and the
+// rounding of u. It is lost where neither u nor any of the terms that add up to it moves by more.
 struct small_motion {
-    double moved, rounding;
-    VI_HD bool is_lost() const { return moved <= rounding / 64.0; }
+    double moved, turned, rounding;
+    bool lost;
 };
 template <class Flow, class State>
 VI_HD inline small_motion motion_of(const hybrid<Flow>& system, const State& at, int j, double t) {
     const auto& mode = system.modes[at.mode];
     const auto& g = mode.guards[j];
-    return {2.0 * t * plain(magnitude(g, 1, at.y, mode.flow)),
-            rounding_of(system, at, j, 0) + 64.0 * unit_roundoff * g.reach};
+    auto u = derivatives<taylor_order>(g, at.y, system.dimension());
+    const double moved = change_bound(u, t);
+    const double terms = 2.0 * t * plain(magnitude(g, 1, at.y, mode.flow));
+    const double rounding = rounding_of(system, at, j, 0) + 64.0 * unit_roundoff * g.reach;
+    u.d[1] = 0.0;
+    return {moved, change_bound(u, t), rounding, max(moved, terms) <= rounding / 64.0};
 }
 
 // Do all other contacts stay away from their stops for a time t, or where they are, if it is so short
-// that nothing moves beyond rounding? A bound, in no way tight.
+// that nothing moves beyond rounding?
 template <class Flow, class State>
 VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, int chattering,
                                    double t) {
-    const auto& mode = system.modes[at.mode];
-    const int n = system.dimension();
     for (int j = 0; j < system.contacts(); ++j) {
         if (j == chattering || side_in_code(at.held, j) != 0.0) continue;
         const auto motion = motion_of(system, at, j, t);
-        if (motion.is_lost()) continue;
-        const auto& g = mode.guards[j];
-        if (at.touching[j] == 0.0) {
-            const double u = watch(g, 0, at.y, n);
-            if (min(g.upper - u, u - g.lower) <= motion.moved) return false;
+        if (motion.lost) continue;
+        if (at.touching[j] != 0.0) {
+            if (!(at.rate[j] * t - motion.turned > 4.0 * motion.rounding)) return false;
             continue;
         }
-        const double bend = 2.0 * t * magnitude(g, 2, at.y, mode.flow);
-        if (!(at.rate[j] > bend && at.rate[j] * t > 4.0 * motion.rounding)) return false;
+        const auto& g = system.modes[at.mode].guards[j];
+        const double u = watch(g, 0, at.y, system.dimension());
+        if (min(g.upper - u, u - g.lower) <= motion.moved) return false;
     }
     return true;
 }
@@ -171,7 +177,7 @@ VI_HD inline T complete_chatter(const hybrid<Flow>& system,
     for (int j = 0; j < system.contacts(); ++j) {
         if (detail::side_in_code(at.held, j) != 0.0)
             pressed[j] = plain(t) * plain(watch(mode.guards[j], 0, at.y, system.dimension()));
-        else if (j != i && !detail::motion_of(system, at, j, plain(t)).is_lost())
+        else if (j != i && !detail::motion_of(system, at, j, plain(t)).lost)
             at.touching[j] = 0.0; // it has left; the others are where they were
     }
     at.y = mode.flow.template short_flight<taylor_order>(at.y, t);
@@ -260,7 +266,9 @@ VI_HD inline rest<T> settle(const hybrid<Flow>& system,
             !(plain.rate[i] > 0.0) || !detail::chatter_is_summable(system, plain, i))
             continue;
         const double t = detail::chatter_time<double>(system, plain, i);
-        if (!(t <= horizon) || !detail::others_stay_open(system, plain, i, t)) continue;
+        if (!(t <= min(horizon, system.modes[at.mode].flow.step)) ||
+            !detail::others_stay_open(system, plain, i, t))
+            continue;
         return {settled::chatter, i, 0, complete_chatter(system, at, i)};
     }
     return {settled::nothing, -1, 0, T(0.0)};
