@@ -84,6 +84,27 @@ bool a_long_drift_takes_few_leaps() {
            vi::abs(end.duration - 0x1p30) < 1e-12 * 0x1p30;
 }
 
+// A free mass between far stops is at its horizon after that time, and there: leaps of 32, 1024 and more steps
+// end before. Everything is a multiple of 2^-70, and exact.
+bool a_flight_ends_at_its_horizon() {
+    const double many[] = {1.0, 32.0, 33.0, 1024.0, 1025.0, 2048.0, 0x1p15, 0x1p16, 0x1p20};
+    const double beyond[] = {-1.0, -0.75, 0.0, 0.25, 0.5, 1.0, 1.5};
+    const auto m = between_stops(0.0);
+    for (double steps : many)
+        for (double more : beyond) {
+            const double horizon = (steps + more) * m.flow.step;
+            vi::trajectory<double, flow::shape_type> start{};
+            start.y = {{0.0, 0x1p-40}};
+            const auto end = vi::certified_flight(m, start, horizon, false, 0);
+            if (end.end == vi::flight_end::horizon && end.duration == horizon &&
+                end.y[0] == 0x1p-40 * horizon)
+                continue;
+            std::fprintf(stderr, "%g steps and %g: %g\n", steps, more, end.duration - horizon);
+            return false;
+        }
+    return true;
+}
+
 // Off all stops, but nearer to one than the margin of leaps.
 bool a_long_flight_lets_others_be_asked() {
     auto m = between_stops(1.0);
@@ -175,6 +196,7 @@ int main() {
     right &= met_after("a swing", oscillator, 1, 0, 1.0, 9.0, vi::infinity());
     right &= a_flight_without_end_takes_too_many_steps();
     right &= a_long_drift_takes_few_leaps();
+    right &= a_flight_ends_at_its_horizon();
     right &= a_long_flight_lets_others_be_asked();
     right &= a_flight_pauses_off_its_stop(1.0, 0.1) && a_flight_pauses_off_its_stop(0.0, 0.1);
     right &= a_flight_next_to_its_stop_does_not_pause();

@@ -169,13 +169,13 @@ VI_HD inline bool all_stay_clear(const Mode& m, const vec<T, D>& y, double time)
     return true;
 }
 
-// Leap, as far as all is clear; false where it is not. The step to the horizon is marched.
+// Leap, as far as all is clear; false where it is not. What is left to the horizon is marched.
 template <class Mode, class Ladder>
 VI_HD inline bool leap(const Mode& m, double horizon, Ladder& at) {
     const auto& flow = m.flow;
     const auto may = [&](double steps) {
         return steps > 0.0 && at.steps() + steps < most_steps &&
-               (at.steps() + steps + 1.0) * flow.step < horizon &&
+               (at.steps() + steps) * flow.step < horizon &&
                all_stay_clear(m, at.y, steps * flow.step);
     };
     const double far = at.far_leap_ahead();
