@@ -256,6 +256,26 @@ def test_a_start_at_rest_with_an_opening_force_flies_off() -> None:
     assert run.time[0] > 1.0
 
 
+@pytest.mark.parametrize("delta", [1e-13, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3])
+def test_a_hop_from_rest_is_an_impact_if_it_lands_faster_than_rounding(delta: float) -> None:
+    """x'' = sin(t + f) - sin(f), f = pi / 2 - d: x = d t^3 / 6 - t^4 / 24, zero at 4 d.
+
+    It lands at -8/3 d^3, both but for parts of d^2; speeds are sums of terms of size one.
+    """
+    start = vi.State((0.0,), (0.0,), 0.5 * math.pi - delta)
+    run = vi.simulate(pressed(math.cos(delta), 0.0), start, impacts=1, t_max=1.0)
+    off = delta**2 + 32.0 * UNIT / delta  # relative, of the jerk: roundings of phases and sines
+    assert run.time[0] == pytest.approx(4.0 * delta, rel=off)
+    if delta < 1e-4:  # 2.7e-15 and less, below 64 roundings of one
+        assert [vi.Status(s) for s in run.status] == [
+            vi.Status.GRAZING, vi.Status.STICK, vi.Status.HORIZON,
+        ]  # fmt: skip
+        assert np.all(run.velocity_after == 0.0)
+    else:  # 2.7e-12 and more
+        assert run.status[0] == vi.Status.IMPACT
+        assert run.rate_before[0] == pytest.approx(-8.0 / 3.0 * delta**3, rel=3.0 * off)
+
+
 CASES: dict[str, Any] = tomllib.loads(REFERENCE.read_text(encoding="utf-8"))
 DAMPER = paper_damper("C", CASES["parameters"]["omega"])
 
