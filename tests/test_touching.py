@@ -115,6 +115,21 @@ def test_a_contact_that_departs_takes_no_part() -> None:
         assert set(on.contact) == {1, -1}
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_a_body_struck_to_the_speed_of_the_next_one_goes_on_with_it(seed: int) -> None:
+    """Body 2 gets (1 + R) m1 / (m1 + m2) of the speed of 1, which is what 3 has."""
+    rng = np.random.default_rng(seed)
+    masses, bounce = [*rng.uniform(0.2, 3.0, 3)], float(rng.uniform(0.1, 0.9))
+    speed = float(rng.uniform(0.5, 2.0))
+    next_one = (1.0 + bounce) * masses[0] / (masses[0] + masses[1]) * speed
+    m = chain(masses, [0.0] * 3, [bounce, 0.5])
+    run = vi.simulate(m, vi.State((0.0,) * 3, (speed, 0.0, next_one)), impacts=5, t_max=10.0)
+    assert [(vi.Status(s), c) for s, c in zip(run.status, run.contact, strict=True)] == [
+        (vi.Status.IMPACT, 0), (vi.Status.STICK, 1), (vi.Status.HORIZON, -1),
+    ]  # fmt: skip
+    assert run.velocity_after[-1, 1:] == pytest.approx([next_one] * 2, rel=16.0 * UNIT)
+
+
 def test_inelastic_collapse_ends_in_rest() -> None:
     """Three balls at e below 7 - 4 sqrt(3) meet infinitely often, and stay together."""
     m = chain([1.0] * 3, [0.0] * 3, 0.07)
