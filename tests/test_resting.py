@@ -82,6 +82,23 @@ def test_a_release_beside_a_held_contact_is_where_its_force_falls_to_zero() -> N
     assert run.velocity_before[at + 1] == pytest.approx(z[2:], abs=1e-9)
 
 
+@pytest.mark.parametrize("impacts", [1, 2, 3])
+def test_a_speed_off_a_stop_that_holds_is_as_good_as_what_a_plastic_impact_leaves_of_it(
+    impacts: int,
+) -> None:
+    """In derivatives, beside impacts that move the contact held: of its rate nothing is left."""
+    m = pressed()
+    off = np.array([[0.0], [0.0], [1.0], [0.0], [0.0]])
+    push = np.linalg.solve(np.array(m.mass), [1.0, 0.0])
+    left = off.copy()
+    left[2:4, 0] -= push / push[0]
+    start = vi.State((0.0, 0.5), (0.0, -1.0))
+    found = vi.map_derivative(m, start, impacts=impacts, directions=np.hstack([off, left])).matrix
+    assert np.abs(found[:, 1]).max() > 0.01
+    # some ten operations each, beside terms of order one
+    assert found[:, 0] == pytest.approx(found[:, 1], rel=1e-12, abs=1e-12)
+
+
 def test_bodies_that_come_to_rest_together_go_on() -> None:
     """Most of them: three that chatter at once may use up their impacts (known-limits.md)."""
     through = 0
