@@ -23,6 +23,7 @@ POINTS = 33  # samples per piece
 RESOLVED = 1e-10  # a piece is resolved when its last coefficients are below this part of the first
 DEEPEST = 30  # halvings of the interval before it is called unresolved
 EDGE = 1e-6  # zeros this far outside a piece, relative to its length, are kept and polished
+NEAR = 1.1  # bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5
 
 
 class UnresolvedError(ArithmeticError):
@@ -74,24 +75,30 @@ def real_zeros(coefficients: Floats) -> Floats:
     return np.sort(real_zeros_of(np.reshape(coefficients, (-1, 1)))[1])
 
 
-def real_zeros_of(coefficients: Floats) -> tuple[Integers, Floats]:
+def real_zeros_of(
+    coefficients: Floats, rounding: float = float(np.finfo(float).eps)
+) -> tuple[Integers, Floats]:
     """Zeros in [-1, 1] (and EDGE beyond) of many Chebyshev series at once.
 
-    Coefficients from the last one on that is above rounding of the largest are left out: zeros move
-    as little as by rounding of the values, and the eigenvalue problems are small.
+    Coefficients after the last one that is above rounding of the largest are left out: zeros move
+    as little as by rounding of the values, and the eigenvalue problems are small. A series whose
+    first coefficient outweighs the others has no zeros.
 
     Parameters
     ----------
     coefficients
         One series a column, shape (k, m).
+    rounding
+        What may be left out, relative to the largest coefficient.
 
     Returns
     -------
     (numbers of the series, zeros), each of shape (z,)
     """
     size = np.abs(coefficients)
-    kept = size > np.finfo(float).eps * size.max(axis=0, initial=0.0)
-    degrees = np.where(kept.any(axis=0), len(kept) - 1 - np.argmax(kept[::-1], axis=0), 0)
+    kept = size > rounding * size.max(axis=0, initial=0.0)
+    some = kept.any(axis=0) & (size[0] <= NEAR * size[1:].sum(axis=0))
+    degrees = np.where(some, len(kept) - 1 - np.argmax(kept[::-1], axis=0), 0)
     numbers, zeros = [np.empty(0, dtype=np.int64)], [np.empty(0)]
     for degree in np.unique(degrees[degrees > 0]):
         these = np.flatnonzero(degrees == degree)

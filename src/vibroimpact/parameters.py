@@ -20,6 +20,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -249,4 +250,6 @@ def _at_omega(mechanism: Mechanism, omega: Any) -> Mechanism:
         Harmonic(omega * (line.omega / mechanism.omega), line.sine, line.cosine)
         for line in mechanism.forces
     ]
-    return replace(mechanism, forces=tuple(lines))
+    varied = copy(mechanism)  # the rest has been checked
+    object.__setattr__(varied, "forces", tuple(lines))
+    return varied

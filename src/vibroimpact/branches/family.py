@@ -35,7 +35,13 @@ from vibroimpact.periodic.multipliers import pencil_of
 from vibroimpact.periodic.newton import CONVERGED, FOUND, rows_of, scale_of
 from vibroimpact.periodic.orbit import Orbit
 from vibroimpact.periodic.prescribed import Linearised
-from vibroimpact.periodic.problem import OrbitProblem, Signature, asymmetry, least_cycles
+from vibroimpact.periodic.problem import (
+    OrbitProblem,
+    Signature,
+    asymmetry,
+    latest,
+    least_cycles,
+)
 from vibroimpact.simulate import System
 
 Floats = NDArray[np.float64]
@@ -59,7 +65,7 @@ class OrbitFamily(OrbitProblem):
     def __init__(self, system: System, signature: Signature, parameter: str, sizes: Floats) -> None:
         super().__init__(system, signature, parameter)
         self._sizes = sizes
-        self._seen: tuple[bytes, float, Linearised] | None = None
+        self._seen: dict[tuple[bytes, float], Linearised] = {}
         self._orbits: dict[tuple[bytes, float], Orbit] = {}
         self.refused = ""  # why the system could not be built, where it could not
         self._reference = 0.0
@@ -79,11 +85,9 @@ class OrbitFamily(OrbitProblem):
         return self._sizes
 
     def linearised(self, z: Floats, p: float) -> Linearised:
-        """Every segment with its derivatives; the last is remembered."""
-        key = np.asarray(z).tobytes()
-        if self._seen is None or self._seen[:2] != (key, p):
-            self._seen = key, p, super().linearised(z, p)
-        return self._seen[2]
+        """Every segment with its derivatives; the latest are remembered."""
+        key = np.asarray(z).tobytes(), p
+        return latest(self._seen, key, lambda _: OrbitProblem.linearised(self, z, p))
 
     def residual(self, z: Floats, p: float) -> Floats:
         """As :class:`OrbitProblem` says; NaN beyond the range of the parameter or of time."""

@@ -126,8 +126,10 @@ def edges(f: Expansion, true: Function) -> list[Edge]:
     list of (s, value)
         From the lower to the upper end; the value is 0 at a touch.
     """
-    left_out = float(np.abs(f.coefficients[-DOUBTFUL:]).max())
-    error = DOUBT * left_out + NOISE * float(np.abs(f.values).max())
+    size = np.abs(f.coefficients)
+    error = DOUBT * float(size[-DOUBTFUL:].max()) + NOISE * float(np.abs(f.values).max())
+    if size[0] - size[1:].sum() > error:  # |T_k| <= 1: of one sign
+        return [(f.low, float(f.values[0])), (f.high, float(f.values[-1]))]
     return _edges(f, true, error, DEEPEST)
 
 

@@ -36,6 +36,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+# Of the largest u' in a window. It moves an extremum of the gap by as much, and its value by the
+# square of that; where two extrema are about to merge by the power 3/2, 3e-14.
+FLAT = 1e-9
 PLAY = 1e-11  # of the amplitude, of the period: rounding of a flight and of Newton's method
 
 
@@ -142,7 +145,7 @@ def _gaps(compiled: Prescribed, flights: _Flights, i: int) -> Iterator[Nearest]:
     n = len(row)
     place = fitted((flights.values[..., :n] @ row).T)
     rate = fitted((flights.values[..., n:] @ row).T)
-    at, x = real_zeros_of(rate)
+    at, x = real_zeros_of(rate, FLAT)
     times = flights.start[at] + flights.length * (1.0 + x) / 2.0
     whole = flights.durations[flights.segment[at]]
     margin = PLAY * whole

@@ -50,7 +50,7 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
     """
     n, q = problem.mechanism.degrees, problem.size
     states, durations = problem.unpacked(z)
-    moved = compile_prescribed(problem.system).sampled(states, durations)
+    moved = compile_prescribed(problem.system, problem.parameter).sampled(states, durations)
     place, speed, time = moved[:, :n], np.abs(moved[:, n:]).max(), durations.max()
     far = FAR * max(np.abs(place).max(), *stop_sizes(problem.mechanism))
     length = max(np.ptp(place, axis=0).max(), speed * time, far) or 1.0
@@ -116,7 +116,7 @@ def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
     if problem.mechanism.forces:
         return False
     n, (states, durations) = problem.mechanism.degrees, problem.unpacked(z)
-    moved = np.abs(compile_prescribed(problem.system).sampled(states, durations))
+    moved = np.abs(compile_prescribed(problem.system, problem.parameter).sampled(states, durations))
     speed, place = moved[:, n:].max(), moved[:, :n].max()
     return bool(speed <= SHRUNK * sizes[n] or speed * durations.max() <= STILL * place)
 

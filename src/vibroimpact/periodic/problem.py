@@ -17,9 +17,10 @@ Reference   theory.md, "Periodic orbits"; the paper's (11) is (1), (2) for the i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,10 @@ from vibroimpact.periodic.prescribed import (
 from vibroimpact.simulate import System, mechanism_of
 
 Floats = NDArray[np.float64]
+Key = TypeVar("Key")
+Made = TypeVar("Made")
 
+REMEMBERED = 64  # of the latest evaluations: those of some panels of a branch
 WHOLE = 1e-9  # a ratio of forcing frequencies this close to a whole number is one
 MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
 
@@ -153,6 +157,15 @@ def why_none(m: Mechanism, impacts: Iterable[Impact]) -> str:
     return "no orbit: without forcing every impact loses energy, so that none comes back"
 
 
+def latest(kept: dict[Key, Made], key: Key, make: Callable[[Key], Made]) -> Made:
+    """What was made for a key, made if it is not kept; the oldest gives way."""
+    if key not in kept:
+        if len(kept) >= REMEMBERED:
+            del kept[next(iter(kept))]
+        kept[key] = make(key)
+    return kept[key]
+
+
 @dataclass
 class OrbitProblem:
     """Equations (1)-(3) as functions of the unknowns z and the parameter p.
@@ -172,7 +185,7 @@ class OrbitProblem:
     parameter: str
     mechanism: Mechanism = field(init=False)
     impacts: tuple[Impact, ...] = field(init=False)
-    _last: tuple[float, Prescribed] | None = field(default=None, init=False, repr=False)
+    _compiled: dict[float, Prescribed] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.mechanism = mechanism_of(self.system)
@@ -191,10 +204,8 @@ class OrbitProblem:
             self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
 
     def compiled(self, p: float) -> Prescribed:
-        """The system at the value p of the parameter; the last one is remembered."""
-        if self._last is None or self._last[0] != p:
-            self._last = p, self._compile(p)
-        return self._last[1]
+        """The system at the value p of the parameter; the latest are remembered."""
+        return latest(self._compiled, p, self._compile)
 
     def _compile(self, p: float) -> Prescribed:
         if not self.parameter:
