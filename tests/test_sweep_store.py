@@ -236,6 +236,48 @@ def test_a_second_interruption_is_no_worse_than_the_first(values: int, follow: s
     assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
 
 
+ENDLESS = """
+import os, signal, threading
+import vibroimpact as vi
+
+damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                         half_clearance=5.0, omega=1.2)
+stiff = vi.Mechanism(
+    mass=[[1, 0], [0, 1]], damping=[[5e3, 1], [1, 0.1]], stiffness=[[1e8, 1], [1, 1]],
+    forces=[vi.Harmonic(1.2, (0, 1))],
+    contacts=[vi.Contact((0, 1), lower=-5e-6 * k) for k in range(1, 6)],
+)
+threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+vi.sweep(%s, over={"omega": [1.0, 1.2]}, start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=%r,
+         settle=%g, periods=1e9, most_impacts=10**12, progress=False)
+"""
+
+
+@pytest.mark.parametrize(
+    ("system", "observe", "settle"),
+    [
+        ("damper", "impacts", 1.0),
+        ("damper", "impacts", 1e9),
+        ("damper", "lyapunov", 1.0),
+        ("damper", "rms", 1.0),
+        ("stiff", "impacts", 1.0),
+        ("stiff", "extremes", 1.0),
+    ],
+)
+def test_an_interruption_ends_the_members_under_way(system: str, observe: str, settle: float):
+    """They would run for hours."""
+    stopped = subprocess.run(
+        [sys.executable, "-c", ENDLESS % (system, observe, settle)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert stopped.returncode == -signal.SIGINT, stopped.stderr
+    assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
+
+
 def test_an_interruption_without_a_store_says_that_nothing_is_kept():
     def interrupt(*_: int) -> None:
         raise KeyboardInterrupt

@@ -171,6 +171,9 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
         if (why != run_end::none) return {why, 0};
         if (!go_on) return {run_end::observer, 0};
         work += 1 + e.code;
+        if constexpr (!is_modal<Flow>) // observers march where the flight strode
+            work += static_cast<long>(min(plain(e.duration) / system.modes[0].flow.step,
+                                          static_cast<double>(between_questions)));
         if (work < between_questions) continue;
         work = 0;
         if (limit.interrupted && limit.interrupted()) return {run_end::interrupted, 0};

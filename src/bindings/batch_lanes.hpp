@@ -22,9 +22,9 @@ using berths = std::vector<std::unique_ptr<berth<Flow>>>;
 inline constexpr int most_settled = 64;
 
 // A question that is not asked again once the answer was yes.
-class stop_sign {
+class last_answer {
 public:
-    explicit stop_sign(question ask) : ask_(ask) {}
+    explicit last_answer(question ask) : ask_(ask) {}
     bool is_up() const { return up_; }
     bool look() { return up_ = up_ || ask_(); }
 
@@ -54,7 +54,7 @@ class tangent_host {
     using Shape = typename Flow::shape_type;
 
 public:
-    tangent_host(const berths<Flow>& settled, stop_sign& stop) : settled_(settled), stop_(stop) {}
+    tangent_host(const berths<Flow>& settled, last_answer& stop) : settled_(settled), stop_(stop) {}
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
         if (stop_.is_up() || next_ == settled_.size()) return false;
@@ -80,7 +80,7 @@ public:
 
 private:
     const berths<Flow>& settled_;
-    stop_sign& stop_;
+    last_answer& stop_;
     berth<Flow>* here_[lanes] = {};
     std::size_t next_ = 0;
 };
@@ -146,7 +146,7 @@ private:
 
     const batch_run& b_;
     question ask_;
-    stop_sign stop_;
+    last_answer stop_;
     built_systems<Flow> systems_;
     std::unique_ptr<berth<Flow>> here_[lanes];
     berths<Flow> settled_, idle_;

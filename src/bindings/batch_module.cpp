@@ -184,6 +184,13 @@ private:
 } // namespace
 
 void bind_batch(nb::module_& m) {
+    nb::class_<stop_sign>(m, "StopSign", "Ends the runs of members in all threads that obey it.")
+        .def(nb::init<>())
+        .def("set", &stop_sign::set)
+        .def("is_set", &stop_sign::is_set);
+    m.def(
+        "obey", [](const stop_sign& sign) { obeyed = &sign; }, "sign"_a,
+        "Let this thread obey a sign, which has to outlive it.");
     nb::class_<batch>(
         m, "Batch",
         "Systems of one structure with different numbers, and the members that run in "

@@ -119,7 +119,7 @@ public:
         built_ = systems_.of(b_.system[i]);
         if (!vi::board(built_->arrays(), i, built_->in(), {points_.data(), kept_.data()}, here_))
             return false;
-        here_.window.interrupted = ask_;
+        here_.window.interrupted = here_.observers.interrupted = ask_;
         until_ = b_.arrays.exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
         return true;
     }

@@ -128,6 +128,18 @@ class Prescribed:
 
     def fly(self, states: numpy.typing.NDArray[numpy.float64], windows: list[int], nodes: numpy.typing.NDArray[numpy.float64], window: float) -> numpy.typing.NDArray[numpy.float64]: ...
 
+class StopSign:
+    """Ends the runs of members in all threads that obey it."""
+
+    def __init__(self) -> None: ...
+
+    def set(self) -> None: ...
+
+    def is_set(self) -> bool: ...
+
+def obey(sign: StopSign) -> None:
+    """Let this thread obey a sign, which has to outlive it."""
+
 class Batch:
     """
     Systems of one structure with different numbers, and the members that run in them.

@@ -46,6 +46,7 @@ struct observers {
     using Shape = typename Flow::shape_type;
     unsigned wanted = 0;
     double settle = 0.0; // events before this time are not shown
+    bool (*interrupted)() = nullptr;
 
     vi::section<Shape> section{};
     vi::symbol<Shape> symbol{};
@@ -90,7 +91,8 @@ struct observers {
         const double time = now.time();
         if (time >= settle) {
             if (wants(sees_flights))
-                see(flown(system, before, e.duration, settle - (time - e.duration), time));
+                see(flown(system, before, e.duration, settle - (time - e.duration), time,
+                          interrupted));
             see(scene<Flow>{system, e, at, time});
         }
         depart(at);

@@ -51,7 +51,8 @@ struct stretch {
     vec<double, Flow::max_dimension> y; // where it starts, in the coordinates of its mode
     int mode;
     double duration;
-    double begin; // time, since the start of the run
+    double begin;                    // time, since the start of the run
+    bool (*interrupted)() = nullptr; // asked now and then; true: what is seen is of no use any more
 };
 
 // The flight that led from a trajectory to the next event, without what lies before `skip`; the event
@@ -59,8 +60,8 @@ struct stretch {
 template <class Flow>
 VI_HD inline stretch<Flow> flown(const hybrid<Flow>& system,
                                  const trajectory<double, typename Flow::shape_type>& from,
-                                 double duration, double skip, double end) {
-    stretch<Flow> s{system, from.y, from.mode, duration, end - duration};
+                                 double duration, double skip, double end, bool (*interrupted)()) {
+    stretch<Flow> s{system, from.y, from.mode, duration, end - duration, interrupted};
     if (skip > 0.0) {
         s.y = system.modes[s.mode].flow.flight(s.y, min(skip, duration));
         s.duration = max(duration - skip, 0.0);
@@ -74,10 +75,13 @@ template <class Flow, class Look>
 VI_HD inline void march(const stretch<Flow>& s, const Look& look) {
     const auto& flow = s.system.modes[s.mode].flow;
     ladder<double, Flow> at(s.y);
-    for (;; at.advance(flow)) {
+    for (int shown = 1;; at.advance(flow), ++shown) {
         const double left = s.duration - at.steps() * flow.step;
         look(at.y, min(left, flow.step));
         if (!(left > flow.step)) return;
+        if (shown < steps_in_a_row) continue;
+        shown = 0;
+        if (s.interrupted && s.interrupted()) return;
     }
 }
 

@@ -6,8 +6,8 @@ import os
 from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
-from threading import Event
 
+from vibroimpact import _kernel
 from vibroimpact.ensembles.batch import Arrays
 from vibroimpact.ensembles.compiling import RunsOf
 from vibroimpact.ensembles.compute import Done
@@ -25,10 +25,7 @@ def compute_tiles(
     workers: int | None,
     client: object = None,  # noqa: ARG001 - for clusters
 ) -> Generator[Done, None, None]:
-    """Compute tiles; closing the generator waits for those that have begun.
-
-    A motion that is followed stops after the value under way.
-    """
+    """Compute tiles; closing the generator ends those that have begun, and drops them."""
     yield from compute_in_threads(plan, tiles, workers)
 
 
@@ -36,8 +33,8 @@ def compute_in_threads(
     plan: Plan, tiles: Sequence[Tile], workers: int | None, runs: RunsOf = Stacks.kernel
 ) -> Generator[Done, None, None]:
     """Compute tiles whose members something runs, the kernel or another machine."""
-    threads, stop = workers or cores(), Event()
-    pool = ThreadPoolExecutor(threads, thread_name_prefix="vibroimpact")
+    threads, stop = workers or cores(), _kernel.StopSign()
+    pool = ThreadPoolExecutor(threads, "vibroimpact", _kernel.obey, (stop,))
     todo = grouped(plan, tiles, runs)
     running: dict[Future[Arrays], Tile] = {}
     try:
@@ -54,7 +51,7 @@ def compute_in_threads(
 
 
 def _end(pool: ThreadPoolExecutor, running: Iterable[Future[Arrays]]) -> None:
-    """Wait for what has begun, deaf to Ctrl-C: a join that is interrupted forgets its thread."""
+    """Wait for what ends soon, deaf to Ctrl-C: a join that is interrupted forgets its thread."""
     while True:
         try:
             pool.shutdown(wait=False, cancel_futures=True)
