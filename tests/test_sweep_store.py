@@ -52,12 +52,17 @@ def swept(store: Path | None = None, **options):
 
 
 def child(store: Path, before: str = "", progress: str = "False"):
-    code = CHILD % (textwrap.dedent(before), progress)
+    return ran(CHILD % (textwrap.dedent(before), progress), str(store))
+
+
+def ran(script: str, *arguments: str, patience: float | None = None):
+    """A script in another process, which hears Ctrl-C."""
     return subprocess.run(
-        [sys.executable, "-c", code, str(store)],
+        [sys.executable, "-c", script, *arguments],
         capture_output=True,
         text=True,
         check=False,
+        timeout=patience,
         # background jobs ignore it
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
@@ -201,6 +206,13 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_does(tmp_path: Path):
     assert_resumes(store)
 
 
+def assert_interrupted(script: str, patience: float) -> None:
+    """A script that interrupts itself ends so, within some seconds."""
+    stopped = ran(script, patience=patience)
+    assert stopped.returncode == -signal.SIGINT, stopped.stderr
+    assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
+
+
 # A followed motion of half a minute, or tiles of a second, and Ctrl-C twice.
 IMPATIENT = """
 import os, signal, sys, threading, time
@@ -224,16 +236,7 @@ vi.sweep(
 
 @pytest.mark.parametrize(("values", "follow"), [(100_000, "omega"), (1_000_000, None)])
 def test_a_second_interruption_is_no_worse_than_the_first(values: int, follow: str | None):
-    stopped = subprocess.run(
-        [sys.executable, "-c", IMPATIENT % (values, follow)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=20,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    assert stopped.returncode == -signal.SIGINT, stopped.stderr
-    assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
+    assert_interrupted(IMPATIENT % (values, follow), patience=20)
 
 
 ENDLESS = """
@@ -266,16 +269,7 @@ vi.sweep(%s, over={"omega": [1.0, 1.2]}, start=vi.State((0.0, 0.0), (0.0, 1.0)),
 )
 def test_an_interruption_ends_the_members_under_way(system: str, observe: str, settle: float):
     """They would run for hours."""
-    stopped = subprocess.run(
-        [sys.executable, "-c", ENDLESS % (system, observe, settle)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    assert stopped.returncode == -signal.SIGINT, stopped.stderr
-    assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
+    assert_interrupted(ENDLESS % (system, observe, settle), patience=60)
 
 
 def test_an_interruption_without_a_store_says_that_nothing_is_kept():
