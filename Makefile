@@ -11,7 +11,7 @@ PIP  := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # What the installed package depends on. Directories are listed too: they change when a file goes.
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
-           $(shell find include src -not -name '*.py[co]' -not -name __pycache__)
+           $(shell find include src papers -not -name '*.py[co]' -not -name __pycache__)
 HEADERS := $(shell find include src/decouple -name '*.hpp')
 CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
 
@@ -55,6 +55,8 @@ lint: $(VENV)/.package $(VENV)/.lint
 	@printf '%s\n' $(HEADERS) | xargs -P $(JOBS) -n 8 sh -c \
 	  '$(BIN)/clang-tidy --quiet "$$@" -- -x c++ -std=c++20 -Iinclude' tidy 2>$(VENV)/tidy.log || { \
 	  grep -v Processing $(VENV)/tidy.log; exit 1; }
+	@echo '== lint: imports'
+	@PYTHONPATH=src $(BIN)/lint-imports --no-logo > $(VENV)/imports.log || { cat $(VENV)/imports.log; exit 1; }
 	@echo '== lint: mypy'
 	@$(BIN)/mypy --no-error-summary
 	@echo '== lint: type stub of the extension'
@@ -75,7 +77,7 @@ stubs: $(VENV)/.package $(VENV)/.lint
 
 clean:
 	@rm -rf $(VENV) build dist '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	@find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	@find src papers tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # ---- the environment ---------------------------------------------------------------------------
 
@@ -94,6 +96,7 @@ $(VENV)/.package: $(SOURCES) | $(VENV)/.made
 	@.ci/check-compiler $(BIN)/python
 	@echo '== package: build and install (two to three minutes the first time)'
 	@$(PIP) .
+	@$(PIP) --no-deps ./papers
 	@touch $@
 
 # The tools of one extra in pyproject.toml, without building the package again.

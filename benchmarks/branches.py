@@ -19,7 +19,7 @@ import numpy as np
 import vibroimpact as vi
 from benchmarks import machine
 from benchmarks.case import SET_A
-from vibroimpact.periodic.find import repeated, unfolded
+from vibroimpact.orbits.find import repeated, unfolded
 
 POINTS = 200
 RANGE = (0.5, 1.5)

@@ -20,8 +20,8 @@ from benchmarks import witness
 from benchmarks.case import Floats
 from benchmarks.equality import ImpactsDifferError
 from benchmarks.structures import Ensemble
-from vibroimpact.ensembles.batch import Members, batch_of, run_members
-from vibroimpact.ensembles.observers import Observer, Outcome
+from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
+from vibroimpact.sweeps.observers.observer import Observer, Outcome
 
 Arrays = dict[str, Any]
 

@@ -25,14 +25,14 @@ from benchmarks import machine, operations
 from benchmarks.case import SET_A, Floats, random_starts
 from benchmarks.ensemble_run import WINDOW, assert_all_had_their_impacts
 from benchmarks.equality import ImpactsDifferError
-from vibroimpact.ensembles.backends.cuda import runs_on
-from vibroimpact.ensembles.batch import Members, batch_of, run_members
-from vibroimpact.ensembles.compiling import RunsOf
-from vibroimpact.ensembles.cuda.batch import Machine, Memory
-from vibroimpact.ensembles.cuda.card import Card, open_card
-from vibroimpact.ensembles.cuda.program import Kernels, cuda_core
-from vibroimpact.ensembles.observers import Final
-from vibroimpact.ensembles.tables import Stacks
+from vibroimpact.compile.many_systems import RunsOf
+from vibroimpact.compile.tables import Stacks
+from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
+from vibroimpact.sweeps.execution.cuda.batch import Machine, Memory
+from vibroimpact.sweeps.execution.cuda.card import Card, open_card
+from vibroimpact.sweeps.execution.cuda.program import Kernels, cuda_core
+from vibroimpact.sweeps.execution.cuda_backend import runs_on
+from vibroimpact.sweeps.observers.observer import Final
 
 Values = dict[str, Floats]
 

@@ -1,7 +1,7 @@
 """How many operations an impact costs: the scalar engine run on numbers that count.
 
 The program is that of the tests (``tests/cpp/engine_test.cpp``, with the scalar of
-``include/vibroimpact/scalar/counting.hpp``): additions, multiplications, divisions and square
+``include/vibroimpact/numeric/counting.hpp``): additions, multiplications, divisions and square
 roots, each as one. Lanes that are masked, steps repeated for another lane's sake, loads,
 comparisons and selections are not in it: it is the work that the trajectories need, not what a
 target spends.

@@ -20,10 +20,10 @@ import xarray as xr
 import vibroimpact as vi
 from benchmarks.case import SET_A
 from benchmarks.equality import ImpactsDifferError
-from vibroimpact.ensembles.batch import Members, batch_of, run_members
-from vibroimpact.ensembles.observers import resolve
-from vibroimpact.ensembles.sweep import plan_of
-from vibroimpact.parameters import with_parameters
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
+from vibroimpact.sweeps.observers.observer import resolve
+from vibroimpact.sweeps.sweep import plan_of
 
 RANGES = {"omega": (0.9, 1.1), "half_clearance": (1.0, 10.0)}
 SETTLE, PERIODS = 250, 50

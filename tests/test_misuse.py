@@ -17,9 +17,10 @@ import pytest
 import xarray as xr
 
 import vibroimpact as vi
-from vibroimpact import checks, plotting
-from vibroimpact.cli import main
-from vibroimpact.files import read_case
+from vibroimpact import plotting
+from vibroimpact._core import checks
+from vibroimpact.cli.main import main
+from vibroimpact.machines.toml_file import read_case
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
@@ -378,7 +379,7 @@ def test_every_public_name_is_called(table: tuple[dict[str, Call], dict[str, Any
     called = {name.partition(".")[0].partition(",")[0] for name in NAMES}
     assert {*vi.__all__} - RESULTS - ENUMS_AND_ERRORS <= called
     assert {*plotting.__all__} <= called
-    from vibroimpact.ensembles.observers import OBSERVERS
+    from vibroimpact.sweeps.observers.observer import OBSERVERS
 
     kinds = {kind.__name__ for kind in OBSERVERS.values()} - WITHOUT_ARGUMENTS
     assert {f"observe.{kind}" for kind in kinds} <= {*NAMES}
@@ -559,7 +560,7 @@ def test_a_damaged_file_of_a_branch_is_refused(
 
 
 def interrupted_at(line: int, call: Callable[[], Any]) -> str | None:
-    """The words of a call interrupted at a line of the package's ensembles; None if it ended."""
+    """The words of a call interrupted at a line of the sweeps; None if it ended."""
     count = itertools.count()
 
     def inside(_frame: Any, event: str, _argument: Any) -> Any:
@@ -568,7 +569,7 @@ def interrupted_at(line: int, call: Callable[[], Any]) -> str | None:
         return inside
 
     def trace(frame: Any, _event: str, _argument: Any) -> Any:
-        return inside if "/vibroimpact/ensembles/" in frame.f_code.co_filename else None
+        return inside if "/vibroimpact/sweeps/" in frame.f_code.co_filename else None
 
     before = sys.gettrace()
     sys.settrace(trace)

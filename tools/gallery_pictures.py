@@ -3,7 +3,7 @@
     python tools/gallery_pictures.py            # all of them, a minute or two
     python tools/gallery_pictures.py lyapunov_map
 
-The tests run the ensembles among them with fewer members (SMALLER in tests/test_examples.py); here
+The tests run the ensembles among them with fewer members (SMALLER in tests/docs/test_examples.py); here
 they run in full. Prints what each took, and ends with 1 where one is too slow or too large.
 """
 

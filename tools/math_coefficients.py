@@ -1,4 +1,4 @@
-"""Polynomial coefficients and split constants of ``include/vibroimpact/math.hpp``.
+"""Polynomial coefficients and split constants of ``include/vibroimpact/numeric/math.hpp``.
 
     python tools/math_coefficients.py
 

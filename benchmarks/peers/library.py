@@ -77,8 +77,10 @@ class Engine:
         """Take the impact times from `simulate`; time the same runs without records."""
         damper, states = damper_of(parameters), states_of(starts)
         found = _simulate(damper, states, impacts)
-        compiled = require("vibroimpact.hybrid", ".").compile_mechanism(damper.mechanism)
-        positions = [require("vibroimpact.simulate", ".").begin(compiled, s) for s in states]
+        compiled = require("vibroimpact.compile.hybrid", ".").compile_mechanism(damper.mechanism)
+        positions = [
+            require("vibroimpact.simulation.simulate", ".").begin(compiled, s) for s in states
+        ]
         advance, most_events = compiled.kernel.advance, 1000 * impacts
         begin = time.perf_counter()
         for position in positions:

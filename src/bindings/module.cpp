@@ -7,13 +7,13 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
-#include "batch_module.hpp"
-#include "decoupling_module.hpp"
+#include "engine/system.hpp"
+#include "ensemble/batch_module.hpp"
 #include "interrupt.hpp"
-#include "jet_module.hpp"
-#include "prescribed_module.hpp"
-#include "system.hpp"
-#include "vibroimpact/math.hpp"
+#include "numeric/decoupling_module.hpp"
+#include "numeric/jet_module.hpp"
+#include "orbit/prescribed_module.hpp"
+#include "vibroimpact/numeric/math.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -2,53 +2,53 @@
 
 from __future__ import annotations
 
-from vibroimpact._kernel import version as _version
-from vibroimpact.attractors import Attractor, classify
-from vibroimpact.bifurcations import Bifurcation, symmetric_bifurcations
-from vibroimpact.branches import stop  # noqa: F401 - rules for stop_when
-from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.diagram import Diagram, branch_diagram
-from vibroimpact.branches.follow import continue_orbit
-from vibroimpact.branches.store import load_branch, save_branch
-from vibroimpact.branches.switch import NoBranch, switch_branch
-from vibroimpact.continuation import Steps
-from vibroimpact.damper import ImpactDamper, Scales
-from vibroimpact.derivatives import MapDerivative, map_derivative, section_jacobian
-from vibroimpact.ensembles import kinds as observe  # noqa: F401 - observers with their options
-from vibroimpact.ensembles.again import sweep_again
-from vibroimpact.ensembles.basins import attractor_state, basins
-from vibroimpact.ensembles.diagram import bifurcation_sweep
-from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.plane import multistability, plane
-from vibroimpact.ensembles.starts import GridStarts, RandomStarts
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import (
+from vibroimpact._core.errors import (
     BackendUnavailableError,
     ClusterLostError,
     InvalidParameterError,
     StoreError,
     VibroImpactError,
 )
-from vibroimpact.following import follow
-from vibroimpact.iterates import Kind, Shape, classify_points
-from vibroimpact.lyapunov import LyapunovEstimate, lyapunov_exponent
-from vibroimpact.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact._kernel import version as _version
+from vibroimpact.attractors.classify import Attractor, classify
+from vibroimpact.attractors.point_sets import Kind, Shape, classify_points
+from vibroimpact.attractors.sweep_attractor import follow
+from vibroimpact.branches import stop_rules as stop  # noqa: F401 - rules for stop_when
+from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.diagram import Diagram, branch_diagram
+from vibroimpact.branches.store import load_branch, save_branch
+from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.continuation import Steps
+from vibroimpact.machines.impact_damper import ImpactDamper, Scales
+from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.model.parameters import Family
+from vibroimpact.model.state import State
 from vibroimpact.normal_forms import ExplicitMap, normal_form
-from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
-from vibroimpact.parameters import Family
-from vibroimpact.periodic.find import Guess, find_orbit
-from vibroimpact.periodic.found import OrbitSearch
-from vibroimpact.periodic.maps import full_map, half_map, impact_map, stroboscopic_map
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.search import find_orbits
-from vibroimpact.sections import (
+from vibroimpact.orbits.find import Guess, find_orbit
+from vibroimpact.orbits.maps import full_map, half_map, impact_map, stroboscopic_map
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.search import find_orbits
+from vibroimpact.orbits.search_result import OrbitSearch
+from vibroimpact.simulation.derivatives import MapDerivative, map_derivative, section_jacobian
+from vibroimpact.simulation.lyapunov import LyapunovEstimate, lyapunov_exponent
+from vibroimpact.simulation.sections import (
     Section,
     StroboscopicSection,
     impact_section,
     stroboscopic_section,
 )
-from vibroimpact.simulate import Run, RunEnd, Status, simulate
-from vibroimpact.state import State
+from vibroimpact.simulation.simulate import Run, RunEnd, Status, simulate
+from vibroimpact.sweeps.analyses.basins import attractor_state, basins
+from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
+from vibroimpact.sweeps.analyses.plane import multistability, plane
+from vibroimpact.sweeps.listed_starts import ListedStarts
+from vibroimpact.sweeps.observers import kinds as observe  # noqa: F401 - observers with their options
+from vibroimpact.sweeps.rerun import sweep_again
+from vibroimpact.sweeps.starts import GridStarts, RandomStarts
+from vibroimpact.sweeps.sweep import sweep
 
 __version__ = _version()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from vibroimpact.cli import main
+from vibroimpact.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.attractors import Attractor, classify
-from vibroimpact.iterates import Kind, classify_points, count_pieces, find_period
-from vibroimpact.lyapunov import (
+from vibroimpact.attractors.classify import Attractor, classify
+from vibroimpact.attractors.point_sets import Kind, classify_points, count_pieces, find_period
+from vibroimpact.attractors.rotation import closed_curve, rotation_number, weighted_average
+from vibroimpact.simulation.lyapunov import (
     LyapunovEstimate,
     error_of_mean,
     lyapunov_exponent,
     parts_of,
     ratio_of_means,
 )
-from vibroimpact.rotation import closed_curve, rotation_number, weighted_average
-from vibroimpact.simulate import RunEnd
+from vibroimpact.simulation.simulate import RunEnd
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 SET_A = vi.ImpactDamper(

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import pdist, squareform
 
 import vibroimpact as vi
-from vibroimpact.ensembles.matching import (
+from vibroimpact.attractors.matching import (
     TOLERANCE,
     different,
     distinct,
@@ -20,7 +20,7 @@ from vibroimpact.ensembles.matching import (
     longest_gaps,
     scale_of,
 )
-from vibroimpact.ensembles.motions import categories, flags, motions
+from vibroimpact.sweeps.analyses.motion_codes import categories, flags, motions
 
 Floats = NDArray[np.float64]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0

@@ -11,7 +11,7 @@ import xarray as xr
 
 import vibroimpact as vi
 from vibroimpact.branches.store import branch_from, dataset_of, load_branch, save_branch
-from vibroimpact.branches.stored_system import system_of, text_of
+from vibroimpact.machines.json_text import system_of, text_of
 
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.75

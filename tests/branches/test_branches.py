@@ -14,13 +14,13 @@ from support.periodic import guess_of_entry, impacts_of, mechanism_of_entry, num
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.branches.follow import STEPS
-from vibroimpact.branches.loops import loop_of, same_loop
+from vibroimpact.branches.continue_orbit import STEPS
+from vibroimpact.branches.same_orbit import loop_of, same_loop
+from vibroimpact.compile.prescribed import Linearised, Prescribed, compile_prescribed
 from vibroimpact.continuation import Stopped
-from vibroimpact.parameters import with_parameter
-from vibroimpact.periodic.find import mirrored, repeated, unfolded
-from vibroimpact.periodic.prescribed import Linearised, Prescribed, compile_prescribed
-from vibroimpact.periodic.problem import OrbitProblem, Signature
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.orbits.find import mirrored, repeated, unfolded
+from vibroimpact.orbits.problem import OrbitProblem, Signature
 
 PERIODIC, AUTO, BIFURCATIONS = map(table, ("periodic.toml", "auto.toml", "bifurcations.toml"))
 PATHS = {

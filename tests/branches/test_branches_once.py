@@ -10,10 +10,10 @@ import pytest
 
 import vibroimpact as vi
 from vibroimpact.branches import grazing
-from vibroimpact.branches.loops import loop_of, same_loop
+from vibroimpact.branches.same_orbit import loop_of, same_loop
 from vibroimpact.continuation import Stopped
 from vibroimpact.continuation.newton import Attempt, Outcome
-from vibroimpact.periodic.maps import solved_map
+from vibroimpact.orbits.maps import solved_map
 
 TOUCH = 1e-6  # at a touch the square root of rounding, and the accuracy of Newton's method
 CRITICAL = 1e-5  # a triple multiplier is known to the cube root of rounding

@@ -15,7 +15,7 @@ from vibroimpact.branches.diagram import (
     orbits_at,
     same_branch,
 )
-from vibroimpact.branches.loops import (
+from vibroimpact.branches.same_orbit import (
     junction_of,
     loop_of,
     mirrored,
@@ -23,8 +23,8 @@ from vibroimpact.branches.loops import (
     same_loop,
 )
 from vibroimpact.continuation import Stopped
-from vibroimpact.periodic.find import rotated, solve, unfolded
-from vibroimpact.periodic.problem import Signature
+from vibroimpact.orbits.find import rotated, solve, unfolded
+from vibroimpact.orbits.problem import Signature
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 

@@ -13,9 +13,9 @@ from support.periodic import coco, damper_orbits, orbits_of_chains
 from support.systems import oscillator, random_symmetric
 
 import vibroimpact as vi
-from vibroimpact.periodic.prescribed import compile_prescribed
-from vibroimpact.periodic.problem import Signature
-from vibroimpact.periodic.search import find_orbits
+from vibroimpact.compile.prescribed import compile_prescribed
+from vibroimpact.orbits.problem import Signature
+from vibroimpact.orbits.search import find_orbits
 
 # Newton's method ends within some hundred roundings of the largest coordinate.
 SOLVED = 1e-11

@@ -7,7 +7,7 @@ import pytest
 from support.curves import circle, nothing
 
 import vibroimpact as vi
-from vibroimpact.branches.stop import StopWhen
+from vibroimpact.branches.stop_rules import StopWhen
 from vibroimpact.continuation import Steps, Stopped, continue_curve
 
 BOUNDS = (0.45, 0.56)  # period doubling and a zero speed below 0.5, grazing above

@@ -12,8 +12,8 @@ import pytest
 from support.commands import WALL, said
 
 import vibroimpact as vi
-from vibroimpact import cli
 from vibroimpact.branches.store import load_branch
+from vibroimpact.cli import main as cli
 from vibroimpact.normal_forms import NeimarkSacker
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
@@ -111,7 +111,7 @@ def test_the_multipliers_are_drawn_on_request(
         drawn.append(branch)
         return plt.subplots()[1]
 
-    monkeypatch.setattr("vibroimpact.commands.branch.plot_branch_multipliers", stand_in)
+    monkeypatch.setattr("vibroimpact.cli.branch.plot_branch_multipliers", stand_in)
     argv = ["branch", CASE, "--range", "1.04", "1.06", "--multipliers", "--out", "m.png"]
     said(argv, capsys)
     assert [branch.symbol for branch in drawn] == ["1-1-1"]

@@ -16,11 +16,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
-from vibroimpact import cli
-from vibroimpact.literature.impact_damper import panels, parameter_sets
-from vibroimpact.report import Word
+from vibroimpact.cli import main as cli
+from vibroimpact.machines.published import panels, parameter_sets
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -345,7 +345,7 @@ def test_a_motion_that_stops_impacting_is_a_failure(
 HELD = """
 import sys, time
 import xarray
-from vibroimpact import cli
+from vibroimpact.cli import main as cli
 
 def hold(data, path, **_):
     path.write_text("half a fi")
@@ -398,7 +398,7 @@ def test_reproduce_hands_the_folder_to_the_case(
         asked.append(out)
         return types.SimpleNamespace(score={Word.AGREES: 3, Word.DIFFERS: 2})
 
-    name = "vibroimpact.literature.impact_damper.reproduce"
+    name = "vibroimpact_papers.impact_damper.reproduce"
     stand_in = types.ModuleType(name)
     stand_in.reproduce = stand_in_for  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, name, stand_in)

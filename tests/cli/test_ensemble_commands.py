@@ -11,7 +11,8 @@ import xarray as xr
 from support.commands import WALL, said
 
 import vibroimpact as vi
-from vibroimpact import cli, plotting
+from vibroimpact import plotting
+from vibroimpact.cli import main as cli
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -238,7 +239,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt("interrupted; 3 of 9 tiles are kept.")
 
-    monkeypatch.setattr("vibroimpact.commands.sweep.sweep", stopped)
+    monkeypatch.setattr("vibroimpact.cli.sweep.sweep", stopped)
     assert cli.main(["sweep", CASE, "--over", OMEGA]) == cli.INTERRUPTED
     assert "interrupted; 3 of 9 tiles are kept." in capsys.readouterr().err
 
@@ -249,7 +250,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibroimpact.commands.ensemble.write", interrupted)
+    monkeypatch.setattr("vibroimpact.cli.ensemble.write", interrupted)
     argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr", "--out", "s.nc"]
     assert cli.main(argv) == cli.INTERRUPTED
     assert "interrupted; no file was written. s.zarr is kept" in capsys.readouterr().err

@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibroimpact as vi
-from vibroimpact import orbits
-from vibroimpact.chebyshev import pieces, real_zeros, real_zeros_of
-from vibroimpact.literature.impact_damper import parameter_sets
+from vibroimpact._core.chebyshev import pieces, real_zeros, real_zeros_of
+from vibroimpact.closed_forms import symmetric_orbits as orbits
+from vibroimpact.machines.published import parameter_sets
 
-REFERENCE = Path(__file__).parent / "reference"
+REFERENCE = Path(__file__).parents[1] / "reference"
 ORBITS = tomllib.loads((REFERENCE / "orbits.toml").read_text())["orbit"]
 TABLE = tomllib.loads((REFERENCE / "bifurcations.toml").read_text())
 POINTS = TABLE["bifurcation"]

@@ -14,8 +14,9 @@ from scipy.optimize import root
 from support.systems import heavy, random_mechanism, random_symmetric
 
 import vibroimpact as vi
-from vibroimpact import _kernel, hybrid
-from vibroimpact.hybrid import Hybrid, compile_mechanism
+from vibroimpact import _kernel
+from vibroimpact.compile import hybrid
+from vibroimpact.compile.hybrid import Hybrid, compile_mechanism
 
 UNIT = 2.0**-53
 Arrays = dict[str, Any]

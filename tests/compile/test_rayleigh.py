@@ -8,11 +8,11 @@ from scipy.linalg import eigh
 from support.systems import heavy
 
 import vibroimpact as vi
-from vibroimpact import hybrid
-from vibroimpact.hybrid import Hybrid, compile_mechanism
-from vibroimpact.rayleigh import proportion
-from vibroimpact.reduction import Closed, reduce
-from vibroimpact.vibrations import rayleigh_modes
+from vibroimpact.compile import hybrid
+from vibroimpact.compile.hybrid import Hybrid, compile_mechanism
+from vibroimpact.compile.rayleigh import proportion
+from vibroimpact.compile.reduction import Closed, reduce
+from vibroimpact.compile.vibrations import rayleigh_modes
 
 
 def damped(seed: int, of_mass: float, of_stiffness: float) -> vi.Mechanism:

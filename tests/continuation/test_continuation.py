@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support.curves import LOCATED, Given, circle, line, located, nothing
 
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.continuation import Steps, Stopped, continue_curve
-from vibroimpact.errors import InvalidParameterError
 
 # --- the curve itself -----------------------------------------------------------------------
 

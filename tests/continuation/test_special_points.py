@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from support.curves import LOCATED, Floats, Given, circle, line, located, nothing, pitchfork
 
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.continuation import Steps, continue_curve, switch
-from vibroimpact.errors import InvalidParameterError
 
 # --- special points -------------------------------------------------------------------------
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from support.families import FAMILY, bits
 
 import vibroimpact as vi
-from vibroimpact.columns import Column, Split
-from vibroimpact.parameters import with_parameters
-from vibroimpact.simulate import mechanism_of
+from vibroimpact._core.columns import Column, Split
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.system import mechanism_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

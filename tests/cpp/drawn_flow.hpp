@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "vibroimpact/assemble.hpp"
+#include "vibroimpact/system/assemble.hpp"
 
 namespace drawn {
 

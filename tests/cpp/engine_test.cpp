@@ -11,8 +11,8 @@
 #include <cstring>
 
 #include "system_file.hpp"
-#include "vibroimpact/lane_run.hpp"
-#include "vibroimpact/scalar/counting.hpp"
+#include "vibroimpact/numeric/counting.hpp"
+#include "vibroimpact/simd/lane_run.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <random>
 
-#include "vibroimpact/scalar/floats.hpp"
+#include "vibroimpact/numeric/floats.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "vibroimpact/scalar/pack.hpp"
+#include "vibroimpact/numeric/pack.hpp"
 
 namespace {
 

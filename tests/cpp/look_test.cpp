@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drawn_flow.hpp"
-#include "vibroimpact/event/lookahead.hpp"
+#include "vibroimpact/search/grid/grid_bounds.hpp"
 
 namespace {
 

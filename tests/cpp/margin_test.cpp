@@ -11,9 +11,9 @@
 #include <cstdio>
 
 #include "one_mode.hpp"
-#include "vibroimpact/assemble.hpp"
+#include "vibroimpact/engine/run.hpp"
 #include "vibroimpact/flow/dense.hpp"
-#include "vibroimpact/run.hpp"
+#include "vibroimpact/system/assemble.hpp"
 
 namespace {
 

@@ -8,10 +8,10 @@
 #include <cstring>
 #include <string>
 
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/scalar/counting.hpp"
-#include "vibroimpact/scalar/jet.hpp"
-#include "vibroimpact/scalar/pack.hpp"
+#include "vibroimpact/numeric/counting.hpp"
+#include "vibroimpact/numeric/jet.hpp"
+#include "vibroimpact/numeric/math.hpp"
+#include "vibroimpact/numeric/pack.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "drawn_flow.hpp"
-#include "vibroimpact/event/lookahead.hpp"
+#include "vibroimpact/search/grid/grid_bounds.hpp"
 
 namespace {
 

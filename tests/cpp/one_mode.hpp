@@ -2,7 +2,7 @@
 // the contact are left to set. It holds pointers to its own parts, so it must not be copied.
 #pragma once
 
-#include "vibroimpact/hybrid.hpp"
+#include "vibroimpact/system/hybrid.hpp"
 
 template <class Flow>
 struct one_mode {

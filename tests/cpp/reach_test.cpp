@@ -1,9 +1,9 @@
 // How far a contact is said to get, beside how far it gets. Prints what fails, returns 1.
 #include <cstdio>
 
-#include "vibroimpact/assemble.hpp"
-#include "vibroimpact/event/certified_flight.hpp"
-#include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/numeric/jet.hpp"
+#include "vibroimpact/search/certified_flight.hpp"
+#include "vibroimpact/system/assemble.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "drawn_flow.hpp"
-#include "vibroimpact/event/repetition.hpp"
+#include "vibroimpact/search/grid/recall_period.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@
 
 #include "drawn_flow.hpp"
 #include "one_mode.hpp"
-#include "vibroimpact/lane_run.hpp"
+#include "vibroimpact/simd/lane_run.hpp"
 
 namespace {
 

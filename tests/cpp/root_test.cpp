@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <random>
 
-#include "vibroimpact/event/first_root.hpp"
+#include "vibroimpact/search/first_root.hpp"
 
 namespace {
 

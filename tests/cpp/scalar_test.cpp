@@ -2,11 +2,11 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/scalar/counting.hpp"
-#include "vibroimpact/scalar/jet.hpp"
-#include "vibroimpact/scalar/mixed_jet.hpp"
-#include "vibroimpact/scalar/pack.hpp"
+#include "vibroimpact/numeric/counting.hpp"
+#include "vibroimpact/numeric/jet.hpp"
+#include "vibroimpact/numeric/math.hpp"
+#include "vibroimpact/numeric/mixed_jet.hpp"
+#include "vibroimpact/numeric/pack.hpp"
 
 namespace {
 

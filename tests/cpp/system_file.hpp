@@ -1,4 +1,4 @@
-// A compiled system and its starts, read from the text that tests/test_engine.py writes.
+// A compiled system and its starts, read from the text that tests/kernel/test_engine.py writes.
 #pragma once
 
 #include <cstdlib>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "../../src/bindings/system_of.hpp"
+#include "engine/system_of.hpp"
 
 namespace test {
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))  # benchmarks are not installed
+sys.path.append(str(Path(__file__).resolve().parents[2]))  # benchmarks are not installed
 
 from benchmarks import comparison, double_roots, ensemble_run, ensembles, overhead
 from benchmarks.case import SET_A, random_starts

@@ -15,11 +15,12 @@ from pathlib import Path
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import cli, plotting
+from vibroimpact import plotting
+from vibroimpact.cli import main as cli
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 DOCUMENTS = sorted([README, ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
 REFERENCE = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")

@@ -17,7 +17,7 @@ import vibroimpact as vi
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 # Ensembles are tested with fewer members: constants of the example. tools/gallery_pictures.py runs
 # all examples at full size, for the pictures in docs/index.md.

@@ -18,10 +18,10 @@ from support.members import run as run_members
 from support.systems import PAPER_SETS, ball, oscillator, paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.batch import batch_of
-from vibroimpact.ensembles.observers import Final, Impacts
+from vibroimpact.sweeps.execution.batch import batch_of
+from vibroimpact.sweeps.observers.observer import Final, Impacts
 
-REFERENCE = Path(__file__).parent / "reference" / "chatter.toml"
+REFERENCE = Path(__file__).parents[1] / "reference" / "chatter.toml"
 
 
 def events_of(run: vi.Run) -> list[vi.Status]:
@@ -161,7 +161,7 @@ def test_chatter_is_summed_where_the_change_of_the_push_is_lost(
 ) -> None:
     """x'' = (sin(t + 0.6) - 1) / 100, 50 digits, bounce by bounce.
 
-    Bound (2) of impact/rest.hpp leaves the speed off by 2^-53 of the forced one, 1/100: the time by
+    Bound (2) of transition/rest.hpp leaves the speed off by 2^-53 of the forced one, 1/100: the time by
     that over a. Speeds of `part` of it begin below, or between it and what it is without (1 - R)^2.
     """
     size, phase = 0.01, 0.6

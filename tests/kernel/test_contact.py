@@ -17,7 +17,7 @@ from witness import damper as reference
 from witness.precision import exact, mp
 
 import vibroimpact as vi
-from vibroimpact.hybrid import compile_mechanism
+from vibroimpact.compile.hybrid import compile_mechanism
 
 GAPS = [sign * 10.0**-k for k in range(1, 17) for sign in (1.0, -1.0)]
 GRAZED = {

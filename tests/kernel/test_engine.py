@@ -14,8 +14,9 @@ from support.builds import BUILDS, FLAGS, INCLUDE, ZIG, output
 from support.system_file import system_text
 
 import vibroimpact as vi
-from vibroimpact import _cpu, hybrid
-from vibroimpact.simulate import begin
+from vibroimpact import _cpu
+from vibroimpact.compile import hybrid
+from vibroimpact.simulation.simulate import begin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -174,11 +175,11 @@ def test_a_flight_that_repeats_costs_less_than_half(workplace: Path) -> None:
 
 
 KERNEL = """
-#include "vibroimpact/run.hpp"
+#include "vibroimpact/engine/run.hpp"
 #include "vibroimpact/flow/dense.hpp"
 #include "vibroimpact/orbit/prescribed.hpp"
-#include "vibroimpact/scalar/jet.hpp"
-#include "vibroimpact/scalar/mixed_jet.hpp"
+#include "vibroimpact/numeric/jet.hpp"
+#include "vibroimpact/numeric/mixed_jet.hpp"
 using small = vi::modal_flow<double, vi::fixed<6, 1, 1>>;
 using dense = vi::dense_flow<double, vi::bounded<8, 2>>;
 using jet = vi::jet<double, 2>;
@@ -215,7 +216,7 @@ extern "C" double one_segment(const map* m, const map::stop_type* stop,
 
 @pytest.mark.parametrize("arch", ["sm_75", "sm_90"])
 def test_prescribed_impacts_compile_for_cuda_without_a_gpu(arch: str) -> None:
-    # the engine: tests/test_cuda.py
+    # the engine: tests/sweeps/test_cuda.py
     core = pytest.importorskip("cuda.core", reason="cuda-core is not installed on this platform")
     options = core.ProgramOptions(
         std="c++20",
@@ -274,5 +275,5 @@ def test_the_kernel_includes_no_standard_header_but_those_of_vector_instructions
         for line in header.read_text().splitlines()
         if re.match(r"\s*#\s*include\s*<", line)
     }
-    pack = "vibroimpact/scalar/pack.hpp"
+    pack = "vibroimpact/numeric/pack.hpp"
     assert found == {(pack, "#include <immintrin.h>"), (pack, "#include <arm_neon.h>")}

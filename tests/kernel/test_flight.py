@@ -16,8 +16,8 @@ from witness import damper as reference
 from witness.precision import exact
 
 import vibroimpact as vi
-from vibroimpact import hybrid
-from vibroimpact.hybrid import compile_mechanism
+from vibroimpact.compile import hybrid
+from vibroimpact.compile.hybrid import compile_mechanism
 
 TIMES = [1e-9, 0.013, 0.7, 12.3, 1e4]
 NEAR_ONE = [1.0 - 1e-14, 1.0, 1.0 + 1e-14, 1.0 - 2.0**-53, 1.0 + 2.0**-52]

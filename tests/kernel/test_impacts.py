@@ -90,7 +90,7 @@ def test_impulse_acts_along_the_contact_and_loses_the_right_energy(
     for i in np.flatnonzero(run.status == vi.Status.IMPACT):
         contact = m.contacts[run.contact[i]]
         if _another_touches(m, contact, run.position[i]):
-            continue  # it takes an impulse too: tests/test_resting.py
+            continue  # it takes an impulse too: tests/kernel/test_resting.py
         row, v = np.array(contact.row), run.velocity_before[i]
         push = np.linalg.solve(mass, row)
         r = contact.restitutions[1 if run.stop[i] == 0 else 0]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import ModuleType
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 INCLUDE = ROOT / "include"
 FLAGS = [
     "-std=c++20",
@@ -324,7 +324,9 @@ def test_coefficients_are_the_generators(capsys: pytest.CaptureFixture[str]) -> 
         generator().main()
     blocks = capsys.readouterr().out.strip().split("\n\n")
     number = re.compile(r"-?\d\.\d{16}e[+-]\d+")
-    header = " ".join(number.findall((INCLUDE / "vibroimpact" / "math.hpp").read_text()))
+    header = " ".join(
+        number.findall((INCLUDE / "vibroimpact" / "numeric" / "math.hpp").read_text())
+    )
     assert len(blocks) == 10
     for block in blocks:
         title, *values = block.splitlines()
@@ -338,9 +340,9 @@ def test_coefficients_are_the_generators(capsys: pytest.CaptureFixture[str]) -> 
 # Freestanding targets -----------------------------------------------------------------------------
 
 EVERYTHING = """
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/scalar/counting.hpp"
-#include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/numeric/math.hpp"
+#include "vibroimpact/numeric/counting.hpp"
+#include "vibroimpact/numeric/jet.hpp"
 namespace vi {
 template <class T> VI_HD T everything(const T& x, const T& y) {
     const auto w = sincos(x);
@@ -354,7 +356,7 @@ VI_HD double slope(double x) { return everything(jet<double, 1>::variable(x, 0),
 
 def test_webassembly_module_needs_nothing_from_outside(tmp_path: Path) -> None:
     source, module = tmp_path / "everything.cpp", tmp_path / "everything.wasm"
-    vectors = '#include "vibroimpact/scalar/pack.hpp"\ntemplate vi::pack<2> vi::everything'
+    vectors = '#include "vibroimpact/numeric/pack.hpp"\ntemplate vi::pack<2> vi::everything'
     source.write_text(
         EVERYTHING + vectors + "<vi::pack<2>>(const vi::pack<2>&, const vi::pack<2>&);\n"
         'extern "C" double slope(double x) { return vi::slope(x); }\n'

@@ -13,8 +13,8 @@ from support.members import run as run_members
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.batch import batch_of
-from vibroimpact.ensembles.observers import Final, Lyapunov, Symbol
+from vibroimpact.sweeps.execution.batch import batch_of
+from vibroimpact.sweeps.observers.observer import Final, Lyapunov, Symbol
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -14,8 +14,8 @@ from support.members import run as members
 from support.systems import heavy
 
 import vibroimpact as vi
-from vibroimpact.ensembles.batch import batch_of
-from vibroimpact.hybrid import _compiled
+from vibroimpact.compile.hybrid import _compiled
+from vibroimpact.sweeps.execution.batch import batch_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

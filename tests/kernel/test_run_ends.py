@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibroimpact as vi
-from vibroimpact.ensembles.outcome import Outcome
-from vibroimpact.hybrid import compile_mechanism
-from vibroimpact.iterates import Kind
-from vibroimpact.periodic.found import MotionEnd
-from vibroimpact.simulate import RunEnd, Status
+from vibroimpact.attractors.point_sets import Kind
+from vibroimpact.compile.hybrid import compile_mechanism
+from vibroimpact.orbits.search_result import MotionEnd
+from vibroimpact.simulation.simulate import RunEnd, Status
+from vibroimpact.sweeps.member_status import Outcome
 
 LARGEST = 2.0**256  # coordinates beyond it have diverged
 

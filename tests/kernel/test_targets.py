@@ -22,12 +22,12 @@ from support.members import cases, chain
 
 import vibroimpact as vi
 from vibroimpact import _cpu, _kernel
-from vibroimpact.ensembles.observers import OBSERVERS, Outcome
-from vibroimpact.hybrid import Hybrid
+from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.sweeps.observers.observer import OBSERVERS, Outcome
 
 SEED = 20211121
 INF, NAN = math.inf, math.nan
-PATHS = os.pathsep.join(map(str, (Path(vi.__file__).parents[1], Path(__file__).parent)))
+PATHS = os.pathsep.join(map(str, (Path(vi.__file__).parents[1], Path(__file__).parents[1])))
 LEAST, TINY, HUGE = 2.0**-1074, 2.0**-1022, sys.float_info.max
 ULP = 2.0**-52
 
@@ -144,7 +144,7 @@ def in_a_child(code: str, wanted: str | None, path: str) -> subprocess.Completed
 HOLD = """
 import threading, time
 import test_targets
-from vibroimpact.hybrid import compile_mechanism
+from vibroimpact.compile.hybrid import compile_mechanism
 held = threading.Event()
 def hold():
     system = compile_mechanism(test_targets.chain())

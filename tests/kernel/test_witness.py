@@ -13,7 +13,7 @@ from witness import mechanism as mc
 from witness import misprints, symmetric
 from witness.precision import digits, exact, mp
 
-REFERENCE = Path(__file__).parent / "reference"
+REFERENCE = Path(__file__).parents[1] / "reference"
 TIGHT = mp.mpf(10) ** -48  # 50 digits, less what a few flights lose
 
 

@@ -14,7 +14,7 @@ from support import UNIT
 from support.systems import oscillator, paper_damper, random_mechanism
 
 import vibroimpact as vi
-from vibroimpact.hybrid import compile_mechanism
+from vibroimpact.compile.hybrid import compile_mechanism
 
 
 def twin_dampers(first: float = 0.7, second: float = 0.7) -> vi.Mechanism:

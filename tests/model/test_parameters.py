@@ -14,7 +14,7 @@ import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.parameters import expanded, names_of, parameter_value, with_parameter
+from vibroimpact.model.parameters import expanded, names_of, parameter_value, with_parameter
 
 EPS = np.finfo(float).eps
 DAMPER = paper_damper("A", 1.2)

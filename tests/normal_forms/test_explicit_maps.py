@@ -11,7 +11,7 @@ import pytest
 from mpmath import mp
 
 import vibroimpact.normal_forms as nf
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
 
 EPS = 2.0**-52
 LOGISTIC = nf.ExplicitMap(lambda x, p: [p * x[0] * (1.0 - x[0])], dimension=1)

@@ -10,7 +10,7 @@ import pytest
 from support.planted import Change, found
 
 import vibroimpact.normal_forms as nf
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
 
 EPS = 2.0**-52
 

@@ -11,7 +11,7 @@ import pytest
 from support.planted import Planted, found, random_map
 
 import vibroimpact.normal_forms as nf
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
 
 EPS = 2.0**-52
 

@@ -11,7 +11,7 @@ import pytest
 from support.planted import Change
 
 import vibroimpact.normal_forms as nf
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
 
 CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
 

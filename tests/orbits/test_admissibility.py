@@ -13,12 +13,12 @@ from support.periodic import chain, coco, damper_orbits, largest, orbits_of_chai
 from support.systems import oscillator, paper_damper, random_mechanism
 
 import vibroimpact as vi
+from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.continuation import Steps
-from vibroimpact.periodic.admissibility import PLAY, least_gaps
-from vibroimpact.periodic.find import unfolded
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import compile_prescribed
-from vibroimpact.periodic.search import find_orbits
+from vibroimpact.orbits.admissibility import PLAY, least_gaps
+from vibroimpact.orbits.find import unfolded
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.search import find_orbits
 
 EPS = np.finfo(float).eps
 

@@ -15,9 +15,9 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.continuation import Steps
-from vibroimpact.parameters import expanded, with_parameter
-from vibroimpact.periodic.find import unfolded
-from vibroimpact.periodic.maps import full_map, stroboscopic_map
+from vibroimpact.model.parameters import expanded, with_parameter
+from vibroimpact.orbits.find import unfolded
+from vibroimpact.orbits.maps import full_map, stroboscopic_map
 
 DAMPER = paper_damper("A", 1.2)
 SETTLING = vi.State((0.0, 0.0), (0.0, 1.0))

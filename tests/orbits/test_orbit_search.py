@@ -14,15 +14,15 @@ from support.periodic import chain, largest
 from support.systems import oscillator, paper_damper
 
 import vibroimpact as vi
-from vibroimpact import cli
-from vibroimpact.periodic.find import SAME, primitive, unfolded
-from vibroimpact.periodic.found import GuessEnd, MotionEnd, OrbitSearch
-from vibroimpact.periodic.loops import KnownLoops, beginnings
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.problem import Signature
-from vibroimpact.periodic.search import find_orbits, mirror_image
-from vibroimpact.periodic.starts import starts_of
-from vibroimpact.progress import Progress
+from vibroimpact._core.progress import Progress
+from vibroimpact.cli import main as cli
+from vibroimpact.orbits.find import SAME, primitive, unfolded
+from vibroimpact.orbits.near_returns import KnownLoops, beginnings
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import Signature
+from vibroimpact.orbits.search import find_orbits, mirror_image
+from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
+from vibroimpact.orbits.starts import starts_of
 
 CASE = ["impact-damper/B", "--omega", "0.9454"]
 SMALL = {"cycles": 2, "impacts": 3, "starts": 12}

@@ -25,8 +25,8 @@ from support.periodic import (
 from support.systems import oscillator, paper_damper, random_mechanism
 
 import vibroimpact as vi
-from vibroimpact.periodic.find import SAME, primitive, solve, unfolded
-from vibroimpact.periodic.problem import Signature
+from vibroimpact.orbits.find import SAME, primitive, solve, unfolded
+from vibroimpact.orbits.problem import Signature
 
 EPS = np.finfo(float).eps
 PERIODIC = table("periodic.toml")

@@ -23,10 +23,10 @@ from support.periodic import (
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.periodic.maps import SegmentMap, solved_map
-from vibroimpact.periodic.multipliers import section_basis, solved_coordinate
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import COASTING, compile_prescribed
+from vibroimpact.compile.prescribed import COASTING, compile_prescribed
+from vibroimpact.orbits.maps import SegmentMap, solved_map
+from vibroimpact.orbits.multipliers import section_basis, solved_coordinate
+from vibroimpact.orbits.orbit import Orbit
 
 EPS = np.finfo(float).eps
 DERIVATIVES = table("derivatives.toml")

@@ -9,10 +9,16 @@ import pytest
 import xarray as xr
 
 import vibroimpact as vi
-from vibroimpact.ensembles.matching import proportional
-from vibroimpact.ensembles.motions import categories, column_of, flags, motions, symbols_of
-from vibroimpact.orbit_type import symbol_word
+from vibroimpact.attractors.matching import proportional
+from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.plotting import plot_plane
+from vibroimpact.sweeps.analyses.motion_codes import (
+    categories,
+    column_of,
+    flags,
+    motions,
+    symbols_of,
+)
 
 REST = vi.State((0.0, 0.0), (0.0, 0.0))
 

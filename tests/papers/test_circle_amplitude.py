@@ -8,10 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 from support.circles import NAMES, SUBCRITICAL, five_points
-
-from vibroimpact.literature.impact_damper import circles
-from vibroimpact.literature.impact_damper.circles import Measured, measure, observed_order, z_of
-from vibroimpact.literature.impact_damper.plan import Plan
+from vibroimpact_papers.impact_damper import circles
+from vibroimpact_papers.impact_damper.circles import Measured, measure, observed_order, z_of
+from vibroimpact_papers.impact_damper.plan import Plan
 
 EVERY = pytest.mark.parametrize("name", NAMES)
 ATTRACTING = [name for name in NAMES if name != SUBCRITICAL]
@@ -150,7 +149,7 @@ def test_circle_that_is_not_there_is_reported() -> None:
 
 def test_motion_that_does_not_alternate_is_reported() -> None:
     from vibroimpact import State
-    from vibroimpact.motion import Motion
+    from vibroimpact.simulation.simulator import Motion
 
     point = five_points()["A 1.0079"]
     motion = Motion(point.bifurcation.orbit.damper, State((0.0, 0.0), (0.0, 0.1)))

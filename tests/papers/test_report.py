@@ -8,10 +8,19 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
+from vibroimpact_papers.report import (
+    Figure,
+    Page,
+    Section,
+    Table,
+    Text,
+    Verdict,
+    Word,
+    whole_folder,
+)
 
 from vibroimpact import InvalidParameterError
-from vibroimpact.progress import Progress
-from vibroimpact.report import Figure, Page, Section, Table, Text, Verdict, Word, whole_folder
+from vibroimpact._core.progress import Progress
 
 if TYPE_CHECKING:
     from pathlib import Path

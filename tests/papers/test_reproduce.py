@@ -17,9 +17,7 @@ from typing import NamedTuple
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-
-import vibroimpact as vi
-from vibroimpact.literature.impact_damper import (
+from vibroimpact_papers.impact_damper import (
     TITLE,
     Panel,
     claims,
@@ -30,9 +28,11 @@ from vibroimpact.literature.impact_damper import (
     planes,
     transient,
 )
-from vibroimpact.literature.impact_damper import reproduce as job
-from vibroimpact.literature.impact_damper.plan import Plan, Sweep
-from vibroimpact.progress import Progress
+from vibroimpact_papers.impact_damper import reproduce as job
+from vibroimpact_papers.impact_damper.plan import Plan, Sweep
+
+import vibroimpact as vi
+from vibroimpact._core.progress import Progress
 
 SMALL = Plan(
     sweeps=MappingProxyType(
@@ -60,7 +60,7 @@ SMALL = Plan(
 )
 
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 POINTS = 5  # Neimark-Sacker points of the branch, each with a verdict on the lemma of section 4
 
 

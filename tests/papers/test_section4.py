@@ -12,26 +12,26 @@ from typing import Any
 import numpy as np
 import pytest
 from support.circles import NAMES, SPAN, SUBCRITICAL, five_points, references
-
-from vibroimpact import symmetric_bifurcations
-from vibroimpact.literature.impact_damper import (
+from vibroimpact_papers.impact_damper import (
     claims,
     datasets,
     figures,
     normal_form_residuals,
     parameter_sets,
 )
-from vibroimpact.literature.impact_damper.circles import ALTERNATE, Measured, measure
-from vibroimpact.literature.impact_damper.judge_circles import circle_here
-from vibroimpact.literature.impact_damper.judged import Evidence
-from vibroimpact.literature.impact_damper.normal_forms import Appendix, appendix
-from vibroimpact.literature.impact_damper.plan import Plan
-from vibroimpact.literature.impact_damper.story_circles import point_record
-from vibroimpact.literature.impact_damper.verdicts import judge, plain
-from vibroimpact.periodic.find import of_symmetric
-from vibroimpact.periodic.maps import full_map, half_map
+from vibroimpact_papers.impact_damper.circles import ALTERNATE, Measured, measure
+from vibroimpact_papers.impact_damper.judge_circles import circle_here
+from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.normal_forms import Appendix, appendix
+from vibroimpact_papers.impact_damper.plan import Plan
+from vibroimpact_papers.impact_damper.story_circles import point_record
+from vibroimpact_papers.impact_damper.verdicts import judge, plain
+from vibroimpact_papers.report import Word
+
+from vibroimpact import symmetric_bifurcations
+from vibroimpact.orbits.find import of_symmetric
+from vibroimpact.orbits.maps import full_map, half_map
 from vibroimpact.plotting import plot_circles
-from vibroimpact.report import Word
 
 EVERY = pytest.mark.parametrize("name", NAMES)
 FEW = Plan(circle_offsets=4, circle_settle=5.0, circle_points=1200)

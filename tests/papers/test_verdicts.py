@@ -8,16 +8,16 @@ from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from vibroimpact_papers.impact_damper import Claim, claims, parameter_sets
+from vibroimpact_papers.impact_damper.judge_motions import matches
+from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.plan import damper_of
+from vibroimpact_papers.impact_damper.verdicts import RULES, judge, to_json
+from vibroimpact_papers.report import Word
 
 from vibroimpact import InvalidParameterError, symmetric_bifurcations
-from vibroimpact.iterates import Kind
-from vibroimpact.literature.impact_damper import Claim, claims, parameter_sets
-from vibroimpact.literature.impact_damper.judge_motions import matches
-from vibroimpact.literature.impact_damper.judged import Evidence
-from vibroimpact.literature.impact_damper.plan import damper_of
-from vibroimpact.literature.impact_damper.verdicts import RULES, judge, to_json
-from vibroimpact.orbit_type import OrbitType
-from vibroimpact.report import Word
+from vibroimpact.attractors.orbit_type import OrbitType
+from vibroimpact.attractors.point_sets import Kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

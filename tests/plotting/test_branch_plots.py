@@ -18,7 +18,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 import vibroimpact as vi
-from vibroimpact.branches.along import Standing, along, coordinate, place_of
+from vibroimpact.branches.profile import Standing, along, coordinate, place_of
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches, style
 from vibroimpact.plotting.branch_multipliers import _step
 from vibroimpact.plotting.branches import LINES
@@ -86,7 +86,7 @@ def test_special_points_are_in_order_along_a_branch(broken: vi.Branch) -> None:
 
 
 def test_a_stretch_between_two_special_points_is_never_called_stable() -> None:
-    from vibroimpact.branches.along import _between
+    from vibroimpact.branches.profile import _between
 
     stable, unstable, out = Standing.STABLE, Standing.UNSTABLE, Standing.INADMISSIBLE
     own = np.array([stable, -1, -1, stable, stable, -1, unstable, out])

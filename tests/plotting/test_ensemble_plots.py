@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 import vibroimpact as vi
 from vibroimpact import plotting
-from vibroimpact.ensembles.motions import motions
 from vibroimpact.plotting import maps, style
 from vibroimpact.plotting import plane as plane_look
 from vibroimpact.plotting.maps import edges, geometric
 from vibroimpact.plotting.rotation_look import fractions
+from vibroimpact.sweeps.analyses.motion_codes import motions
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 

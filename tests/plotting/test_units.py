@@ -21,7 +21,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 
 import vibroimpact as vi
-from vibroimpact import cli, plotting
+from vibroimpact import plotting
+from vibroimpact.cli import main as cli
 
 M1, K, F0, OMEGA, D = 10.0, 4.0e4, 60.0, 66.0, 6.0e-3
 SI = vi.ImpactDamper.from_physical(

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.following import carried, follow
-from vibroimpact.motion import Motion
-from vibroimpact.sections import impact_section, section_of, take
-from vibroimpact.simulate import RunEnd
+from vibroimpact.attractors.sweep_attractor import carried, follow
+from vibroimpact.simulation.sections import impact_section, section_of, take
+from vibroimpact.simulation.simulate import RunEnd
+from vibroimpact.simulation.simulator import Motion
 
 DAMPER = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.00314
@@ -169,7 +169,7 @@ def test_states_at_a_phase_are_those_of_the_simulation(system):
 
 def test_a_record_in_many_pieces_has_the_states_of_one(monkeypatch):
     whole = vi.stroboscopic_section(DAMPER, PLAIN, points=60, settle=5, phase=2.0)
-    monkeypatch.setattr("vibroimpact.motion.CHUNK", 5)
+    monkeypatch.setattr("vibroimpact.simulation.simulator.CHUNK", 5)
     pieces = vi.stroboscopic_section(DAMPER, PLAIN, points=60, settle=5, phase=2.0)
     np.testing.assert_array_equal(whole.position, pieces.position)
     np.testing.assert_array_equal(whole.velocity, pieces.velocity)

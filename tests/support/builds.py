@@ -17,7 +17,8 @@ from vibroimpact import _cpu
 
 ROOT = Path(__file__).resolve().parents[2]
 INCLUDE = ROOT / "include"
-FLAGS = ["-std=c++20", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", f"-I{INCLUDE}"]
+FOLDERS = [f"-I{INCLUDE}", f"-I{ROOT / 'src/bindings'}"]
+FLAGS = ["-std=c++20", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", *FOLDERS]
 ZIG = (sys.executable, "-m", "ziglang", "c++")
 X86 = platform.machine() in {"x86_64", "AMD64"}
 ARM = platform.machine() in {"aarch64", "arm64"}

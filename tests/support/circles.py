@@ -7,9 +7,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from vibroimpact_papers.impact_damper.normal_forms import CriticalPoint, critical_points
+
 from vibroimpact import symmetric_bifurcations
-from vibroimpact.literature.impact_damper import parameter_sets
-from vibroimpact.literature.impact_damper.normal_forms import CriticalPoint, critical_points
+from vibroimpact.machines.published import parameter_sets
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "normal_forms.toml"
 SPAN = {"A": (0.92, 1.02), "B": (0.94, 1.03), "C": (0.42, 0.44)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibroimpact import cli
+from vibroimpact.cli import main as cli
 
 if TYPE_CHECKING:
     import pytest

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.ensembles.compiling import compile_together
-from vibroimpact.ensembles.tables import Tables
+from vibroimpact.compile.many_systems import compile_together
+from vibroimpact.compile.tables import Tables
 
 
 def compiled(

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact.ensembles.cuda.program import SOURCE, Kernels, include_folder
+from vibroimpact.sweeps.execution.cuda.program import SOURCE, Kernels, include_folder
 
 SHIM = Path(__file__).resolve().parents[1] / "cpp" / "host_device.cpp"
 FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fPIC")
 
 
 class HostDevice:
-    """A ``Machine`` of ensembles/cuda/batch.py; kernels are compiled into a folder."""
+    """A ``Machine`` of sweeps/execution/cuda/batch.py; kernels are compiled into a folder."""
 
     def __init__(self, folder: Path, free: int = 2**30) -> None:
         self.folder, self._free = folder, free

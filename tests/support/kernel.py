@@ -10,8 +10,9 @@ import numpy as np
 
 import vibroimpact as vi
 from support import UNIT
-from vibroimpact.hybrid import compile_mechanism
-from vibroimpact.simulate import begin, flight_limit_of, mechanism_of, phases_of
+from vibroimpact.compile.hybrid import compile_mechanism
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.simulation.simulate import begin, flight_limit_of, phases_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,7 +83,7 @@ def growth(system: Any, state: vi.State, impacts: Sequence[int]) -> float:
 
 def stated_eps(damper: vi.ImpactDamper, x1: Any, v1: Any, x2: Any, v2: Any, theta: Any,
                steps: Any, rounds: Any = 0) -> Any:  # fmt: skip
-    """eps_g of a step of the march, as event/certified_flight.hpp states it.
+    """eps_g of a step of the march, as search/certified_flight.hpp states it.
 
     2^-53 (16 + 4 applications) (sum of the terms of u, with their change over a step, + limit);
     a round counts as two applications.

@@ -9,9 +9,9 @@ import numpy as np
 
 import vibroimpact as vi
 from support.systems import ball, oscillator, paper_damper, random_mechanism
-from vibroimpact.ensembles.batch import Batch, Members, batch_of, run_members
-from vibroimpact.ensembles.observers import resolve
-from vibroimpact.simulate import Status
+from vibroimpact.simulation.simulate import Status
+from vibroimpact.sweeps.execution.batch import Batch, Members, batch_of, run_members
+from vibroimpact.sweeps.observers.observer import resolve
 
 Arrays = dict[str, Any]
 

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import vibroimpact as vi
-from vibroimpact.periodic.search import find_orbits
+from vibroimpact.orbits.search import find_orbits
 
 from .systems import oscillator, paper_damper, random_symmetric
 
 if TYPE_CHECKING:
-    from vibroimpact.periodic.orbit import Orbit
-    from vibroimpact.periodic.prescribed import Impact
+    from vibroimpact.compile.prescribed import Impact
+    from vibroimpact.orbits.orbit import Orbit
 
 REFERENCE = Path(__file__).parent.parent / "reference"
 PAPER_RANGES = {"A": (0.6, 1.4), "B": (0.6, 1.3), "C": (0.3, 1.0)}  # of omega

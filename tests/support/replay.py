@@ -13,7 +13,7 @@ import vibroimpact as vi
 from support import UNIT
 from support.kernel import stated_eps
 from support.systems import damper_witness
-from vibroimpact.hybrid import compile_mechanism
+from vibroimpact.compile.hybrid import compile_mechanism
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact.hybrid import Hybrid
-from vibroimpact.simulate import mechanism_of
+from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.model.system import mechanism_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     import vibroimpact as vi
-    from vibroimpact.hybrid import Mode
+    from vibroimpact.compile.hybrid import Mode
 
 
 def system_text(system: Any, states: Sequence[vi.State]) -> str:

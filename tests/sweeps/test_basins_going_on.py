@@ -11,7 +11,7 @@ import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.simulate import System
+from vibroimpact.model.system import System
 
 SET_B = paper_damper("B", 0.945)
 START = vi.State((0.0, 0.0), (0.0, 1.0))

@@ -14,12 +14,13 @@ from support.families import CHAIN, FAMILY, PAIR, bits, compiled, swinging
 from support.systems import paper_damper, random_mechanism
 
 import vibroimpact as vi
-from vibroimpact import _kernel, hybrid
-from vibroimpact.columns import Split
-from vibroimpact.ensembles import compiling
-from vibroimpact.errors import ResonanceError
-from vibroimpact.parameters import with_parameters
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact import _kernel
+from vibroimpact._core.columns import Split
+from vibroimpact._core.errors import ResonanceError
+from vibroimpact.compile import hybrid
+from vibroimpact.compile import many_systems as compiling
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.system import System, mechanism_of
 
 Values = dict[str, np.ndarray]
 DAMPER = paper_damper("A", 1.1)

@@ -19,17 +19,17 @@ from support.systems import ball, paper_damper, random_mechanism
 import vibroimpact as vi
 from benchmarks import gpu
 from benchmarks.case import random_starts
-from vibroimpact.ensembles import batch as batch_module
-from vibroimpact.ensembles.backends import cuda as backend
-from vibroimpact.ensembles.backends.cuda import runs_on
-from vibroimpact.ensembles.batch import Members, batch_of, run_members
-from vibroimpact.ensembles.cuda import card, program
-from vibroimpact.ensembles.cuda.layout import SEEN, Sizes, asked_of, batch_arrays
-from vibroimpact.ensembles.cuda.program import Kernels, compile_kernels
-from vibroimpact.ensembles.observers import OBSERVERS, Outcome, kernel_observers, resolve
-from vibroimpact.hybrid import Hybrid
+from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.sweeps.execution import batch as batch_module
+from vibroimpact.sweeps.execution import cuda_backend as backend
+from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
+from vibroimpact.sweeps.execution.cuda import card, program
+from vibroimpact.sweeps.execution.cuda.layout import SEEN, Sizes, asked_of, batch_arrays
+from vibroimpact.sweeps.execution.cuda.program import Kernels, compile_kernels
+from vibroimpact.sweeps.execution.cuda_backend import runs_on
+from vibroimpact.sweeps.observers.observer import OBSERVERS, Outcome, kernel_observers, resolve
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))  # benchmarks are not installed
+sys.path.append(str(Path(__file__).resolve().parents[2]))  # benchmarks are not installed
 
 
 SEED = 20211121

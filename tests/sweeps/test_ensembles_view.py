@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 
 import vibroimpact as vi
-from vibroimpact.ensembles.attractors import labelled
-from vibroimpact.ensembles.motions import flags
-from vibroimpact.ensembles.outcome import NOT_COMPUTED, Outcome
-from vibroimpact.ensembles.plane import with_motions
 from vibroimpact.plotting import plot_basins, plot_plane
+from vibroimpact.sweeps.analyses.label_attractors import labelled
+from vibroimpact.sweeps.analyses.motion_codes import flags
+from vibroimpact.sweeps.analyses.plane import with_motions
+from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
 
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
@@ -62,7 +62,7 @@ def test_a_plane_has_the_symbols_that_classify_finds() -> None:
 
 
 def test_a_plane_takes_other_options_of_the_symbol() -> None:
-    from vibroimpact.ensembles.observers import Symbol
+    from vibroimpact.sweeps.observers.observer import Symbol
 
     over = {"omega": [1.1, 1.2], "half_clearance": [5.0]}
     strict = Symbol(tolerance=1e-15)

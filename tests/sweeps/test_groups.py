@@ -15,11 +15,12 @@ from support.families import PAIR, swinging
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles import compiling, groups
-from vibroimpact.ensembles.compiling import compile_together
-from vibroimpact.ensembles.groups import grouped
-from vibroimpact.ensembles.sweep import plan_of
-from vibroimpact.ensembles.tiles import compiled_bytes, tiles_of
+from vibroimpact.compile import many_systems as compiling
+from vibroimpact.compile.many_systems import compile_together
+from vibroimpact.sweeps.execution import groups
+from vibroimpact.sweeps.execution.groups import grouped
+from vibroimpact.sweeps.execution.tiles import compiled_bytes, tiles_of
+from vibroimpact.sweeps.sweep import plan_of
 
 DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))

@@ -11,13 +11,14 @@ from support.families import CHAIN, PAIR, swinging
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact import _kernel, hybrid
-from vibroimpact.ensembles.batch import Members, batch_of, run_members
-from vibroimpact.ensembles.observers import Final, Impacts, Observer, Outcome, Shares
-from vibroimpact.ensembles.tables import Stacks, told
-from vibroimpact.parameters import with_parameters
-from vibroimpact.reduction import Closed
-from vibroimpact.simulate import System
+from vibroimpact import _kernel
+from vibroimpact.compile import hybrid
+from vibroimpact.compile.reduction import Closed
+from vibroimpact.compile.tables import Stacks, told
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.system import System
+from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
+from vibroimpact.sweeps.observers.observer import Final, Impacts, Observer, Outcome, Shares
 
 Values = dict[str, np.ndarray]
 DAMPER = paper_damper("A", 1.1)

@@ -14,13 +14,13 @@ from support.members import Case, beating, cases, impacts_in_window
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.observers import (
+from vibroimpact.simulation.simulate import Status
+from vibroimpact.sweeps.observers.observer import (
     Extremes,
     Outcome,
     Rms,
     Section,
 )
-from vibroimpact.simulate import Status
 
 CASES = cases()
 FORCED = [name for name in CASES if name != "ball"]

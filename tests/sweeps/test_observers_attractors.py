@@ -13,8 +13,8 @@ from support.members import Case, cases, impacts_in_window
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.observers import Section, Settling, Symbol
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.observers.observer import Section, Settling, Symbol
 
 CASES = cases()
 

@@ -13,10 +13,10 @@ from support.members import Case, alone_like, beating, cases, chain, run
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles import observers as known
-from vibroimpact.ensembles.batch import batch_of
-from vibroimpact.ensembles.compiling import compile_together
-from vibroimpact.ensembles.observers import (
+from vibroimpact.compile.many_systems import compile_together
+from vibroimpact.sweeps.execution.batch import batch_of
+from vibroimpact.sweeps.observers import observer as known
+from vibroimpact.sweeps.observers.observer import (
     Extremes,
     Outcome,
     Rms,
@@ -107,7 +107,7 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
 
     case = CASES["chatter"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vibroimpact.ensembles.tables._kernel", type("", (), {"Batch": FreeOnly}))
+        patch.setattr("vibroimpact.compile.tables._kernel", type("", (), {"Batch": FreeOnly}))
         ((part, _),) = compile_together(case.system, {}).inside(slice(0, 1))
         kernel: Any = part.runs
     found = kernel.batch.run(

@@ -13,8 +13,8 @@ from support.members import Case, cases, impacts_in_window
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.observers import Outcome, Rotation
-from vibroimpact.literature.impact_damper import parameter_sets
+from vibroimpact.machines.published import parameter_sets
+from vibroimpact.sweeps.observers.observer import Outcome, Rotation
 
 MIDDLE = vi.State((0.0, 0.0), (0.0, 1.0))
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

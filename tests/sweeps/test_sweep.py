@@ -18,9 +18,14 @@ from support.families import compiled
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.observers import Outcome
-from vibroimpact.ensembles.tiles import compiled_bytes, members_per_tile, tile_shape, tiles_of
-from vibroimpact.progress import Progress
+from vibroimpact._core.progress import Progress
+from vibroimpact.sweeps.execution.tiles import (
+    compiled_bytes,
+    members_per_tile,
+    tile_shape,
+    tiles_of,
+)
+from vibroimpact.sweeps.observers.observer import Outcome
 
 DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
@@ -415,7 +420,7 @@ def test_results_that_no_memory_holds_are_refused_before_anything_runs(monkeypat
     over = {"omega": axis, "half_clearance": 5.0 * axis}
     with pytest.raises(vi.InvalidParameterError, match=r"results of 1\.5e\+04 GB.* Give store="):
         vi.sweep(DAMPER, over=over, start=PLAIN, progress=False)
-    monkeypatch.setattr("vibroimpact.ensembles.sweep.memory_of_machine", lambda: 29)  # 2 x 15
+    monkeypatch.setattr("vibroimpact.sweeps.sweep.memory_of_machine", lambda: 29)  # 2 x 15
     with pytest.raises(vi.InvalidParameterError, match="more than this machine's memory"):
         vi.sweep(DAMPER, over={"omega": axis[:2]}, start=PLAIN, progress=False)
 

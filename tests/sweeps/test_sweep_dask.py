@@ -20,7 +20,7 @@ import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.backends import dask as backend
+from vibroimpact.sweeps.execution import dask as backend
 
 dask = pytest.importorskip("dask", reason="the extra `cluster` is not installed")
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")

@@ -17,8 +17,8 @@ import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.ensembles.observers import OBSERVERS
-from vibroimpact.ensembles.schema import END
+from vibroimpact.sweeps.observers.observer import OBSERVERS
+from vibroimpact.sweeps.schema import END
 
 pytest.importorskip("zarr", reason="the extra `store` is not installed")
 
@@ -294,7 +294,7 @@ def test_a_failing_disc_ends_with_a_clear_error_and_a_store_that_resumes(tmp_pat
     )
     assert failed.returncode == 1
     last = failed.stderr.strip().splitlines()[-1]
-    assert last.startswith("vibroimpact.errors.StoreError: store = ")
+    assert last.startswith("vibroimpact._core.errors.StoreError: store = ")
     assert "cannot be written (File too large)" in last
     assert tiles_in(store) == 2
     assert_resumes(store)

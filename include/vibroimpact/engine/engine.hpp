@@ -1,6 +1,6 @@
 // The engine: flight -> event -> jump, one event per call.
 //
-// A scalar engine first tries the quick flight (event/quick_flight.hpp), then the certified one; a pack
+// A scalar engine first tries the quick flight (search/grid/quick_flight.hpp), then the certified one; a pack
 // engine tries the quick flight for all its lanes and hands the rest to the scalar engine, lane by
 // lane. That one brings the flight off the stops that it is next to, and from there the quick one
 // is tried again. Both therefore do the same operations for each trajectory, and give the same bits.
@@ -9,8 +9,8 @@
 // end of rest on a stop, the horizon, or the statement that nothing could be decided.
 #pragma once
 
-#include "vibroimpact/event/quick_flight.hpp"
-#include "vibroimpact/impact/rest.hpp"
+#include "vibroimpact/search/grid/quick_flight.hpp"
+#include "vibroimpact/transition/rest.hpp"
 
 namespace vi {
 
@@ -270,7 +270,7 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
 }
 
 // The next event if it is the end of a hop, or of the chatter that it belongs to: no round could have
-// brought that flight on, as none lands so soon on the stop that it leaves (event/lookahead.hpp).
+// brought that flight on, as none lands so soon on the stop that it leaves (search/grid/grid_bounds.hpp).
 // Otherwise paused, and nothing is changed.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>

@@ -4,7 +4,7 @@
 // answers whether to go on; it is called after every event.
 #pragma once
 
-#include "vibroimpact/engine.hpp"
+#include "vibroimpact/engine/engine.hpp"
 
 namespace vi {
 

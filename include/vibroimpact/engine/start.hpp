@@ -6,8 +6,8 @@
 // Fails       a start may lie behind a stop, which the caller has to ask for: behind_stop
 #pragma once
 
-#include "vibroimpact/event/certified_flight.hpp"
-#include "vibroimpact/mode_coordinates.hpp"
+#include "vibroimpact/search/certified_flight.hpp"
+#include "vibroimpact/system/mode_coordinates.hpp"
 
 namespace vi {
 

@@ -2,10 +2,10 @@
 // results go. A host owns the arrays and lends them to the kernel.
 //
 // Every field is eight bytes wide and stands on a line of its own: hosts in other languages lay the
-// struct out from this text (ensembles/cuda/layout.py).
+// struct out from this text (sweeps/execution/cuda/layout.py).
 #pragma once
 
-#include "vibroimpact/config.hpp"
+#include "vibroimpact/numeric/config.hpp"
 
 namespace vi {
 
@@ -58,7 +58,7 @@ struct batch_arrays {
     const double* observe;
     long long most_impacts;
 
-    // observers: observer_bit, and options (ensembles/observers.py)
+    // observers: observer_bit, and options (sweeps/observers/observer.py)
     long long wanted;
     long long contact;
     long long stop;

@@ -4,8 +4,8 @@
 // Assumes     arrays as _kernel.Batch checks them
 #pragma once
 
-#include "vibroimpact/assemble.hpp"
-#include "vibroimpact/batch/arrays.hpp"
+#include "vibroimpact/ensemble/arrays.hpp"
+#include "vibroimpact/system/assemble.hpp"
 
 namespace vi {
 

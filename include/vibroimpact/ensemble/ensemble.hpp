@@ -5,7 +5,7 @@
 //             that is under way at that time counts from there on.
 //             Where tangents are wanted, the motion goes on in jets from a quarter of the observed
 //             time before the window. Values of jets have the bits of doubles; only what is known of
-//             flights that repeat (event/repetition.hpp) is forgotten there.
+//             flights that repeat (search/grid/recall_period.hpp) is forgotten there.
 //             Where a flight has made several tangents parallel (growth.hpp), all but the first fly it
 //             again in pieces, orthonormal after each; the last piece brings the event.
 // Accuracy    that of the engine: the same bits for the same system and start, whatever else runs

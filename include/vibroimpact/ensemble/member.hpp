@@ -6,8 +6,8 @@
 // Fails       member_end
 #pragma once
 
-#include "vibroimpact/batch/results.hpp"
-#include "vibroimpact/start.hpp"
+#include "vibroimpact/engine/start.hpp"
+#include "vibroimpact/ensemble/results.hpp"
 
 namespace vi {
 

@@ -1,8 +1,8 @@
 // What the observers of one member saw, written as rows of numbers.
 #pragma once
 
-#include "vibroimpact/batch/build.hpp"
-#include "vibroimpact/ensemble.hpp"
+#include "vibroimpact/ensemble/build.hpp"
+#include "vibroimpact/ensemble/ensemble.hpp"
 
 namespace vi {
 

@@ -6,7 +6,7 @@
 // Fails       member_end; a closed set of contacts without a mode ends as `missing`
 #pragma once
 
-#include "vibroimpact/batch/member.hpp"
+#include "vibroimpact/ensemble/member.hpp"
 
 namespace vi {
 

@@ -14,9 +14,9 @@
 // Reference   theory.md, "Flight"
 #pragma once
 
-#include "vibroimpact/math.hpp"
+#include "vibroimpact/numeric/math.hpp"
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-#include "vibroimpact/scalar/pack.hpp"
+#include "vibroimpact/numeric/pack.hpp"
 #endif
 
 namespace vi {

@@ -62,7 +62,7 @@ struct modal_flow : sizes<Shape> {
     R spacing[grids];                   // of the times of a grid, in parts of a step
     R grid_error[grids];                // 5/96 h^4, h the same in units of time
     R sight;                            // how far the wide grid goes
-    vec<R, max_blocks> growth;          // c^2 + c sqrt(k) + k, (3) of event/repetition.hpp
+    vec<R, max_blocks> growth;          // c^2 + c sqrt(k) + k, (3) of search/grid/recall_period.hpp
     block_series<R> series[max_blocks]; // of oscillators
 
     template <class T>

@@ -5,7 +5,7 @@
 //             instructions per pack of four instead of seven.
 #pragma once
 
-#include "vibroimpact/shape.hpp"
+#include "vibroimpact/numeric/sizes.hpp"
 
 namespace vi {
 

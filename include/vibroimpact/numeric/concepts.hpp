@@ -29,7 +29,7 @@
 // goes to the C library.
 #pragma once
 
-#include "vibroimpact/scalar/fma.hpp"
+#include "vibroimpact/numeric/fma.hpp"
 
 namespace vi {
 

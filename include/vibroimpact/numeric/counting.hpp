@@ -11,7 +11,7 @@
 // negation, select, copies, and work on bit patterns, which hide behind arithmetic.
 #pragma once
 
-#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/numeric/concepts.hpp"
 
 namespace vi {
 
@@ -29,7 +29,7 @@ struct operation_counts {
 };
 
 template <int N>
-struct floats; // scalar/floats.hpp
+struct floats; // numeric/floats.hpp
 
 template <class Tag>
 struct counting {

@@ -7,10 +7,10 @@
 // too, and results may be subnormal; fma() has one rounding, with and without the instruction.
 #pragma once
 
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/scalar/counting.hpp"
+#include "vibroimpact/numeric/counting.hpp"
+#include "vibroimpact/numeric/math.hpp"
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-#include "vibroimpact/scalar/pack.hpp"
+#include "vibroimpact/numeric/pack.hpp"
 #endif
 
 namespace vi {

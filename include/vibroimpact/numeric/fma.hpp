@@ -8,7 +8,7 @@
 // Reference   IEEE 754-2019, fusedMultiplyAdd
 #pragma once
 
-#include "vibroimpact/config.hpp"
+#include "vibroimpact/numeric/config.hpp"
 
 namespace vi {
 

@@ -31,8 +31,8 @@
 // sqrt at 0 and abs at 0 have no derivative: sqrt gives infinities or NaN, abs that of +x.
 #pragma once
 
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/numeric/concepts.hpp"
+#include "vibroimpact/numeric/math.hpp"
 
 namespace vi {
 

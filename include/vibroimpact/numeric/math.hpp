@@ -1,4 +1,4 @@
-// Elementary functions of the kernel, for every scalar of scalar/concepts.hpp.
+// Elementary functions of the kernel, for every scalar of numeric/concepts.hpp.
 //
 // Only + - * / sqrt, comparisons and integer work on bit patterns are used: operations that are
 // exactly the same on every target. No fused multiply-add, no library call, no table, no if: a
@@ -17,13 +17,13 @@
 // Measured on some 10^7 arguments each; the tests hold the bounds on thousands, hard ones included.
 //
 // A NaN argument gives NaN (min, max: see there). sincos(-x) and atan2(-y, x) mirror exactly, zeros
-// keep their sign. Derivatives: scalar/jet.hpp overloads what is smooth.
+// keep their sign. Derivatives: numeric/jet.hpp overloads what is smooth.
 //
 // The polynomial coefficients and the split constants are printed by tools/math_coefficients.py,
 // which states their truncation errors; a test compares them.
 #pragma once
 
-#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/numeric/concepts.hpp"
 
 namespace vi {
 

@@ -16,8 +16,8 @@
 // each of which here doubles the order that is right.
 #pragma once
 
-#include "vibroimpact/math.hpp"
-#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/numeric/concepts.hpp"
+#include "vibroimpact/numeric/math.hpp"
 
 namespace vi {
 

@@ -9,7 +9,7 @@
 // passed differs between targets. Packs never cross a library boundary; compile with -Wno-psabi.
 #pragma once
 
-#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/numeric/concepts.hpp"
 
 #if defined(__FMA__) || defined(__AVX__)
 #include <immintrin.h>

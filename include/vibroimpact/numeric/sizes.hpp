@@ -7,7 +7,7 @@
 // of the mechanism then show q' of its blocks, too (flow/modal.hpp).
 #pragma once
 
-#include "vibroimpact/scalar/concepts.hpp"
+#include "vibroimpact/numeric/concepts.hpp"
 
 namespace vi {
 

@@ -1,7 +1,7 @@
 // Mean and mean square of u = row . x + gain over the window, flights included.
 //
 // Method      Gauss-Legendre quadrature with 7 nodes in every step, at which u is a Taylor
-//             polynomial (event/polynomial.hpp)
+//             polynomial (search/polynomial.hpp)
 // Accuracy    The integrand u^2 has rates up to 2 w, w the fastest rate of the system, and a step is
 //             at most 0.7 / w: the remainder of 7 nodes on a step of length h is
 //                 h (7!)^4 / (15 (14!)^3) (2 w h)^14 |u|^2 < 8 10^-18 h |u|^2

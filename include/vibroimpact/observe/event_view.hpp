@@ -10,27 +10,27 @@
 //     observe/                      its struct, in a file of its own
 //     observe/observers.hpp         include, a bit after the last, a member, a line in see() of
 //                                   events or of flights; sees_flights if it wants flights
-//     batch/arrays.hpp              its options, and a table for its results
-//     batch/member.hpp              prepare_observers(): options, the window, lent memory
-//     batch/results.hpp             clear() and write(): the numbers of a row
+//     ensemble/arrays.hpp              its options, and a table for its results
+//     ensemble/member.hpp              prepare_observers(): options, the window, lent memory
+//     ensemble/results.hpp             clear() and write(): the numbers of a row
 //     src/bindings/owned_arrays.hpp read(): options, by the names that kernel_observers gives; the
 //                                   width of the table, in results
-//     src/vibroimpact/ensembles/cuda/layout.py
+//     src/vibroimpact/sweeps/execution/cuda/layout.py
 //                                   the same for devices: SEEN, in the order of the bits; _options,
 //                                   _widths
-//     src/vibroimpact/ensembles/kinds.py
+//     src/vibroimpact/sweeps/observers/kinds.py
 //                                   name, options with their checks, variables by table and column
-//     src/vibroimpact/ensembles/observers.py
+//     src/vibroimpact/sweeps/observers/observer.py
 //                                   OBSERVERS; options whose names differ, in kernel_observers
-//     tests/test_observers.py       its results against the record of the same motion; EVERYTHING
-//                                   of tests/test_cuda.py compares the two hosts
+//     tests/sweeps/test_observers.py       its results against the record of the same motion; EVERYTHING
+//                                   of tests/sweeps/test_cuda.py compares the two hosts
 //     docs/sweeps.md                a row of the table of observers
 //
 // Without options and with one number, as power.hpp, most of these are one line. The observer
 // rotation.hpp has both; its name finds every place.
 #pragma once
 
-#include "vibroimpact/run.hpp"
+#include "vibroimpact/engine/run.hpp"
 
 namespace vi {
 

@@ -1,6 +1,6 @@
 // The smallest and the largest value of u = row . x + gain between two times, flights included.
 //
-// Method      In every step u is a Taylor polynomial (event/polynomial.hpp). The step is cut into
+// Method      In every step u is a Taylor polynomial (search/polynomial.hpp). The step is cut into
 //             pieces [0, L] until each is one of these, with |u''| <= M on it
 //               inside    max(u(0), u(L)) + L^2/8 M is not above the largest value so far, and
 //                         likewise below: nothing new                                          (1)
@@ -8,10 +8,10 @@
 //               bent      u'' keeps its sign: at most one extremum, where u' = 0, located      (3)
 //               tiny      L below 2^-24 of a step: an extremum exceeds the ends by L^2/8 M     (4)
 // Accuracy    rounding of u; (4) neglects less than 2^-52 of the terms of u
-// Reference   event/first_root.hpp, which bounds u'' in the same way
+// Reference   search/first_root.hpp, which bounds u'' in the same way
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

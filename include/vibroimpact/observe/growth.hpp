@@ -1,7 +1,7 @@
 // Lyapunov exponents: growth of tangent vectors from event to event, saltation included.
 //
 // Method      A trajectory of jets carries W tangent vectors through flights, event times and jumps
-//             (scalar/jet.hpp). After every event they are made orthonormal in index order,
+//             (numeric/jet.hpp). After every event they are made orthonormal in index order,
 //             Z = Q U, and go on as Q; the logarithms of U's diagonal are summed from the first
 //             event in the window to the last:
 //                 lambda_i = sum log U_ii / (t_last - t_first)                                  (1)
@@ -21,8 +21,8 @@
 //             Solitons and Fractals 5 (1995) 1671-1681 (saltation)
 #pragma once
 
-#include "vibroimpact/run.hpp"
-#include "vibroimpact/scalar/jet.hpp"
+#include "vibroimpact/engine/run.hpp"
+#include "vibroimpact/numeric/jet.hpp"
 
 namespace vi {
 

@@ -1,7 +1,7 @@
 // Impacts at upper stops (A) and lower stops (B), all contacts; completed chatter is one.
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

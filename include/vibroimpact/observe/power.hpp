@@ -6,13 +6,13 @@
 //             One contact: (gamma^2 - gamma+^2) / (2 A), that is (1 - R^2) gamma^2 / (2 A).     (2)
 // Assumes     where contacts are dependent A is singular but (1) is not: elimination skips the
 //             contacts that the others determine
-// Accuracy    what completed chatter still had to lose is neglected: by (3) of impact/rest.hpp it is
+// Accuracy    what completed chatter still had to lose is neglected: by (3) of transition/rest.hpp it is
 //             below 2^-53 of the motion's energy
-// Reference   impact/law.hpp
+// Reference   transition/impact_law.hpp
 
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

@@ -29,7 +29,7 @@
 // Reference   [das2017]; [hopf1935]: chords of closed curves
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

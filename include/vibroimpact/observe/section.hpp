@@ -4,7 +4,7 @@
 //             last of them
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

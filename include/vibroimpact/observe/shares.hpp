@@ -1,7 +1,7 @@
 // Time at rest on a stop, and how often chatter was completed and a stop grazed.
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

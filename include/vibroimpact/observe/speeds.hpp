@@ -4,7 +4,7 @@
 //             first. Completed chatter has no single speed and is left out.
 #pragma once
 
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
 
 namespace vi {
 

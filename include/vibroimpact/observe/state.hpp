@@ -7,8 +7,8 @@
 //             tolerance * w * size, sine and cosine of each forcing line by tolerance     (2)
 #pragma once
 
-#include "vibroimpact/mode_coordinates.hpp"
-#include "vibroimpact/observe/scene.hpp"
+#include "vibroimpact/observe/event_view.hpp"
+#include "vibroimpact/system/mode_coordinates.hpp"
 
 namespace vi {
 

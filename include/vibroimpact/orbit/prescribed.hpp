@@ -18,7 +18,7 @@
 #pragma once
 
 #include "vibroimpact/flow/dense.hpp"
-#include "vibroimpact/hybrid.hpp"
+#include "vibroimpact/system/hybrid.hpp"
 
 namespace vi {
 

@@ -3,9 +3,9 @@
 // Method      The ladder marches step by step. In every step each gap function is a Taylor
 //             polynomial (18 derivatives, rows of the guard times y), and its first root is found or
 //             excluded by first_root.hpp. The earliest over all guards ends the flight.
-//             Where nothing that moves can reach a stop (event/reach.hpp), 32 or 1024 steps are taken
+//             Where nothing that moves can reach a stop (search/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march, but where 2^15 or more are. Flows without
-//             blocks take strides of 2^n steps (event/stride.hpp).
+//             blocks take strides of 2^n steps (search/stride.hpp).
 //             A hop, back on its stop long before the first step is over, is looked for up to a
 //             quarter beyond its return alone, with polynomials of lower order, at all guards. A root
 //             there ends the flight; without one, or where that is not decided, it is marched.
@@ -23,9 +23,9 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/first_root.hpp"
-#include "vibroimpact/event/ladder.hpp"
-#include "vibroimpact/event/reach.hpp"
+#include "vibroimpact/search/first_root.hpp"
+#include "vibroimpact/search/reach.hpp"
+#include "vibroimpact/search/refreshed_march.hpp"
 
 namespace vi {
 

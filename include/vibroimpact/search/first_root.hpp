@@ -19,7 +19,7 @@
 //             |g| > eps there (never observed).
 #pragma once
 
-#include "vibroimpact/event/polynomial.hpp"
+#include "vibroimpact/search/polynomial.hpp"
 
 namespace vi {
 

@@ -12,7 +12,7 @@
 #pragma once
 
 #include "vibroimpact/flow/modal.hpp"
-#include "vibroimpact/scalar/floats.hpp"
+#include "vibroimpact/numeric/floats.hpp"
 
 namespace vi {
 
@@ -36,7 +36,7 @@ struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
     rows_ahead<R, Dimension> ahead; // of a modal flow, along the narrow grid
-    // What event/lookahead.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
+    // What search/grid/grid_bounds.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
     // what its a adds to them, and per |y_j| the terms of u within a step; what limits and lines add.
     vec<R, Dimension> third, fourth;
     vec<R, Dimension / 2> third_push, fourth_push;
@@ -89,7 +89,7 @@ VI_HD inline void look_ahead(rows_ahead<double, Dimension>& to, const Guard& g, 
         to.shifted = to.shifted || gain != 0.0;
 }
 
-// The slack e/4 of (1) in event/lookahead.hpp for the wide grid, as a part of half the clearance, where
+// The slack e/4 of (1) in search/grid/grid_bounds.hpp for the wide grid, as a part of half the clearance, where
 // oscillators move as much as the forcing makes u move.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow) {

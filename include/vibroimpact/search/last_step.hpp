@@ -7,7 +7,7 @@
 // Reference   theory.md, (T16d)
 #pragma once
 
-#include "vibroimpact/event/lookahead.hpp"
+#include "vibroimpact/search/grid/grid_bounds.hpp"
 
 namespace vi {
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "vibroimpact/flow/modal.hpp"
-#include "vibroimpact/math.hpp"
+#include "vibroimpact/numeric/math.hpp"
 
 namespace vi {
 

@@ -12,7 +12,7 @@
 // Accuracy    margin 2^-30 of the terms, far above rounding
 #pragma once
 
-#include "vibroimpact/hybrid.hpp"
+#include "vibroimpact/system/hybrid.hpp"
 
 namespace vi {
 

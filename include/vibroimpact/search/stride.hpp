@@ -16,8 +16,8 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/guard.hpp"
-#include "vibroimpact/event/ladder.hpp"
+#include "vibroimpact/search/guard.hpp"
+#include "vibroimpact/search/refreshed_march.hpp"
 
 namespace vi {
 

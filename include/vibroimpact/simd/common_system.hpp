@@ -6,7 +6,7 @@
 // Accuracy    the same numbers, so the same bits
 #pragma once
 
-#include "vibroimpact/lanes.hpp"
+#include "vibroimpact/simd/lanes.hpp"
 
 namespace vi {
 

@@ -6,7 +6,7 @@
 //             Packs of lanes take turns at the stages of a round, and two look along the wide grid
 //             together. T is a pack, or a jet of packs: then every run carries a tangent, whose growth
 //             is followed in all lanes at once. A lane whose run has ended takes the next one, or waits
-//             a while for lanes that repeat their flights (event/repetition.hpp).
+//             a while for lanes that repeat their flights (search/grid/recall_period.hpp).
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none, for good and for
 //                                       all lanes. Flights are limited by slot.limit.t_max alone.
@@ -20,8 +20,8 @@
 //             each trajectory in the same order
 #pragma once
 
-#include "vibroimpact/common_system.hpp"
 #include "vibroimpact/observe/growth.hpp"
+#include "vibroimpact/simd/common_system.hpp"
 
 namespace vi {
 

@@ -1,6 +1,6 @@
 // Several trajectories side by side, one per SIMD lane, each with a system of its own.
 //
-// Method      All lanes fly a round at a time (event/quick_flight.hpp), those that have landed with
+// Method      All lanes fly a round at a time (search/grid/quick_flight.hpp), those that have landed with
 //             the impact that ends their flight. Packs of lanes take turns at its stages: the results
 //             of one are on their way while another is worked on. A lane that a round cannot bring
 //             on, or that is at rest on a stop, is left to the scalar certified step. Both are what
@@ -10,8 +10,8 @@
 // Assumes     the free modes of all lanes have the same sizes
 #pragma once
 
-#include "vibroimpact/engine.hpp"
-#include "vibroimpact/scalar/pack.hpp"
+#include "vibroimpact/engine/engine.hpp"
+#include "vibroimpact/numeric/pack.hpp"
 
 namespace vi {
 

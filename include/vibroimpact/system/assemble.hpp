@@ -3,11 +3,11 @@
 // Method      numbers are copied, and what follows from them is filled in: propagators of a flow,
 //             time derivatives of a row, 1 / mobility
 // Assumes     row-major arrays, lent by the host; sizes of flows and systems are set
-// Reference   hybrid.hpp says what the numbers mean; src/vibroimpact/hybrid.py makes them
+// Reference   hybrid.hpp says what the numbers mean; src/vibroimpact/compile/hybrid.py makes them
 #pragma once
 
-#include "vibroimpact/hybrid.hpp"
-#include "vibroimpact/mode_coordinates.hpp"
+#include "vibroimpact/system/hybrid.hpp"
+#include "vibroimpact/system/mode_coordinates.hpp"
 
 namespace vi {
 

@@ -7,8 +7,8 @@
 // Reference   theory.md, sections 2 and 3; src/vibroimpact/coordinates.py makes the matrices
 #pragma once
 
-#include "vibroimpact/hybrid.hpp"
-#include "vibroimpact/math.hpp"
+#include "vibroimpact/numeric/math.hpp"
+#include "vibroimpact/system/hybrid.hpp"
 
 namespace vi {
 

@@ -16,7 +16,7 @@
 // Reference   theory.md, "Sticking and release"
 #pragma once
 
-#include "vibroimpact/impact/law.hpp"
+#include "vibroimpact/transition/impact_law.hpp"
 
 namespace vi {
 

@@ -16,8 +16,8 @@
 // Reference   Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988)
 #pragma once
 
-#include "vibroimpact/event/certified_flight.hpp"
-#include "vibroimpact/impact/complementarity.hpp"
+#include "vibroimpact/search/certified_flight.hpp"
+#include "vibroimpact/transition/complementarity.hpp"
 
 namespace vi {
 

@@ -8,7 +8,7 @@
 //             the derivatives of its u now, for s <= t
 //                 |u(s) - u(0) - u' s| <= (s / t) sum |u^(m)| t^m / m!, m >= 2             (3)
 //             and |u(s) - u(0)| <= the sum from m = 1 on.
-//             Contacts at rest on their stops close or stay open as impact/closing.hpp says.
+//             Contacts at rest on their stops close or stay open as transition/closing.hpp says.
 // Accuracy    (1) neglects the change of a, which moves the end velocity by about
 //             v^2 |g'''| / (a (1 - R))^2, and lumps impulses, which moves positions by about
 //             v^2 / (|a| (1 - R)^2): completed only where both are below 2^-53 of the motion (2),
@@ -18,7 +18,7 @@
 // Reference   Nordmark, Piiroinen, Nonlinear Dynamics 58 (2009) 85-106; theory.md, "Chatter"
 #pragma once
 
-#include "vibroimpact/impact/closing.hpp"
+#include "vibroimpact/transition/closing.hpp"
 
 namespace vi {
 

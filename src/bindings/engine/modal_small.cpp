@@ -1,4 +1,4 @@
-#include "system_of.hpp"
+#include "engine/system_of.hpp"
 
 namespace binding {
 

@@ -1,7 +1,7 @@
 // What the bindings keep of a run: a record, a count, the growth of a tangent vector.
 #pragma once
 
-#include "physical_map.hpp"
+#include "engine/physical_map.hpp"
 #include "vibroimpact/observe/growth.hpp"
 
 namespace binding {

@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "system.hpp"
-#include "vibroimpact/mode_coordinates.hpp"
+#include "engine/system.hpp"
+#include "vibroimpact/system/mode_coordinates.hpp"
 
 namespace binding {
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "observers.hpp"
-#include "vibroimpact/assemble.hpp"
+#include "engine/observers.hpp"
+#include "vibroimpact/engine/start.hpp"
 #include "vibroimpact/flow/dense.hpp"
-#include "vibroimpact/start.hpp"
+#include "vibroimpact/system/assemble.hpp"
 
 namespace binding {
 

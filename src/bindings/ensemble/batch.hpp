@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "vibroimpact/batch/arrays.hpp"
+#include "vibroimpact/ensemble/arrays.hpp"
 
 namespace binding {
 

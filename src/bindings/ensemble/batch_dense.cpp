@@ -1,4 +1,4 @@
-#include "batch_of.hpp"
+#include "ensemble/batch_of.hpp"
 #include "vibroimpact/flow/dense.hpp"
 
 namespace binding {

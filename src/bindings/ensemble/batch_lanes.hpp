@@ -9,8 +9,8 @@
 
 #include <iterator>
 
-#include "batch_of.hpp"
-#include "vibroimpact/lane_run.hpp"
+#include "ensemble/batch_of.hpp"
+#include "vibroimpact/simd/lane_run.hpp"
 
 namespace binding {
 

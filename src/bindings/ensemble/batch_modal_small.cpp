@@ -1,4 +1,4 @@
-#include "batch_lanes.hpp"
+#include "ensemble/batch_lanes.hpp"
 
 namespace binding {
 

@@ -1,4 +1,4 @@
-#include "batch_module.hpp"
+#include "ensemble/batch_module.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -11,9 +11,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include "batch.hpp"
+#include "ensemble/batch.hpp"
+#include "ensemble/owned_arrays.hpp"
 #include "interrupt.hpp"
-#include "owned_arrays.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

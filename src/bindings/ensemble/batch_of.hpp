@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "batch.hpp"
-#include "vibroimpact/batch/member.hpp"
+#include "ensemble/batch.hpp"
+#include "vibroimpact/ensemble/member.hpp"
 
 namespace binding {
 

@@ -11,7 +11,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
-#include "vibroimpact/batch/arrays.hpp"
+#include "vibroimpact/ensemble/arrays.hpp"
 #include "vibroimpact/observe/observers.hpp"
 
 namespace binding {
@@ -50,7 +50,7 @@ private:
     std::vector<std::vector<double>> numbers_;
 };
 
-// Reads what ensembles/observers.py asks for.
+// Reads what sweeps/observers/observer.py asks for.
 class observer_reader {
 public:
     observer_reader(const nb::dict& spec, owned_arrays& to) : spec_(spec), to_(to) {}

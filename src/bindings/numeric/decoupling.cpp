@@ -1,9 +1,9 @@
-#include "decoupling_module.hpp"
+#include "numeric/decoupling_module.hpp"
 
 #include <stdexcept>
 
-#include "../decouple/decouple.hpp"
 #include "arrays.hpp"
+#include "decouple/decouple.hpp"
 
 using namespace nanobind::literals;
 

@@ -1,4 +1,4 @@
-#include "jet_module.hpp"
+#include "numeric/jet_module.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -9,7 +9,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include "vibroimpact/scalar/mixed_jet.hpp"
+#include "vibroimpact/numeric/mixed_jet.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -1,9 +1,9 @@
-#include "prescribed.hpp"
+#include "orbit/prescribed.hpp"
 
 #include <algorithm>
 
-#include "vibroimpact/scalar/jet.hpp"
-#include "vibroimpact/scalar/mixed_jet.hpp"
+#include "vibroimpact/numeric/jet.hpp"
+#include "vibroimpact/numeric/mixed_jet.hpp"
 
 namespace binding {
 

@@ -1,10 +1,10 @@
-#include "prescribed_module.hpp"
+#include "orbit/prescribed_module.hpp"
 
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
-#include "prescribed.hpp"
+#include "orbit/prescribed.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -13,10 +13,9 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from vibroimpact._core.types import Floats, Integers
+
 Many = Callable[[float], Floats]  # several functions at once, shape (k,)
 
 POINTS = 33  # samples per piece

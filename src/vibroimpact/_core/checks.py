@@ -18,10 +18,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.errors import InvalidParameterError, KeywordError
-from vibroimpact.scalars import as_python, is_finite, is_infinite, is_number
+from vibroimpact._core.errors import InvalidParameterError, KeywordError
+from vibroimpact._core.scalars import as_python, is_finite, is_infinite, is_number
 
-Floats = NDArray[np.float64]
 Class = TypeVar("Class", bound=type)
 
 LARGEST_COUNT = 2**50  # the kernel counts events, some four per impact, in doubles

@@ -1,9 +1,9 @@
 """Columns: one number for every system of an ensemble, computed with as if it were one float.
 
 A mechanism that is built and compiled with columns is built and compiled for all systems at once
-(:mod:`vibroimpact.ensembles.batch`). Every operation gives each system the bits that Python floats
-would give: + - * / and sqrt are rounded once wherever they are computed, and powers and elementary
-functions are taken system by system, because array versions of them round differently.
+(:mod:`vibroimpact.sweeps.execution.batch`). Every operation gives each system the bits that Python
+floats would give: + - * / and sqrt are rounded once wherever they are computed, and powers and
+elementary functions are taken system by system, because array versions of them round differently.
 
 A comparison has an answer where all systems agree. Where they do not, it raises :class:`Split`, and
 whoever started the computation repeats it for the systems on either side: code with branches needs
@@ -18,10 +18,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from vibroimpact._core.types import Flags, Floats
 
 
 class Split(BaseException):
@@ -30,12 +28,12 @@ class Split(BaseException):
     No ``Exception``, so that a function of the user which handles errors does not swallow it.
     """
 
-    def __init__(self, mask: Mask) -> None:
+    def __init__(self, mask: Flags) -> None:
         super().__init__("systems disagree on a comparison")
         self.mask = mask
 
 
-def agreed(mask: Mask) -> bool:
+def agreed(mask: Flags) -> bool:
     """The answer of all systems, or raise :class:`Split`."""
     if mask.all():
         return True

@@ -51,7 +51,10 @@ class StoreError(VibroImpactError, OSError):
 
 def warn(text: str) -> None:
     """Warn of the line that called this package."""
-    ours = (str(Path(__file__).parent), contextlib.__file__)  # its decorators call what they wrap
+    ours = (
+        str(Path(__file__).parents[1]),
+        contextlib.__file__,
+    )  # its decorators call what they wrap
     frames = enumerate(walk_stack(sys._getframe()))
     last = max(level for level, (frame, _) in frames if frame.f_code.co_filename.startswith(ours))
     warnings.warn(text, stacklevel=last + 2)

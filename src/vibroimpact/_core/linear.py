@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vibroimpact.scalars import above, anywhere, choose, greatest, sign_of, square_root
+from vibroimpact._core.scalars import above, anywhere, choose, greatest, sign_of, square_root
 
 Vector = list[float]
 Matrix = list[list[float]]

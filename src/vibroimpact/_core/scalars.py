@@ -16,10 +16,11 @@ from typing import Any, cast
 
 import numpy as np
 
+from vibroimpact._core.columns import Column
+from vibroimpact._core.types import Flags
 from vibroimpact._kernel import Jet
-from vibroimpact.columns import Column, Mask
 
-Truth = bool | Mask
+Truth = bool | Flags
 
 ROUNDING = 64.0 * 2.0**-53  # of sums of products, per term
 
@@ -66,7 +67,7 @@ def rounded_down(x: Any, bits: int) -> float:
 def above(x: Any, y: Any) -> Truth:
     """X > y, of columns system by system."""
     if isinstance(x, Column) or isinstance(y, Column):
-        return cast(Mask, _values(x) > _values(y))
+        return cast(Flags, _values(x) > _values(y))
     return cast(bool, x > y)
 
 

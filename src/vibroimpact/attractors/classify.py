@@ -1,7 +1,7 @@
 """Attractors: what a motion settles on, decided by stated tests and never by eye.
 
 Method      windows of section points after 1, 8, 64 ... times the shortest settling are looked
-            at (iterates.py); the first periodic window decides, otherwise the last; where that is
+            at (point_sets.py); the first periodic window decides, otherwise the last; where that is
             undecided, all are taken again with more points and settling; where chaos ends while
             its exponent is measured, one more window is looked at from there on
             transient: the settling before the first window from which all windows agree
@@ -17,13 +17,21 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.checks import check_count
-from vibroimpact.iterates import FEWEST_POINTS, Kind, Shape, classify_points
-from vibroimpact.lyapunov import LyapunovEstimate, exponent_from
-from vibroimpact.motion import Motion, Stop
-from vibroimpact.orbit_type import OrbitType, is_symmetric, multipliers, orbit_symbol, orbit_type
-from vibroimpact.rotation import Rotation, weighted_average
-from vibroimpact.sections import (
+from vibroimpact._core.checks import check_count
+from vibroimpact._core.types import Floats
+from vibroimpact.attractors.orbit_type import (
+    OrbitType,
+    is_symmetric,
+    multipliers,
+    orbit_symbol,
+    orbit_type,
+)
+from vibroimpact.attractors.point_sets import FEWEST_POINTS, Kind, Shape, classify_points
+from vibroimpact.attractors.rotation import Rotation, weighted_average
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.lyapunov import LyapunovEstimate, exponent_from
+from vibroimpact.simulation.sections import (
     IMPACTS_PER_POINT,
     Section,
     check_points,
@@ -31,10 +39,8 @@ from vibroimpact.sections import (
     scale_of,
     section_of,
 )
-from vibroimpact.simulate import RunEnd, Status, System, mechanism_of
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact.simulation.simulate import RunEnd, Status
+from vibroimpact.simulation.simulator import Motion, Stop
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
 EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
@@ -195,7 +201,7 @@ def classify(
     Notes
     -----
     A quarter of a second for the impact damper, less for periodic motion, some seconds where all
-    is repeated; the tests are those of :func:`~vibroimpact.iterates.classify_points`. Unreliable:
+    is repeated; the tests are those of :func:`~vibroimpact.classify_points`. Unreliable:
     chaos that ends after ``max_settle`` impacts; motion within 1e-6 of a bifurcation in its
     multiplier; several forcing lines of incommensurate frequencies (only the phase of the first is
     seen).

@@ -37,11 +37,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vibroimpact import sections
-from vibroimpact.simulate import System, mechanism_of
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from vibroimpact._core.types import Flags, Floats
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation import sections
 
 TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multiplier up to 0.999
 QUANTILE = 0.99  # of (2)

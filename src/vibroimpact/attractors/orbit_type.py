@@ -14,17 +14,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.spatial import cKDTree
 
-from vibroimpact.iterates import Kind, Shape
-from vibroimpact.motion import EVENTS_PER_IMPACT, Impacts, Motion
-from vibroimpact.sections import Scale, Section
-from vibroimpact.simulate import RunEnd, Status, flight_limit_of, mechanism_of, phases_of
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact._core.types import Complexes
+from vibroimpact.attractors.point_sets import Kind, Shape
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.simulation.sections import Scale, Section
+from vibroimpact.simulation.simulate import RunEnd, Status, flight_limit_of, phases_of
+from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Impacts, Motion
 
 # Elapsed time over forcing periods may miss an integer by the return tolerance and rounding.
 WHOLE_PERIODS = 1e-6

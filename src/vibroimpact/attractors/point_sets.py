@@ -21,15 +21,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vibroimpact.checks import check_kind, numbers
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.lyapunov import LEAST_GROWTH, LyapunovEstimate
-from vibroimpact.rotation import ClosedCurve, closed_curve, weights
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.checks import check_kind, numbers
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.attractors.rotation import ClosedCurve, closed_curve, weights
+from vibroimpact.simulation.lyapunov import LEAST_GROWTH, LyapunovEstimate
 
 FEWEST_POINTS = 64  # fewer are not looked at
 LONGEST_PERIOD = 256  # iterates; longer orbits are undecided, and contracting

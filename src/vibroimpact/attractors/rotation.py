@@ -20,8 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact._core.types import Complexes, Floats
 
 REFINEMENTS = 3  # each turns an error of 1 / N into the next order; the third changes nothing
 MOST_TURNS = 4  # a curve that winds more often around its centre is left undecided

@@ -10,14 +10,14 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact import linear
-from vibroimpact.checks import check_choice, check_count, check_kind, vector
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Contact, Mechanism
-from vibroimpact.motion import Stop
-from vibroimpact.sections import Section, check_stop, impact_section
-from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import State
+from vibroimpact._core import linear
+from vibroimpact._core.checks import check_choice, check_count, check_kind, vector
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.sections import Section, check_stop, impact_section
+from vibroimpact.simulation.simulator import Stop
 
 SystemOf = Callable[[float], System]
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from vibroimpact._core.types import Floats
+from vibroimpact.attractors.sweep_attractor import Step, follow
 from vibroimpact.branches.branch import Branch
-from vibroimpact.following import Step, follow
-from vibroimpact.motion import Stop
-from vibroimpact.parameters import with_parameter
-from vibroimpact.sections import Section
-from vibroimpact.simulate import System
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System
+from vibroimpact.simulation.sections import Section
+from vibroimpact.simulation.simulator import Stop
 
 SETTLED, KEPT = 1000, 60  # impacts discarded, section points kept at every value
 

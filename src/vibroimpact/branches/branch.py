@@ -5,24 +5,23 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from vibroimpact._core.checks import check_choice, check_index
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.checks import check_choice, check_index
 from vibroimpact.continuation import Curve
 from vibroimpact.normal_forms import NormalForm, Refusal, normal_form
 from vibroimpact.normal_forms.critical import Status
-from vibroimpact.periodic.admissibility import Nearest
-from vibroimpact.periodic.maps import solved_map
-from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.maps import solved_map
+from vibroimpact.orbits.orbit import Orbit
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MEANINGS = {
     "SN": "fold: two orbits meet",
@@ -177,21 +176,20 @@ class Branch:
     @property
     def stable_share(self) -> float:
         """Share of ``extent`` at which an orbit of the branch is stable."""
-        from vibroimpact.branches.along import stable_share
-
-        return stable_share(self)
+        share: float = deferred("branches.profile", "stable_share")(self)
+        return share
 
     def plot(self, variable: str = "v1", *, ax: Axes | None = None) -> Axes:
         """Draw the branch; see :func:`vibroimpact.plotting.plot_branches`."""
-        from vibroimpact.plotting import plot_branches
-
-        return plot_branches([self], variable=variable, ax=ax)
+        axes: Axes = deferred("plotting.branches", "plot_branches")(
+            [self], variable=variable, ax=ax
+        )
+        return axes
 
     def to_dataset(self) -> xr.Dataset:
         """The branch as an xarray dataset; :func:`vibroimpact.load_branch` leads back."""
-        from vibroimpact.branches.store import dataset_of
-
-        return dataset_of(self)
+        dataset: xr.Dataset = deferred("branches.store", "dataset_of")(self)
+        return dataset
 
     def __repr__(self) -> str:
         counts = Counter(point.kind for point in self.special_points)

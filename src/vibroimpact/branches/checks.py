@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import parameter_value, with_parameter
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import compile_prescribed
-from vibroimpact.periodic.problem import asymmetry
-from vibroimpact.simulate import mechanism_of
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.compile.prescribed import compile_prescribed
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import asymmetry
 
 HALVINGS = 50  # of a range, until it is no wider than rounding
 

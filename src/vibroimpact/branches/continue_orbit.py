@@ -8,23 +8,21 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact._core.checks import check_flag, range_of, vector
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
-from vibroimpact.branches.stop import StopWhen, points_asked
+from vibroimpact.branches.stop_rules import StopWhen, points_asked
 from vibroimpact.branches.verify import is_neutral, why_none
-from vibroimpact.checks import check_flag, range_of, vector
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
 from vibroimpact.continuation.walk import AT_START, Tell, check_steps
-from vibroimpact.orbits import SymmetricOrbit
-from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.find import converged
-from vibroimpact.periodic.orbit import Orbit
-
-Floats = NDArray[np.float64]
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.orbits.find import converged
+from vibroimpact.orbits.orbit import Orbit
 
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 

@@ -3,7 +3,7 @@
 Method      From the branch of the orbit every point of kind PD, BP, GR or ZERO at which the machine
             moves so is switched at (switch.py) once, breadth first, but points whose own orbit is
             admissible before those that are so only on one side:
-              - points at one parameter value (NEAR) that share their loop (loops.py, JUNCTION), up
+              - points at one parameter value (NEAR) that share their loop (same_orbit.py), up
                 to where it begins and the mirror image, are one junction; a loop at PD or BP may go
                 around twice, one at ZERO is that of the grazing orbit;                        (1)
               - a branch that holds the same orbit as a known one, up to the same, at a common value
@@ -21,32 +21,39 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypedDict
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.branches.along import place_of
+from vibroimpact._core.checks import (
+    check_count,
+    check_function,
+    check_index,
+    check_kind,
+    check_memory,
+)
+from vibroimpact._core.deferred import deferred
+from vibroimpact.branches.behind import swept
 from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.follow import continue_orbit
-from vibroimpact.branches.loops import Loop, junction_of, loop_of, same_loop
-from vibroimpact.branches.stop import StopWhen, inadmissible
-from vibroimpact.branches.sweep import swept
+from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.profile import place_of
+from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
+from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import NoBranch, switch_branch
-from vibroimpact.checks import check_count, check_function, check_index, check_kind, check_memory
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.continuation.walk import Tell
-from vibroimpact.orbits import SymmetricOrbit
-from vibroimpact.parameters import with_parameter
-from vibroimpact.periodic.find import SAME, Guess, converged, solve
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.problem import asymmetry, least_cycles
-from vibroimpact.simulate import mechanism_of
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.find import SAME, Guess, converged, solve
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import asymmetry, least_cycles
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Told = Callable[[str], None]
 
 SWITCHED = ("PD", "BP", "GR", "ZERO")
@@ -123,12 +130,10 @@ class Diagram:
         Coordinates are those just after the impacts at the stop where the first orbit begins, which
         is the section of the sweep.
         """
-        from vibroimpact.plotting import plot_branches
-
         check_kind("variable", variable, str, "the name of a coordinate")
         family = self.branches[0].family
         held = self.attractors is not None and variable in self.attractors
-        return plot_branches(
+        axes: Axes = deferred("plotting.branches", "plot_branches")(
             self.branches,
             variable=variable,
             ax=ax,
@@ -138,6 +143,7 @@ class Diagram:
             attractors=self.attractors if held else None,
             bounds=self.bounds,
         )
+        return axes
 
     def to_dataset(self) -> xr.Dataset:
         """The attractors, and the tree as a table; :meth:`Branch.to_dataset` holds each branch."""

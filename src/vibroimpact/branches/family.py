@@ -21,31 +21,28 @@ import math
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-from vibroimpact import linear
-from vibroimpact.chebyshev import fitted
+from vibroimpact._core import linear
+from vibroimpact._core.chebyshev import fitted
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.compile.coordinates import STEP_ANGLE, dense_rate
+from vibroimpact.compile.prescribed import Linearised
 from vibroimpact.continuation.problem import Image
-from vibroimpact.coordinates import STEP_ANGLE, dense_rate
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import with_parameter
-from vibroimpact.periodic.find import Guess, later, mirrored, rolled, with_mirror
-from vibroimpact.periodic.multipliers import pencil_of
-from vibroimpact.periodic.newton import CONVERGED, FOUND, rows_of, scale_of
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import Linearised
-from vibroimpact.periodic.problem import (
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.system import System
+from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
+from vibroimpact.orbits.multipliers import pencil_of
+from vibroimpact.orbits.newton import CONVERGED, FOUND, rows_of, scale_of
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import (
     OrbitProblem,
     Signature,
     asymmetry,
     latest,
     least_cycles,
 )
-from vibroimpact.simulate import System
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 SATURATION = 0.05  # rho_ref, relative to the fastest impact at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"

@@ -24,19 +24,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED, OrbitFamily
 from vibroimpact.branches.verify import VANISHED
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import scaled
-from vibroimpact.periodic.admissibility import Nearest, Place
-from vibroimpact.periodic.orbit import Orbit
-
-Floats = NDArray[np.float64]
+from vibroimpact.orbits.admissibility import Nearest, Place
+from vibroimpact.orbits.orbit import Orbit
 
 FINEST = 1e-13  # of the distance of two points
 AT_ONCE = 1e-9  # of the period

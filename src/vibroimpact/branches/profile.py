@@ -8,15 +8,11 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact._core.checks import check_choice
+from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.checks import check_choice
-from vibroimpact.periodic.find import mirrored as mirror_of
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from vibroimpact.orbits.find import mirrored as mirror_of
 
 ONE_PER_ORBIT = ("speed", "clearance", "period")
 

@@ -15,16 +15,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.periodic.find import unfolded
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import Impact
-from vibroimpact.periodic.problem import asymmetry, least_cycles
-
-Floats = NDArray[np.float64]
+from vibroimpact.compile.prescribed import Impact
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.orbits.find import unfolded
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import asymmetry, least_cycles
 
 
 class Loop(NamedTuple):

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from vibroimpact._core.checks import check_count, nonnegative, refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.checks import check_count, nonnegative, refusal
-from vibroimpact.continuation.problem import Floats
 from vibroimpact.continuation.walk import Ask, Begin
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.periodic.orbit import NEUTRAL, Orbit
+from vibroimpact.orbits.orbit import NEUTRAL, Orbit
 
 
 class RuleError(InvalidParameterError):

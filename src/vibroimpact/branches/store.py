@@ -17,18 +17,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.branches.along import unknowns_of
+from vibroimpact._core.checks import check_kind, check_target, path_of
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.files import replacing
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.branches.stored_system import chosen, text_of
-from vibroimpact.checks import check_kind, check_target, path_of
+from vibroimpact.branches.profile import unknowns_of
 from vibroimpact.continuation import Curve, End, SpecialPoint, Stopped
 from vibroimpact.continuation.curve import Unresolved
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.admissibility import Nearest
-from vibroimpact.periodic.problem import Signature
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.machines.json_text import chosen, text_of
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.problem import Signature
 
 FORMAT = "vibroimpact branch 1"
 SUFFIXES = (".nc",)
@@ -299,8 +300,6 @@ def save_branch(branch: Branch, path: str | os.PathLike[str]) -> None:
     InvalidParameterError
         Another suffix, no such folder, no permission.
     """
-    from vibroimpact.files import replacing  # it imports pyplot
-
     check_kind("branch", branch, Branch, "a Branch, as continue_orbit gives")
     target = path_of("path", path)
     check_target(target, SUFFIXES, "path")

@@ -18,20 +18,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact._core.checks import check_kind, range_of
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.continue_orbit import STEPS, branch_of
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.branches.follow import STEPS, branch_of
-from vibroimpact.branches.stop import RuleError, StopWhen, points_asked
-from vibroimpact.checks import check_kind, range_of
+from vibroimpact.branches.stop_rules import RuleError, StopWhen, points_asked
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.walk import Begin, Tell, check_steps
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.periodic.find import Guess, repeated, rotated, unfolded, with_mirror
-from vibroimpact.periodic.problem import OrbitProblem, Signature
+from vibroimpact.orbits.find import Guess, repeated, rotated, unfolded, with_mirror
+from vibroimpact.orbits.problem import OrbitProblem, Signature
 
-Floats = NDArray[np.float64]
 Bounds = tuple[float, float]
 
 REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a single tangent

@@ -17,14 +17,12 @@ Fails       a sentence that says what is not so. Where an impact speed vanishes,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact._core.types import Complexes
 from vibroimpact.branches.family import FLIP, SPEED, TORUS, OrbitFamily
 from vibroimpact.continuation import Curve, SpecialPoint
 from vibroimpact.continuation.panel import BUILT_IN
-from vibroimpact.periodic.orbit import Orbit
-
-Complexes = NDArray[np.complex128]
+from vibroimpact.orbits.orbit import Orbit
 
 CRITICAL = 1e-5  # more than the cube root of rounding, 6e-6
 VANISHED = 1e-8

@@ -6,12 +6,12 @@ import argparse
 
 import xarray as xr
 
-from vibroimpact.commands import common, ensemble, members
-from vibroimpact.ensembles.attractors import NOT_MATCHED
-from vibroimpact.ensembles.basins import attractor_state, basins, share_of_starts
-from vibroimpact.files import write
+from vibroimpact.cli import common, ensemble, members
+from vibroimpact.cli.output import write
 from vibroimpact.plotting import plot_basins
 from vibroimpact.plotting.units import units_of
+from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
+from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
 
 NAME = "basins"
 HELP = "find the attractors from a grid of starts, and which start leads to which"

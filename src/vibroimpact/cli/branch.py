@@ -6,23 +6,24 @@ import argparse
 
 from matplotlib.axes import Axes
 
+from vibroimpact._core.checks import check_choice, ends_of, range_of
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.branch import Branch
-from vibroimpact.branches.follow import continue_orbit
-from vibroimpact.branches.stop import Inadmissible, Rule, inadmissible, unstable
+from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, unstable
 from vibroimpact.branches.switch import NoBranch, switch_branch
-from vibroimpact.checks import check_choice, ends_of, range_of
-from vibroimpact.commands import common
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import Case, write
-from vibroimpact.literature import impact_damper
-from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
-from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.find import find_orbit
-from vibroimpact.periodic.orbit import Orbit
+from vibroimpact.cli import common
+from vibroimpact.cli.output import write
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.machines import published
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.toml_file import Case
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.state import STATE
+from vibroimpact.orbits.find import find_orbit
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
 from vibroimpact.plotting.units import of_name, units_of
-from vibroimpact.state import STATE
 
 NAME = "branch"
 HELP = "follow a branch of periodic orbits in a parameter, with all bifurcations on it"
@@ -132,7 +133,7 @@ def _case_of(arguments: argparse.Namespace) -> Case:
     """The system; a frequency that nothing fixes is the middle of its range."""
     if not arguments.config:
         check_choice("parameter", arguments.parameter, common.PARAMETERS)
-    sets = [f"impact-damper/{name}" for name in impact_damper.parameter_sets()]
+    sets = [f"impact-damper/{name}" for name in published.parameter_sets()]
     free = arguments.omega is None and not arguments.config
     if free and arguments.parameter == "omega" and arguments.case in (None, *sets):
         arguments.omega = sum(arguments.range) / 2.0

@@ -11,16 +11,17 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from vibroimpact.checks import check_target
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import DATA, Case, read_case
-from vibroimpact.literature import impact_damper
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.orbits import symmetric_orbits
+from vibroimpact._core.checks import check_target
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.cli.output import DATA
+from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
+from vibroimpact.machines import published
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.toml_file import Case, read_case
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.state import STATE, State
 from vibroimpact.plotting.style import PICTURES
 from vibroimpact.plotting.units import Units, of_name, units_of
-from vibroimpact.state import STATE, State
 
 System = ImpactDamper | Mechanism
 PARAMETERS = tuple(f for f in inspect.signature(ImpactDamper).parameters if f != "scales")
@@ -129,8 +130,8 @@ def _changed(case: Case, parameters: dict[str, Any]) -> Case:
 
 
 def _named(name: str) -> dict[str, Any]:
-    sets = {f"impact-damper/{key}": value for key, value in impact_damper.parameter_sets().items()}
-    panels = {f"impact-damper/{panel.name}": panel for panel in impact_damper.panels()}
+    sets = {f"impact-damper/{key}": value for key, value in published.parameter_sets().items()}
+    panels = {f"impact-damper/{panel.name}": panel for panel in published.panels()}
     if name in sets:
         return asdict(sets[name].parameters)
     if name in panels and isinstance(panels[name].omega, float):

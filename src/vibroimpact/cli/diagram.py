@@ -9,9 +9,9 @@ from functools import partial
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common, ensemble, members
-from vibroimpact.ensembles.diagram import bifurcation_sweep
+from vibroimpact.cli import common, ensemble, members
 from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
+from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 
 NAME = "diagram"
 HELP = "draw a bifurcation diagram by brute force, followed up and down or from random starts"

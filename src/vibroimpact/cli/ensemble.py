@@ -12,18 +12,20 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common
-from vibroimpact.commands.members import GRID, RANGE, Floats
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.ensembles.motions import flags
-from vibroimpact.ensembles.observers import OBSERVERS
-from vibroimpact.ensembles.starts import Start
-from vibroimpact.ensembles.store import store_path
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import Case, rehearse_picture, write
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.cli import common
+from vibroimpact.cli.members import GRID, RANGE
+from vibroimpact.cli.output import rehearse_picture, write
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.toml_file import Case
+from vibroimpact.model.state import State
 from vibroimpact.plotting import plot_along, plot_plane
-from vibroimpact.state import State
+from vibroimpact.sweeps.analyses.motion_codes import flags
+from vibroimpact.sweeps.execution.store import store_path
+from vibroimpact.sweeps.observers.observer import OBSERVERS
+from vibroimpact.sweeps.starts import Start
+from vibroimpact.sweeps.sweep import sweep
 
 WINDOW = ("settle", "periods", "most_impacts")
 HOW = ("store", "backend", "workers", "client", "tile")

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vibroimpact import __version__
-from vibroimpact.commands import (
+from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
+from vibroimpact.cli import (
     basins,
     branch,
     diagram,
@@ -26,8 +27,7 @@ from vibroimpact.commands import (
     simulate,
     sweep,
 )
-from vibroimpact.commands.common import Failure
-from vibroimpact.errors import InvalidParameterError, VibroImpactError
+from vibroimpact.cli.common import Failure
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 COMMANDS = (

@@ -8,18 +8,17 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.commands import common
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.ensembles.observers import Observer, observer_of
-from vibroimpact.ensembles.starts import GridStarts, RandomStarts, Start
-from vibroimpact.ensembles.states import names_of_state
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import Case
-from vibroimpact.state import STATE, State
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.cli import common
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.toml_file import Case
+from vibroimpact.model.state import STATE, State
+from vibroimpact.sweeps.observers.observer import Observer, observer_of
+from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
+from vibroimpact.sweeps.states import names_of_state
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 Parse = Callable[[str, str], T]  # of NAME=..., and the option that it was given to
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from vibroimpact.branches.branch import BifurcationPoint
-from vibroimpact.commands import common
-from vibroimpact.commands.branch import add_branch, branches_of
+from vibroimpact.cli import common
+from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.normal_forms import (
     BranchPoint,
     CentreManifold,
@@ -23,7 +23,7 @@ from vibroimpact.normal_forms import (
     centre_manifold,
     resonances,
 )
-from vibroimpact.periodic.maps import SegmentMap, solved_map
+from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.plotting.units import Units, of_name, units_of
 
 NAME = "normal-form"
@@ -82,8 +82,10 @@ def _facts(point: BifurcationPoint, form: NormalForm) -> Facts:
         facts |= _of_circle(form, solved)
     elif isinstance(form, Flip):
         facts |= _of_flip(form)
-    else:
-        facts |= _of_fold(form) if isinstance(form, Fold) else _of_crossing(form)
+    elif isinstance(form, Fold):
+        facts |= _of_fold(form)
+    elif isinstance(form, BranchPoint):
+        facts |= _of_crossing(form)
     return facts | _in_si(units_of(point.orbit.system), facts)
 
 

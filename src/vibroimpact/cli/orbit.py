@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact import __version__
-from vibroimpact.commands import common
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import write
-from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.cli import common
+from vibroimpact.cli.output import write
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.plotting import plot_multipliers
 
 NAME = "orbit"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from vibroimpact.checks import check_target
-from vibroimpact.commands import common
-from vibroimpact.files import DATA, replacing
-from vibroimpact.periodic.search import find_orbits
-from vibroimpact.progress import Progress
+from vibroimpact._core.checks import check_target
+from vibroimpact._core.files import replacing
+from vibroimpact._core.progress import Progress
+from vibroimpact.cli import common
+from vibroimpact.cli.output import DATA
+from vibroimpact.orbits.search import find_orbits
 
 NAME = "orbits"
 HELP = "list the periodic orbits with few impacts, stable or not, that a search finds"

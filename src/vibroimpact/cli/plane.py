@@ -10,14 +10,14 @@ from typing import Any
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common, ensemble, members
-from vibroimpact.ensembles.motions import categories
-from vibroimpact.ensembles.observers import OBSERVERS, Observer, observer_of
-from vibroimpact.ensembles.plane import multistability, plane
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.cli import common, ensemble, members
+from vibroimpact.model.state import State
 from vibroimpact.plotting import plot_plane
-from vibroimpact.state import State
+from vibroimpact.sweeps.analyses.motion_codes import categories
+from vibroimpact.sweeps.analyses.plane import multistability, plane
+from vibroimpact.sweeps.observers.observer import OBSERVERS, Observer, observer_of
+from vibroimpact.sweeps.sweep import sweep
 
 NAME = "plane"
 HELP = "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met"

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from importlib.metadata import entry_points
 from pathlib import Path
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError
 
 NAME = "reproduce"
 HELP = "redo every figure and number of a publication, with a verdict on each"
 EXAMPLE = "  vibroimpact reproduce impact-damper --out reproduction"
-CASES = ("impact-damper",)
+PAPERS = "vibroimpact.papers"  # entry points: a name, and a function of the output folder
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    parser.add_argument("case", metavar="CASE", help=f"which one: {', '.join(CASES)}")
+    parser.add_argument("case", metavar="CASE", help="which one: impact-damper")
     parser.add_argument(
         "--out", type=Path, required=True, metavar="DIR",
         help="folder for the report: absent, empty, or an earlier report, which is replaced",
@@ -24,12 +25,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> str:
     """Do the whole case."""
-    if arguments.case not in CASES:
-        raise InvalidParameterError(
-            f"case = {arguments.case!r}: must be one of {', '.join(CASES)}."
+    papers = {paper.name: paper for paper in entry_points(group=PAPERS)}
+    if not papers:
+        raise BackendUnavailableError(
+            "case: no publications are installed. They are a package of their own in the folder "
+            "papers/ of the repository: run make build there, or pip install ./papers."
         )
-    from vibroimpact.literature.impact_damper.reproduce import reproduce
-
-    score = reproduce(arguments.out).score
+    if arguments.case not in papers:
+        raise InvalidParameterError(
+            f"case = {arguments.case!r}: must be one of {', '.join(sorted(papers))}."
+        )
+    score = papers[arguments.case].load()(arguments.out).score
     counted = ", ".join(f"{count} {word.value}" for word, count in score.items())
     return f"verdicts: {counted}\nwrote {arguments.out / 'report.html'}"

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import argparse
 
-from vibroimpact.commands import common
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.files import write
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.cli import common
+from vibroimpact.cli.output import write
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System
 from vibroimpact.plotting import plot_section
-from vibroimpact.sections import (
+from vibroimpact.simulation.sections import (
     Section,
     StroboscopicSection,
     impact_section,
     stroboscopic_section,
 )
-from vibroimpact.simulate import RunEnd, System
-from vibroimpact.state import State
+from vibroimpact.simulation.simulate import RunEnd
 
 NAME = "section"
 HELP = "record the states after the impacts at one stop, or once per forcing period"

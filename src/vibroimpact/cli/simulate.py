@@ -6,11 +6,12 @@ import argparse
 
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common
-from vibroimpact.files import write
+from vibroimpact.cli import common
+from vibroimpact.cli.output import write
+from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import plot_history
 from vibroimpact.plotting.units import units_of
-from vibroimpact.simulate import Run, RunEnd, mechanism_of, simulate
+from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
 NAME = "simulate"
 HELP = "simulate a motion and record every impact"

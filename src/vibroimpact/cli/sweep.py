@@ -9,9 +9,9 @@ from functools import partial
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.commands import common, ensemble, members
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.cli import common, ensemble, members
+from vibroimpact.sweeps.sweep import sweep
 
 NAME = "sweep"
 HELP = "observe many motions over any parameters, in memory or in a store that resumes"

@@ -1,6 +1,6 @@
 """All bifurcations of the symmetric 1-1-1 branch of the impact damper in a range of omega.
 
-Method. With alpha sin theta + beta cos theta = delta (orbits.py), orbits exist where
+Method. With alpha sin theta + beta cos theta = delta (symmetric_orbits.py), orbits exist where
 r^2 = alpha^2 + beta^2 >= delta^2, and the folds are the zeros of r^2 - delta^2, an analytic
 function of omega. Between folds both signs of (14) are one smooth curve once the square root is
 removed:
@@ -31,15 +31,18 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.polynomial import chebyshev as series
-from numpy.typing import NDArray
 
-from vibroimpact.chebyshev import bracketed_zero, pieces, real_zeros
-from vibroimpact.checks import check_kind, ends_of, positive
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.orbits import SymmetricOrbit, half_map_jacobian, on_circle, symmetric_orbits
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.chebyshev import bracketed_zero, pieces, real_zeros
+from vibroimpact._core.checks import check_kind, ends_of, positive
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.closed_forms.symmetric_orbits import (
+    SymmetricOrbit,
+    half_map_jacobian,
+    on_circle,
+    symmetric_orbits,
+)
+from vibroimpact.machines.impact_damper import ImpactDamper
 
 RESONANCE_ORDER = 12  # resonances p/q up to this q are named
 UNIT = 1e-6  # |nu| this close to 1: the pair with product 1 lies on the unit circle

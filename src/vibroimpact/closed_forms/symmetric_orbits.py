@@ -22,16 +22,13 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.checks import check_kind
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.hybrid import Compiled, compile_mechanism
-from vibroimpact.simulate import Run, Status, simulate
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact._core.checks import check_kind
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.compile.hybrid import Compiled, compile_mechanism
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.state import State
+from vibroimpact.simulation.simulate import Run, Status, simulate
 
 SAME_TIME = 1e-9  # relative: two event times are one; rounding of a flight is far below
 ONLY_CONTACT, STOP_A, STOP_B = 0, 1, -1

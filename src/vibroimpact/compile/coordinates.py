@@ -11,14 +11,14 @@ import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vibroimpact import linear
-from vibroimpact.decoupling import Decoupled
-from vibroimpact.errors import ResonanceError
-from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact.mechanism import Contact, Mechanism
-from vibroimpact.reduction import Closed, Reduced
-from vibroimpact.scalars import greatest, square_root
-from vibroimpact.vibrations import Vibrations
+from vibroimpact._core import linear
+from vibroimpact._core.errors import ResonanceError
+from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
+from vibroimpact._core.scalars import greatest, square_root
+from vibroimpact.compile.decoupling import Decoupled
+from vibroimpact.compile.reduction import Closed, Reduced
+from vibroimpact.compile.vibrations import Vibrations
+from vibroimpact.model.mechanism import Contact, Mechanism
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits

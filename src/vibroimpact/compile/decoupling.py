@@ -18,12 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _kernel, linear
-from vibroimpact.columns import Column, agreed
-from vibroimpact.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact.reduction import Reduced
-from vibroimpact.scalars import ROUNDING, greatest, least
-from vibroimpact.vibrations import NormalForm, alone, unit_form
+from vibroimpact import _kernel
+from vibroimpact._core import linear
+from vibroimpact._core.columns import Column, agreed
+from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
+from vibroimpact._core.scalars import ROUNDING, greatest, least
+from vibroimpact.compile.reduction import Reduced
+from vibroimpact.compile.vibrations import NormalForm, alone, unit_form
 
 # (slowest / fastest)^2 of blocks that are found in turned coordinates: six digits are lost there.
 WIDEST = 2.0**-20

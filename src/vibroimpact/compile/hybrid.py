@@ -16,8 +16,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from vibroimpact import _kernel, linear
-from vibroimpact.coordinates import (
+from vibroimpact import _kernel
+from vibroimpact._core import linear
+from vibroimpact._core.errors import InvalidParameterError, ResonanceError
+from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
+from vibroimpact._core.scalars import greatest, least, rounded_down, square_root
+from vibroimpact.compile.coordinates import (
     STEP_ANGLE,
     Blocks,
     ModeCoordinates,
@@ -30,14 +34,11 @@ from vibroimpact.coordinates import (
     modal,
     with_energy,
 )
-from vibroimpact.decoupling import Decoupled, decoupled
-from vibroimpact.errors import InvalidParameterError, ResonanceError
-from vibroimpact.linear import Matrix, Vector, dot, product, transpose
-from vibroimpact.mechanism import Mechanism, infinite
-from vibroimpact.rayleigh import proportion
-from vibroimpact.reduction import Closed, Reduced, limit_of, reduce
-from vibroimpact.scalars import greatest, least, rounded_down, square_root
-from vibroimpact.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
+from vibroimpact.compile.decoupling import Decoupled, decoupled
+from vibroimpact.compile.rayleigh import proportion
+from vibroimpact.compile.reduction import Closed, Reduced, limit_of, reduce
+from vibroimpact.compile.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
+from vibroimpact.model.mechanism import Mechanism, infinite
 
 STEP_BITS = 20  # of the step of the march, so that multiples of it are exact
 FEW = 2  # contacts, of which all closed sets are built at first

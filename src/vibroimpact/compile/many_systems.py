@@ -20,16 +20,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.columns import Column, Split
-from vibroimpact.ensembles.tables import Floats, Runs, Stacks, joined, stacks_of
-from vibroimpact.errors import InvalidParameterError, ResonanceError, VibroImpactError
-from vibroimpact.hybrid import Hybrid
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import with_parameters, with_values
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact._core.columns import Column, Split
+from vibroimpact._core.errors import InvalidParameterError, ResonanceError, VibroImpactError
+from vibroimpact._core.types import Floats, Rows
+from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.compile.tables import Runs, Stacks, joined, stacks_of
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameters, with_values
+from vibroimpact.model.system import System, mechanism_of
 
 Values = dict[str, NDArray[np.float64]]
-Rows = NDArray[np.intp]
 RunsOf = Callable[[Stacks], Runs]
 
 
@@ -110,7 +110,7 @@ def compile_together(
     Parameters
     ----------
     system, values
-        As for :func:`vibroimpact.ensembles.batch.batch_of`; arrays of one length.
+        As for :func:`vibroimpact.sweeps.execution.batch.batch_of`; arrays of one length.
     codes
         Modes wanted beside those that every system begins with.
     runs

@@ -15,20 +15,21 @@ from functools import lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibroimpact import _kernel, linear
+from vibroimpact import _kernel
+from vibroimpact._core import linear
+from vibroimpact._core.chebyshev import nodes
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.linear import Vector, apply, transpose
+from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.chebyshev import nodes
-from vibroimpact.coordinates import STEP_ANGLE, dense, dense_rate
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.linear import Vector, apply, transpose
-from vibroimpact.mechanism import Mechanism, infinite
-from vibroimpact.parameters import expanded
-from vibroimpact.reduction import reduce
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.compile.coordinates import STEP_ANGLE, dense, dense_rate
+from vibroimpact.compile.reduction import reduce
+from vibroimpact.model.mechanism import Mechanism, infinite
+from vibroimpact.model.parameters import expanded
+from vibroimpact.model.system import System, mechanism_of
 
-Floats = NDArray[np.float64]
 Impact = tuple[int, int]  # (contact, side): side +1 is the upper stop A, -1 the lower stop B
 COASTING = -1  # ends a segment without an impact
 PARAMETER_ORDERS = (0, 1, 3, 7)  # f, f', f'', f''' among the coefficients of a jet

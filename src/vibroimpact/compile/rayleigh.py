@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from vibroimpact.linear import dot
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.scalars import ROUNDING, above, choose, greatest
+from vibroimpact._core.linear import dot
+from vibroimpact._core.scalars import ROUNDING, above, choose, greatest
+from vibroimpact.model.mechanism import Mechanism
 
 Entry = tuple[float, float, float]  # of M, K and C
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vibroimpact import linear
-from vibroimpact.linear import Matrix, Vector, apply, product, transpose
-from vibroimpact.mechanism import Contact, Mechanism
+from vibroimpact._core import linear
+from vibroimpact._core.linear import Matrix, Vector, apply, product, transpose
+from vibroimpact.model.mechanism import Contact, Mechanism
 
 Closed = tuple[tuple[int, int], ...]  # (contact, side) of the contacts held closed
 

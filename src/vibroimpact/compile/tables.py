@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.columns import Column
-from vibroimpact.hybrid import Hybrid, Mode, closed_from_code
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.columns import Column
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.hybrid import Hybrid, Mode, closed_from_code
 
 
 class Runs(Protocol):

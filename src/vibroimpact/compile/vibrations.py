@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vibroimpact import linear
-from vibroimpact.linear import Matrix, Vector, dot, product, transpose
-from vibroimpact.rayleigh import Proportion
-from vibroimpact.reduction import Reduced
-from vibroimpact.scalars import ROUNDING, above, choose, greatest, square_root
+from vibroimpact._core import linear
+from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
+from vibroimpact._core.scalars import ROUNDING, above, choose, greatest, square_root
+from vibroimpact.compile.rayleigh import Proportion
+from vibroimpact.compile.reduction import Reduced
 
 
 class Vibrations(NamedTuple):

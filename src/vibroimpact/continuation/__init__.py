@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from vibroimpact.continuation.continue_curve import continue_curve
 from vibroimpact.continuation.curve import Curve, End, SpecialPoint, Stopped, Unresolved
-from vibroimpact.continuation.follow import continue_curve
 from vibroimpact.continuation.problem import Problem
 from vibroimpact.continuation.switching import Switch, switch
 from vibroimpact.continuation.walk import Steps

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vibroimpact._core.types import Floats
 from vibroimpact.continuation.curve import Curve, End, SpecialPoint, Stopped, Unresolved
 from vibroimpact.continuation.expansion import Expansion, positions
 from vibroimpact.continuation.newton import Node, log_determinant
 from vibroimpact.continuation.panel import BRANCH_POINT, BUILT_IN, FOLD, Panel
-from vibroimpact.continuation.problem import Floats, Scaled
+from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import Found
 from vibroimpact.continuation.walk import Stretch, Walk
 

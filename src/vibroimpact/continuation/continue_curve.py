@@ -6,13 +6,14 @@ from collections.abc import Collection
 
 import numpy as np
 
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.continuation.assemble import assemble
 from vibroimpact.continuation.curve import Curve
 from vibroimpact.continuation.newton import Attempt, Node, correct, equilibrated
 from vibroimpact.continuation.panel import BUILT_IN
-from vibroimpact.continuation.problem import Floats, Problem, Scaled, scaled
+from vibroimpact.continuation.problem import Problem, Scaled, scaled
 from vibroimpact.continuation.walk import Begin, Steps, Tell, turned, turns_back, walk
-from vibroimpact.errors import InvalidParameterError
 
 NEARBY = 1e-3  # a start that is only found by moving p, as at a fold, may lie this far in scaled y
 REGULAR = 1e-7  # least singular value of the Jacobian, rows of length 1, with one tangent

@@ -7,12 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vibroimpact.continuation.problem import Floats
-
-Integers = NDArray[np.int64]
+from vibroimpact._core.types import Floats, Integers
 
 
 class Stopped(StrEnum):

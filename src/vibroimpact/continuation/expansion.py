@@ -23,8 +23,8 @@ import numpy as np
 from numpy.polynomial import chebyshev as series
 from scipy.optimize import brentq
 
-from vibroimpact.chebyshev import real_zeros
-from vibroimpact.continuation.problem import Floats
+from vibroimpact._core.chebyshev import real_zeros
+from vibroimpact._core.types import Floats
 
 DEGREE = 12  # K of (1): the cheapest for curves resolved to 1e-8; 10 and 14 cost 5 to 10 % more
 TAIL = 2  # coefficients that tell what is left out; two, for f may be even or odd

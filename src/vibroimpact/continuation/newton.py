@@ -20,7 +20,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from vibroimpact.continuation.problem import Floats, Scaled
+from vibroimpact._core.types import Floats
+from vibroimpact.continuation.problem import Scaled
 
 MOST_STEPS = 8  # a guess that needs more is a bad one: quadratic convergence takes 2 to 5
 POINT_TOLERANCE = 1e-11  # of a single point, in unknowns of size one

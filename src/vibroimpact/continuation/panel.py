@@ -25,6 +25,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vibroimpact._core.types import Floats
 from vibroimpact.continuation.expansion import DEGREE, Expansion, positions
 from vibroimpact.continuation.newton import (
     Attempt,
@@ -33,7 +34,7 @@ from vibroimpact.continuation.newton import (
     correct,
     log_determinant,
 )
-from vibroimpact.continuation.problem import Floats, Scaled
+from vibroimpact.continuation.problem import Scaled
 
 FOLD, BRANCH_POINT = "SN", "BP"
 BUILT_IN = (FOLD, BRANCH_POINT)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 
-Floats = NDArray[np.float64]
 Image = tuple[Floats, Floats]  # of a solution and of a direction there
 
 

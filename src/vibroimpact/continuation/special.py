@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vibroimpact._core.types import Floats
 from vibroimpact.continuation.expansion import (
     Edge,
     Expansion,
@@ -31,7 +32,7 @@ from vibroimpact.continuation.expansion import (
 )
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.panel import BRANCH_POINT, FOLD, NOT_FINITE, Panel, test_values
-from vibroimpact.continuation.problem import Floats, Scaled
+from vibroimpact.continuation.problem import Scaled
 
 EPS = float(np.finfo(float).eps)
 # A fold and a branch point this close in scaled arclength are one point: on the arm of a pitchfork

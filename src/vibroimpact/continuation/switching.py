@@ -22,8 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vibroimpact._core.types import Floats
 from vibroimpact.continuation.newton import Attempt, correct
-from vibroimpact.continuation.problem import Floats, Problem, Scaled, scaled
+from vibroimpact.continuation.problem import Problem, Scaled, scaled
 
 FURTHEST, NEAREST, SHRINK = 0.02, 1e-5, 0.25  # e of (2) in scaled unknowns: tried in this order
 SLOPE = 0.25  # (3) is accepted within this; a far point of a parabola gives 1

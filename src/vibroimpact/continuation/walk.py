@@ -21,14 +21,21 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact.checks import check_count, check_function, check_kind, names_arguments, positive
+from vibroimpact._core.checks import (
+    check_count,
+    check_function,
+    check_kind,
+    names_arguments,
+    positive,
+)
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.continuation.curve import End, Stopped
 from vibroimpact.continuation.expansion import Expansion, first_zero, positions
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.panel import BRANCH_POINT, Failure, Panel, Standard, build, growth
-from vibroimpact.continuation.problem import Floats, Scaled
+from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import Found, at_end, at_start, locate
-from vibroimpact.errors import InvalidParameterError
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.

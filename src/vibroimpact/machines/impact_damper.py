@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from vibroimpact.checks import (
+from vibroimpact._core.checks import (
     check_kind,
     check_stop_name,
     fraction,
@@ -19,8 +19,8 @@ from vibroimpact.checks import (
     positive,
     real,
 )
-from vibroimpact.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
-from vibroimpact.state import State
+from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
+from vibroimpact.model.state import State
 
 
 @dataclass(frozen=True, slots=True)

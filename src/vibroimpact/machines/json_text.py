@@ -7,11 +7,11 @@ import math
 from dataclasses import asdict
 from typing import Any
 
-from vibroimpact.damper import ImpactDamper, Scales
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Contact, Harmonic, Mechanism
-from vibroimpact.parameters import with_parameter
-from vibroimpact.simulate import System
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.impact_damper import ImpactDamper, Scales
+from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.system import System
 
 
 def text_of(system: System) -> str:

@@ -1,29 +1,20 @@
-"""Files: systems from TOML, results to netCDF and pictures, each written whole or not at all."""
+"""Systems, and where a motion starts, from TOML files."""
 
 from __future__ import annotations
 
 import inspect
 import os
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
-import xarray as xr
-from matplotlib.axes import Axes
-
-from vibroimpact.checks import unknown_keyword, unwritable
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Contact, Harmonic, Mechanism
-from vibroimpact.plotting import save
-from vibroimpact.plotting.style import PICTURES
-from vibroimpact.state import State
-
-DATA = (".nc",)
+from vibroimpact._core.checks import unknown_keyword
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.model.state import State
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +23,6 @@ class Case:
 
     system: ImpactDamper | Mechanism
     start: State | None = None
-
-
-# ---- reading -------------------------------------------------------------------------------------
 
 
 def read_case(path: str | os.PathLike[str]) -> Case:
@@ -124,61 +112,3 @@ def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:
         return make(**table)
     except InvalidParameterError as error:
         raise InvalidParameterError(f"config = {path}: {where}: {error}") from error
-
-
-# ---- writing -------------------------------------------------------------------------------------
-
-
-def write(
-    paths: list[Path], *, data: Callable[[], xr.Dataset], picture: Callable[[], Axes]
-) -> None:
-    """Write files by their suffixes: all of them, or none.
-
-    Parameters
-    ----------
-    paths
-        Files that :func:`check_target` has passed.
-    data, picture
-        Make what is written to netCDF and to pictures; called only where a file wants it.
-    """
-    with ExitStack() as stack:
-        for path in paths:
-            temporary = stack.enter_context(replacing(path))
-            if path.suffix.lower() in DATA:
-                data().to_netcdf(temporary, engine="h5netcdf")
-            else:
-                with _drawn(picture) as ax:
-                    save(ax, temporary)
-
-
-def rehearse_picture(paths: list[Path], picture: Callable[[], Axes]) -> None:
-    """Make a picture if a file wants one, and drop it: an error comes before the long work."""
-    if any(path.suffix.lower() in PICTURES for path in paths):
-        with _drawn(picture):
-            pass
-
-
-@contextmanager
-def _drawn(picture: Callable[[], Axes]) -> Iterator[Axes]:
-    plt.switch_backend("agg")  # a file needs no window and no display
-    ax = picture()
-    try:
-        yield ax
-    finally:
-        plt.close(ax.get_figure(root=True))
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Yield a name in the same folder; what is written there becomes ``path`` at the end.
-
-    After an error or an interruption ``path`` is as it was and the other name is gone.
-    """
-    temporary = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
-    try:
-        yield temporary
-        temporary.replace(path)
-    except OSError as error:
-        raise unwritable("out", path, error.strerror or str(error)) from error
-    finally:
-        temporary.unlink(missing_ok=True)

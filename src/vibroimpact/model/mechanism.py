@@ -5,7 +5,7 @@ A mechanism is
     M x'' + C x' + K x = f0 + sum over lines of (sine sin(omega t) + cosine cos(omega t))
 
 with contacts ``lower <= row . x <= upper``, each an impact pair with its own restitution
-(theory.md, "Model"). :mod:`vibroimpact.hybrid` compiles it for the kernel.
+(theory.md, "Model"). :mod:`vibroimpact.compile.hybrid` compiles it for the kernel.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact import linear
-from vibroimpact.checks import (
+from vibroimpact._core import linear
+from vibroimpact._core.checks import (
     fraction,
     names_arguments,
     numbers,
@@ -28,8 +28,8 @@ from vibroimpact.checks import (
     refusal,
     vector,
 )
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.scalars import is_infinite
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.scalars import is_infinite
 
 MAX_DEGREES, MAX_CONTACTS, MAX_LINES = 10, 8, 6
 

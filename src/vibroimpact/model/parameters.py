@@ -24,12 +24,12 @@ from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
+from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
-from vibroimpact.checks import check_choice, check_kind, refusal, shown
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Harmonic, Mechanism
-from vibroimpact.scalars import as_python
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.model.mechanism import Harmonic, Mechanism
+from vibroimpact.model.system import System, mechanism_of
 
 SYMMETRIC = ("mass", "damping", "stiffness")
 Step = str | int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from vibroimpact.checks import names_arguments, real, vector
+from vibroimpact._core.checks import names_arguments, real, vector
 
 
 @names_arguments()

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from vibroimpact.normal_forms.branch_point import BranchPoint
 from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_manifold
-from vibroimpact.normal_forms.choose import NormalForm, normal_form
-from vibroimpact.normal_forms.critical import Refusal, Status
+from vibroimpact.normal_forms.choose import normal_form
+from vibroimpact.normal_forms.critical import NormalForm, Refusal, Status
 from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, FixedPointStatus, MapForms
 from vibroimpact.normal_forms.flip_fold import Flip, Fold
 from vibroimpact.normal_forms.forms import Composition, Forms, Multilinear

@@ -26,7 +26,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
     HALF_OF_THE_DIGITS,
     Critical,
@@ -35,14 +36,7 @@ from vibroimpact.normal_forms.critical import (
     critical_multiplier,
     zero,
 )
-from vibroimpact.normal_forms.forms import (
-    Complexes,
-    Floats,
-    Forms,
-    Multilinear,
-    jacobian,
-    with_parameter,
-)
+from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
 
 FOLD = "the parameter pushes along q (<p, F_p> is not zero): a fold, not a branch point."
 NO_CROSSING = "no two curves cross with different tangents"

@@ -27,8 +27,9 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import Critical, Refusal, critical_multiplier
-from vibroimpact.normal_forms.forms import Complexes, Floats, Forms, jacobian
+from vibroimpact.normal_forms.forms import Forms, jacobian
 
 
 @dataclass(frozen=True)

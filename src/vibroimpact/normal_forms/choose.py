@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact.checks import check_choice, check_flag, refusal
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.normal_forms.branch_point import BranchPoint, branch_point
-from vibroimpact.normal_forms.critical import Refusal
-from vibroimpact.normal_forms.flip_fold import Flip, Fold, flip, fold
+from vibroimpact._core.checks import check_choice, check_flag, refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.normal_forms.branch_point import branch_point
+from vibroimpact.normal_forms.critical import NormalForm, Refusal
+from vibroimpact.normal_forms.flip_fold import flip, fold
 from vibroimpact.normal_forms.forms import Forms, jacobian
-from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
-
-NormalForm = NeimarkSacker | Flip | Fold | BranchPoint
+from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
 
 
 def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:

@@ -15,15 +15,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import scipy.linalg
 
-from vibroimpact.normal_forms.forms import Complexes, Floats
-
-if TYPE_CHECKING:
-    from vibroimpact.normal_forms.choose import NormalForm
+from vibroimpact._core.types import Complexes, Floats
 
 ON_CIRCLE = 1e-6
 """A multiplier with ||nu| - 1| up to this counts as critical.
@@ -51,6 +48,23 @@ class Status(StrEnum):
     DEGENERATE = "coefficient vanishes"
     NOT_TRANSVERSAL = "no transversality"
     NOT_SMOOTH = "map not smooth"
+
+
+@runtime_checkable
+class NormalForm(Protocol):
+    """A normal form of codimension one: coefficients, and what is born on which side."""
+
+    @property
+    def kind(self) -> str:
+        """NS, PD, SN or BP."""
+
+    @property
+    def multipliers(self) -> Complexes:
+        """All multipliers of the map at the point."""
+
+    @property
+    def others_inside(self) -> bool:
+        """Whether all multipliers that are not critical lie inside the unit circle."""
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.checks import check_count, real, refusal, vector
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.normal_forms.forms import Complexes, Floats, checked
+from vibroimpact._core.checks import check_count, real, refusal, vector
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.forms import checked
 
 Function = Callable[[Any, Any], Sequence[Any]]
 """function(x, p): x is an array of floats or of jets, shape (d,), p a float or a jet."""

@@ -28,6 +28,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
     Critical,
     Refusal,
@@ -35,14 +36,7 @@ from vibroimpact.normal_forms.critical import (
     critical_multiplier,
     zero,
 )
-from vibroimpact.normal_forms.forms import (
-    Complexes,
-    Floats,
-    Forms,
-    Multilinear,
-    jacobian,
-    with_parameter,
-)
+from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
 from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
 UNDECIDED = "the cubic term does not decide"

@@ -22,13 +22,11 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibroimpact.checks import numbers
-from vibroimpact.errors import InvalidParameterError
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact._core.checks import numbers
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
 
 HIGHEST_ORDER = 3
 

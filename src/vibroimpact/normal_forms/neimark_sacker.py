@@ -31,7 +31,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
     Critical,
@@ -40,13 +41,7 @@ from vibroimpact.normal_forms.critical import (
     critical_multiplier,
     zero,
 )
-from vibroimpact.normal_forms.forms import (
-    Complexes,
-    Floats,
-    Forms,
-    Multilinear,
-    jacobian,
-)
+from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.resonance import (
     Resonance,
     nearest_resonance,

@@ -27,7 +27,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
     Critical,
@@ -35,7 +36,7 @@ from vibroimpact.normal_forms.critical import (
     Status,
     critical_multiplier,
 )
-from vibroimpact.normal_forms.forms import Complexes, Floats, Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 
 CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
 

@@ -15,9 +15,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.normal_forms.critical import Critical
-from vibroimpact.normal_forms.forms import Floats, Multilinear, with_parameter
+from vibroimpact.normal_forms.forms import Multilinear, with_parameter
 
 Part = TypeVar("Part")
 

@@ -26,15 +26,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-from vibroimpact.chebyshev import fitted, real_zeros_of
-from vibroimpact.mechanism import infinite
-from vibroimpact.periodic.prescribed import Impact, Linearised, Prescribed
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from vibroimpact._core.chebyshev import fitted, real_zeros_of
+from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact.compile.prescribed import Impact, Linearised, Prescribed
+from vibroimpact.model.mechanism import infinite
 
 # Of the largest u' in a window. It moves an extremum of the gap by as much, and its value by the
 # square of that; where two extrema are about to merge by the power 3/2, 3e-14.

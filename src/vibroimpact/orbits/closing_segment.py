@@ -14,12 +14,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.periodic.prescribed import Impact
-from vibroimpact.simulate import Run, RunEnd, Status, System, mechanism_of
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.prescribed import Impact
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import Run, RunEnd, Status
 
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
 CLOSED = 1e-5  # the same for a settled periodic motion

@@ -1,7 +1,7 @@
 """find_orbit: Newton's method on the segments of a periodic orbit.
 
 Method      Newton's method (newton.py) on (1)-(3) of problem.py. The signature is given, or read
-            off a simulated motion (end_loop.py).
+            off a simulated motion (closing_segment.py).
 Fails       a status with a sentence: no convergence, a guess that leads to rest, a motion without a
             loop or one that chatters or sticks in it, one that only loses energy.
 Reference   theory.md, "Periodic orbits"
@@ -15,16 +15,19 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibroimpact.checks import check_count, check_flag, numbers, refusal
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.orbits import SymmetricOrbit
-from vibroimpact.periodic.end_loop import cycles_of, loop_at_end
-from vibroimpact.periodic.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import Impact
-from vibroimpact.periodic.problem import (
+from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
+from vibroimpact.compile.prescribed import Impact
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.closing_segment import cycles_of, loop_at_end
+from vibroimpact.orbits.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import (
     OrbitProblem,
     Signature,
     asymmetry,
@@ -32,10 +35,7 @@ from vibroimpact.periodic.problem import (
     least_cycles,
     why_none,
 )
-from vibroimpact.simulate import Run, System, mechanism_of, simulate
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact.simulation.simulate import Run, simulate
 
 SAME = 1e-6  # of their size: states of one orbit, found twice, even next to a fold
 SETTLING = 2000  # impacts simulated from a state

@@ -17,18 +17,16 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, share
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.checks import check_index, check_kind, numbers, refusal, share
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.find import converged, later, unfolded
-from vibroimpact.periodic.multipliers import solved_coordinate
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.prescribed import COASTING, Impact, Prescribed, compile_prescribed
-
-Floats = NDArray[np.float64]
+from vibroimpact.compile.prescribed import COASTING, Impact, Prescribed, compile_prescribed
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.orbits.find import converged, later, unfolded
+from vibroimpact.orbits.multipliers import solved_coordinate
+from vibroimpact.orbits.orbit import Orbit
 
 HIGHEST = 3  # order of the forms
 

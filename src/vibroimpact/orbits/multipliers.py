@@ -18,15 +18,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.periodic.prescribed import Impact, Linearised
-from vibroimpact.periodic.problem import OrbitProblem
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.compile.prescribed import Impact, Linearised
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.orbits.problem import OrbitProblem
 
 
 def solved_coordinate(m: Mechanism, impact: Impact) -> int:

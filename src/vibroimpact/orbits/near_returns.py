@@ -10,15 +10,15 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.periodic.end_loop import segments_of
-from vibroimpact.periodic.find import Guess
-from vibroimpact.periodic.prescribed import Impact
-from vibroimpact.periodic.problem import Signature, forcing_repeats
-from vibroimpact.simulate import Run, Status, mechanism_of
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.prescribed import Impact
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.closing_segment import segments_of
+from vibroimpact.orbits.find import Guess
+from vibroimpact.orbits.problem import Signature, forcing_repeats
+from vibroimpact.simulation.simulate import Run, Status
 
-Floats = NDArray[np.float64]
 Loop = tuple[Signature, Guess]
 
 NOT_FREE = (Status.CHATTER, Status.STICK, Status.RELEASE, Status.SIMULTANEOUS)

@@ -21,13 +21,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.mechanism import stop_sizes
-from vibroimpact.periodic.prescribed import compile_prescribed
-from vibroimpact.periodic.problem import OrbitProblem
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.prescribed import compile_prescribed
+from vibroimpact.model.mechanism import stop_sizes
+from vibroimpact.orbits.problem import OrbitProblem
 
 CONVERGED = 1e-10  # relative
 ROUNDED = 1e-12  # of the terms: rounding of long flights

@@ -8,29 +8,26 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact import linear
-from vibroimpact.checks import nonnegative
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.orbit_type import symbol_word
-from vibroimpact.parameters import parameter_value
-from vibroimpact.periodic.admissibility import (
+from vibroimpact._core import linear
+from vibroimpact._core.checks import nonnegative
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.attractors.orbit_type import symbol_word
+from vibroimpact.compile.prescribed import Linearised
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System
+from vibroimpact.orbits.admissibility import (
     Nearest,
     Place,
     amplitudes,
     least_gaps,
     why_inadmissible,
 )
-from vibroimpact.periodic.multipliers import pencil_of
-from vibroimpact.periodic.newton import FOUND, family_dimension, scale_of
-from vibroimpact.periodic.prescribed import Linearised
-from vibroimpact.periodic.problem import OrbitProblem, Signature
-from vibroimpact.simulate import System
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact.orbits.multipliers import pencil_of
+from vibroimpact.orbits.newton import FOUND, family_dimension, scale_of
+from vibroimpact.orbits.problem import OrbitProblem, Signature
 
 NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither in nor out
 SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root

@@ -23,20 +23,19 @@ from fractions import Fraction
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import parameter_value, with_parameter
-from vibroimpact.periodic.prescribed import (
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.prescribed import (
     Impact,
     Linearised,
     Prescribed,
     compile_prescribed,
 )
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.model.system import System, mechanism_of
 
-Floats = NDArray[np.float64]
 Key = TypeVar("Key")
 Made = TypeVar("Made")
 

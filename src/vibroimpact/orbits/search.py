@@ -28,12 +28,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.checks import LARGEST_SEED, check_count, check_kind
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.orbits import symmetric_orbits
-from vibroimpact.periodic.find import (
+from vibroimpact._core.checks import LARGEST_SEED, check_count, check_kind
+from vibroimpact._core.progress import Progress
+from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.find import (
     SAME,
     Guess,
     mirror_distance,
@@ -44,15 +45,12 @@ from vibroimpact.periodic.find import (
     solve,
     unfolded,
 )
-from vibroimpact.periodic.found import GuessEnd, MotionEnd, OrbitSearch
-from vibroimpact.periodic.loops import NOT_FREE, KnownLoops, beginnings, loops_of
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.periodic.problem import MOST_CYCLES, Signature, asymmetry
-from vibroimpact.periodic.starts import Starts, starts_of
-from vibroimpact.progress import Progress
-from vibroimpact.simulate import Run, RunEnd, System, mechanism_of, simulate
-
-Floats = NDArray[np.float64]
+from vibroimpact.orbits.near_returns import NOT_FREE, KnownLoops, beginnings, loops_of
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import MOST_CYCLES, Signature, asymmetry
+from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
+from vibroimpact.orbits.starts import Starts, starts_of
+from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
 LENGTH = 200  # impacts of each motion
 COARSE = 0.4  # of the box, and of a forcing cycle: how nearly a guess closes

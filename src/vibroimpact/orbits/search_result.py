@@ -11,10 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.damper import Scales, scales_of
-from vibroimpact.periodic.find import unfolded
-from vibroimpact.periodic.orbit import Orbit
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.machines.impact_damper import Scales, scales_of
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.find import unfolded
+from vibroimpact.orbits.orbit import Orbit
 
 
 class MotionEnd(StrEnum):

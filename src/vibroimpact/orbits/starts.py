@@ -17,16 +17,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism, infinite, stop_sizes
-from vibroimpact.periodic.prescribed import Impact, compile_prescribed
-from vibroimpact.simulate import System, mechanism_of, simulate
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.prescribed import Impact, compile_prescribed
+from vibroimpact.model.mechanism import Mechanism, infinite, stop_sizes
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import simulate
 
 SHORT = 32  # impacts of a motion that finds the box
 SPEEDS = (0.03, 0.1, 0.3, 1.0)  # of these motions, as shares of the largest in (1)

@@ -7,12 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vibroimpact.checks import check_flag
-from vibroimpact.ensembles.motions import flags
+from vibroimpact._core.checks import check_flag
 from vibroimpact.plotting import maps, style
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.units import units_of_sweep
 from vibroimpact.plotting.variables import check_dataset
+from vibroimpact.sweeps.analyses.motion_codes import flags
 
 COLOURS = (
     style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,

@@ -8,18 +8,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from vibroimpact.ensembles.outcome import Outcome
-from vibroimpact.ensembles.states import COORDINATE
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.units import units_of_sweep
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
-
-Floats = NDArray[np.float64]
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.states import COORDINATE
 
 # Drawn in this order: large and light below, small and dark above.
 DIRECTIONS: dict[str, dict[str, Any]] = {

@@ -12,19 +12,17 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from vibroimpact.branches.along import Along, along
+from vibroimpact._core.checks import check_kind
+from vibroimpact._core.types import Complexes
 from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.checks import check_kind
+from vibroimpact.branches.profile import Along, along
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
 from vibroimpact.plotting.units import PARAMETERS, units_of
-
-Complexes = NDArray[np.complex128]
 
 CRITICAL = 1e-4  # from the unit circle: a multiplier that makes a special point
 SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: where they are drawn

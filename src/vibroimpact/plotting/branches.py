@@ -8,9 +8,12 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from vibroimpact.branches.along import (
+from vibroimpact._core.checks import check_flag, check_kind, ends_of
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.branches.branch import Branch
+from vibroimpact.branches.profile import (
     ONE_PER_ORBIT,
     Along,
     Standing,
@@ -19,10 +22,7 @@ from vibroimpact.branches.along import (
     impacts_at,
     mirrored,
 )
-from vibroimpact.branches.branch import Branch
-from vibroimpact.checks import check_flag, check_kind, ends_of
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.periodic.find import impact_of
+from vibroimpact.orbits.find import impact_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
@@ -30,8 +30,6 @@ from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.units import OF_ORBITS, PARAMETERS, Units, of_coordinate, units_of
 from vibroimpact.plotting.variables import check_dataset
-
-Floats = NDArray[np.float64]
 
 LINES = {Standing.STABLE: "-", Standing.UNSTABLE: (0, (4.0, 2.0)), Standing.INADMISSIBLE: ":"}
 WORDS = {

@@ -16,7 +16,7 @@ from vibroimpact.plotting.variables import check_dataset
 COORDINATES = {"x1": style.BLUE, "v1": style.VERMILION}
 MARKERS = ("o", "x", "s")  # by start, in the order of the data
 DISTANCE = r"$|\omega-\omega_c|$"
-MAKER = "vibroimpact.literature.impact_damper.circles"
+MAKER = "vibroimpact_papers.impact_damper.circles"
 HEADROOM = 3.0  # factor of the upper limit of the errors, for the words
 
 

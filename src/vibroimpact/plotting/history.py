@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vibroimpact.checks import check_kind, real
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.checks import check_kind, real
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import units_of
-from vibroimpact.simulate import Run, latest
+from vibroimpact.simulation.simulate import Run, latest
 
 POINTS = 4000  # per picture: more than the pixels of a printed column
 STOPS = ((0, "A", style.BLUE, "^"), (1, "B", style.VERMILION, "v"))

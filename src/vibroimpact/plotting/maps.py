@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.plotting import style
 
 EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen

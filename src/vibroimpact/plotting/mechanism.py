@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
-from vibroimpact.checks import check_kind
-from vibroimpact.damper import ImpactDamper
+from vibroimpact._core.checks import check_kind
+from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import units_of
 

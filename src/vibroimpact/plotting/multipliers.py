@@ -14,11 +14,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.checks import check_flag, numbers, refusal
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.checks import check_flag, numbers, refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, units_of
-from vibroimpact.simulate import mechanism_of
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
 MARKS = "sx^v+"  # told apart where they lie on each other

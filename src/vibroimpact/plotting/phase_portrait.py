@@ -6,16 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from vibroimpact.checks import vector
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.checks import vector
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.plotting import style
 from vibroimpact.plotting.history import POINTS, window_of
 from vibroimpact.plotting.units import units_of
-from vibroimpact.simulate import Run
-
-Floats = NDArray[np.float64]
+from vibroimpact.simulation.simulate import Run
 
 
 def plot_phase_portrait(

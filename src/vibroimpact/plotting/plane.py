@@ -13,14 +13,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.ticker import MaxNLocator
 
-from vibroimpact.checks import check_count, check_kind, refusal
-from vibroimpact.ensembles.motions import Category, categories
-from vibroimpact.ensembles.plane import ADDED, MADE_OF, with_motions
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.checks import check_count, check_kind, refusal
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.plotting import maps, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.units import Units, units_of_sweep
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
+from vibroimpact.sweeps.analyses.motion_codes import Category, categories
+from vibroimpact.sweeps.analyses.plane import ADDED, MADE_OF, with_motions
 
 COLOURS = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from vibroimpact.checks import check_choice, refusal
+from vibroimpact._core.checks import check_choice, refusal
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, of_coordinate, units_of
-from vibroimpact.sections import SectionPoints, StroboscopicSection
+from vibroimpact.simulation.sections import SectionPoints, StroboscopicSection
 
 
 def plot_section(

@@ -16,7 +16,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibroimpact.checks import check_kind, check_target, path_of
+from vibroimpact._core.checks import check_kind, check_target, path_of
 
 # Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
 BLACK = "#000000"

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from vibroimpact.branches.stored_system import system_of
-from vibroimpact.damper import Scales, scales_of
-from vibroimpact.ensembles.states import COORDINATE
+from vibroimpact.machines.impact_damper import Scales, scales_of
+from vibroimpact.machines.json_text import system_of
+from vibroimpact.sweeps.states import COORDINATE
 
 QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
     "length": ("m", (0, 1, 0)),

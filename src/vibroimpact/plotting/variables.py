@@ -7,8 +7,8 @@ from typing import cast
 
 import xarray as xr
 
-from vibroimpact.checks import check_choice, check_kind
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.checks import check_choice, check_kind
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.plotting.units import Units
 
 LABELS = {

@@ -10,25 +10,22 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.checks import check_kind, numbers
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.hybrid import compile_mechanism
-from vibroimpact.simulate import (
+from vibroimpact._core.checks import check_kind, numbers
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.hybrid import compile_mechanism
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import (
     RECORDS_PER_IMPACT,
     RunEnd,
-    System,
     begin,
     check_counts,
     flight_limit_of,
-    mechanism_of,
     phases_of,
 )
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -23,14 +23,13 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.checks import check_count
-from vibroimpact.motion import EVENTS_PER_IMPACT, Motion
-from vibroimpact.simulate import RunEnd, System, flight_limit_of
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.checks import check_count
+from vibroimpact._core.types import Floats
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System
+from vibroimpact.simulation.simulate import RunEnd, flight_limit_of
+from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Motion
 
 BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
 FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here 18 %

@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.checks import check_count, check_memory, check_stop_name, real, refusal
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.motion import Impacts, Motion, Stop
-from vibroimpact.simulate import RunEnd, System, mechanism_of, phase_after, record_bytes
-from vibroimpact.state import State
+from vibroimpact._core.checks import check_count, check_memory, check_stop_name, real, refusal
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Codes, Floats
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
+from vibroimpact.simulation.simulator import Impacts, Motion, Stop
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int32]
 
 # Without this many impacts per section point wanted, on average, the stop counts as left alone:
 # chatter on one stop gives some 50 impacts per visit before it is summed.
@@ -75,9 +75,7 @@ class SectionPoints:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the section; see :func:`vibroimpact.plotting.sections.plot_section`."""
-        from vibroimpact.plotting.sections import plot_section
-
-        axes: Axes = plot_section(self, ax=ax)
+        axes: Axes = deferred("plotting.sections", "plot_section")(self, ax=ax)
         return axes
 
     def _dataset(self, along: str, **attrs: Any) -> xr.Dataset:
@@ -123,7 +121,7 @@ class Section(SectionPoints):
 
     contact: int
     stop: Stop
-    status: Integers
+    status: Codes
 
     def __repr__(self) -> str:
         return (

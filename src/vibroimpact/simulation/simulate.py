@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.checks import (
+from vibroimpact._core.checks import (
     check_count,
     check_kind,
     check_memory,
@@ -21,13 +21,12 @@ from vibroimpact.checks import (
     real_or_infinite,
     refusal,
 )
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.hybrid import Compiled, compile_mechanism
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int32]
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Codes, Floats
+from vibroimpact.compile.hybrid import Compiled, compile_mechanism
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
 
 SILENT_PERIODS = 10_000  # forcing periods without an event after which a run is called silent
 SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forcing
@@ -88,27 +87,6 @@ _SENTENCES = {
 }
 
 
-class HasMechanism(Protocol):
-    """Anything that says which mechanism it is."""
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """Masses, springs, forces and stops."""
-
-
-System = HasMechanism | Mechanism
-
-
-def mechanism_of(system: System) -> Mechanism:
-    """The mechanism behind a system."""
-    if isinstance(system, Mechanism):
-        return system
-    mechanism = getattr(system, "mechanism", None)
-    if isinstance(mechanism, Mechanism):
-        return mechanism
-    raise refusal("system", system, "a Mechanism or have one, as ImpactDamper does")
-
-
 @dataclass(frozen=True)
 class Run:
     """A simulated motion: arrays with one entry per event, read-only.
@@ -136,9 +114,9 @@ class Run:
     system: System
     start: State
     time: Floats
-    status: Integers
-    contact: Integers
-    stop: Integers
+    status: Codes
+    contact: Codes
+    stop: Codes
     position: Floats
     velocity_before: Floats
     velocity_after: Floats
@@ -148,7 +126,7 @@ class Run:
     end: RunEnd
     _compiled: Compiled = field(repr=False)
     _y: Floats = field(repr=False)
-    _mode: Integers = field(repr=False)
+    _mode: Codes = field(repr=False)
     _low: Floats = field(repr=False)
     _last: Any = field(repr=False)
 
@@ -251,7 +229,7 @@ class Flights(NamedTuple):
     begin: Floats  # (k,)
     low: Floats  # what rounding has left out of these times
     y: Floats  # (k, m)
-    mode: Integers
+    mode: Codes
 
     def at(self, times: Floats, compiled: Compiled) -> Floats:
         """Positions and velocities at times since the first begins, shape (len(times), 2 n)."""

@@ -9,21 +9,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.hybrid import Compiled, compile_mechanism
-from vibroimpact.simulate import (
+from vibroimpact._core.types import Codes, Floats
+from vibroimpact.compile.hybrid import Compiled, compile_mechanism
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import (
     Flights,
     RunEnd,
     Status,
-    System,
     begin,
     flight_limit_of,
-    mechanism_of,
     rounded_times,
 )
-from vibroimpact.state import State
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int32]
 Stop = Literal["A", "B"]
 
 CHUNK = 4096  # events of a record at a time
@@ -42,9 +40,9 @@ class Impacts:
     position: Floats
     velocity_before: Floats
     velocity: Floats
-    status: Integers
-    contact: Integers
-    side: Integers
+    status: Codes
+    contact: Codes
+    side: Codes
     sticks: int
     last: State
     end: RunEnd

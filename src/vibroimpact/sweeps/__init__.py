@@ -1,1 +1,1 @@
-"""Ensembles: many systems, many starts, observed in the loop without storing orbits."""
+"""Sweeps: many systems, many starts, observed in the loop without storing orbits."""

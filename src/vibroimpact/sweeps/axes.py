@@ -6,16 +6,15 @@ import itertools
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibroimpact.checks import numbers, refusal
-from vibroimpact.ensembles.states import COORDINATE
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import parameter_value, with_parameters, with_values
-from vibroimpact.simulate import System, mechanism_of
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.checks import numbers, refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.states import COORDINATE
 
 
 def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact.checks import numbers
-from vibroimpact.ensembles.states import Floats, States, names_of_state
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.state import State
+from vibroimpact._core.checks import numbers
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.model.state import State
+from vibroimpact.sweeps.states import States, names_of_state
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from vibroimpact.simulate import RunEnd
+from vibroimpact.simulation.simulate import RunEnd
 
 NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
 

@@ -6,9 +6,9 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from vibroimpact.checks import shown, unknown_keyword
-from vibroimpact.ensembles.observers import Observer, key_of, resolve
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.checks import shown, unknown_keyword
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.sweeps.observers.observer import Observer, key_of, resolve
 
 Observe = str | Observer | Sequence[str | Observer]
 

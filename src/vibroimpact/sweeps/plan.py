@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.ensembles.observers import Observer
-from vibroimpact.ensembles.starts import Starts
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact._core.types import Floats
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.starts import Starts
 
-Floats = NDArray[np.float64]
 Place = tuple[slice, ...]
 
 

@@ -10,22 +10,22 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from vibroimpact.branches.stored_system import system_of
-from vibroimpact.checks import check_kind, shown
-from vibroimpact.ensembles.asked import LOST, check_options
-from vibroimpact.ensembles.basins import basins
-from vibroimpact.ensembles.diagram import bifurcation_sweep
-from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.observers import OBSERVERS, Observer, Section, Stroboscopic
-from vibroimpact.ensembles.plane import multistability, plane
-from vibroimpact.ensembles.starts import GridStarts, RandomStarts, Start
-from vibroimpact.ensembles.states import names_of_state
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.parameters import with_parameters
-from vibroimpact.progress import interruptible
-from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import State
+from vibroimpact._core.checks import check_kind, shown
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import interruptible
+from vibroimpact.machines.json_text import system_of
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.analyses.basins import basins
+from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
+from vibroimpact.sweeps.analyses.plane import multistability, plane
+from vibroimpact.sweeps.listed_starts import ListedStarts
+from vibroimpact.sweeps.observers.observer import OBSERVERS, Observer, Section, Stroboscopic
+from vibroimpact.sweeps.options import LOST, check_options
+from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
+from vibroimpact.sweeps.states import names_of_state
+from vibroimpact.sweeps.sweep import sweep
 
 
 class Maker(NamedTuple):

@@ -11,12 +11,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.branches.stored_system import text_of
-from vibroimpact.ensembles.batch import Arrays
-from vibroimpact.ensembles.observers import Output, outputs
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.question import Question
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Arrays
+from vibroimpact.machines.json_text import text_of
+from vibroimpact.sweeps.observers.observer import Output, outputs
+from vibroimpact.sweeps.plan import Plan
+from vibroimpact.sweeps.specification import Question
 
 Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from vibroimpact import _kernel
-from vibroimpact.branches.stored_system import text_of
-from vibroimpact.ensembles.observers import describe
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.parameters import names_of, with_parameters
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.json_text import text_of
+from vibroimpact.model.parameters import names_of, with_parameters
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.observers.observer import describe
+from vibroimpact.sweeps.plan import Plan
 
 Values = tuple[float, ...]
 

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact.checks import (
+from vibroimpact._core.checks import (
     LARGEST_SEED,
     check_count,
     check_kind,
@@ -23,11 +23,12 @@ from vibroimpact.checks import (
     names_arguments,
     refusal,
 )
-from vibroimpact.ensembles.axes import axis_of
-from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.states import Floats, States, names_of_state, varied
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.state import State
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.model.state import State
+from vibroimpact.sweeps.axes import axis_of
+from vibroimpact.sweeps.listed_starts import ListedStarts
+from vibroimpact.sweeps.states import States, names_of_state, varied
 
 UNIT = 2.0**-53  # spacing of random numbers in [0, 1): the upper 53 of 64 random bits
 

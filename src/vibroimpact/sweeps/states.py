@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.types import Floats
+from vibroimpact.model.state import State
 
 COORDINATE = re.compile(r"[xv]\d+|phase")  # a name of a coordinate of a state
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.checks import (
+from vibroimpact._core.checks import (
     LARGEST_COUNT,
     check_count,
     memory_of_machine,
@@ -22,28 +22,28 @@ from vibroimpact.checks import (
     refusal,
     shown,
 )
-from vibroimpact.ensembles.axes import corners, parameter_axes
-from vibroimpact.ensembles.backends import backend_of
-from vibroimpact.ensembles.batch import Arrays
-from vibroimpact.ensembles.compute import Done
-from vibroimpact.ensembles.observers import Observer, Outcome, resolve, rounds
-from vibroimpact.ensembles.plan import Plan, Window
-from vibroimpact.ensembles.question import Question, question_of
-from vibroimpact.ensembles.schema import Schema, schema_of
-from vibroimpact.ensembles.starts import Start, starts_of
-from vibroimpact.ensembles.store import Store, opened, store_path
-from vibroimpact.ensembles.tiles import (
+from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
+from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.types import Arrays
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.axes import corners, parameter_axes
+from vibroimpact.sweeps.execution.backends import backend_of
+from vibroimpact.sweeps.execution.compute import Done
+from vibroimpact.sweeps.execution.store import Store, opened, store_path
+from vibroimpact.sweeps.execution.tiles import (
     Tile,
     compiled_bytes,
     members_per_tile,
     tile_shape,
     tiles_of,
 )
-from vibroimpact.errors import ClusterLostError, InvalidParameterError, warn
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import with_parameters
-from vibroimpact.progress import Progress, interruptible
-from vibroimpact.simulate import System, mechanism_of
+from vibroimpact.sweeps.observers.observer import Observer, Outcome, resolve, rounds
+from vibroimpact.sweeps.plan import Plan, Window
+from vibroimpact.sweeps.schema import Schema, schema_of
+from vibroimpact.sweeps.specification import Question, question_of
+from vibroimpact.sweeps.starts import Start, starts_of
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; livelier stops count as
@@ -280,7 +280,7 @@ def _sink(
 
 
 class Memory:
-    """Results in memory, taken as :class:`~vibroimpact.ensembles.store.Store` takes them."""
+    """Results in memory, taken as :class:`~vibroimpact.sweeps.execution.store.Store` takes them."""
 
     def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
         size = math.prod(schema.grid.values()) * schema.member_bytes

@@ -18,7 +18,7 @@
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
 //             energy decays, so |w''''| <= sqrt(a^2 + b^2), a = w''''(0), b = sqrt(k) w'''(0):
 //             at most max(|a|, |b|) + (sqrt 2 - 1) min(|a|, |b|).                         (4)
-//             Along the wide grid all this is done in single precision (event/wide_view.hpp).
+//             Along the wide grid all this is done in single precision (search/grid/wide_view.hpp).
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; contacts that touch leave: rate >= 0
 // Accuracy    margin far above rounding in (2), (3): 2^-30 of the terms along the narrow grid
 // Fails       says how far it is clear, and nothing of what follows; nothing of a contact that is not
@@ -26,8 +26,8 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/certified_flight.hpp"
-#include "vibroimpact/hybrid.hpp"
+#include "vibroimpact/search/certified_flight.hpp"
+#include "vibroimpact/system/hybrid.hpp"
 
 namespace vi {
 

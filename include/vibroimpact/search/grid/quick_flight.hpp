@@ -1,13 +1,13 @@
 // The common flight, at the speed of a few hundred multiply-adds: all lanes at once.
 //
-// Method      A round looks ahead from where the flight is (event/lookahead.hpp) along a wide grid, and
+// Method      A round looks ahead from where the flight is (search/grid/grid_bounds.hpp) along a wide grid, and
 //             past a stop that is near along a narrow one. Where all is clear the flight goes on to
 //             its end by one stored propagator. Where it lands in the next interval, the root is
 //             predicted by the cubic through four times of the grid; one stored propagator leads
 //             next to it, the inverse series of the gap to within a millionth of a step         (1)
 //             of it, and from the state there one step of third order with the gap onto it.     (2)
 //             No elementary function is called. A flight that is like the one before last is not
-//             looked at, but repeated (event/repetition.hpp).
+//             looked at, but repeated (search/grid/recall_period.hpp).
 //             Whatever is not proved this way (several contacts in an interval, slow departure, a
 //             near graze, the horizon) is left to certified_flight, from where the flight got to.
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; touching contacts leave: rate >= 0
@@ -15,7 +15,7 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/repetition.hpp"
+#include "vibroimpact/search/grid/recall_period.hpp"
 
 namespace vi {
 

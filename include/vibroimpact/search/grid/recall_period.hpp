@@ -11,14 +11,14 @@
 //             and the same from the other end. All is clear if those that are not ends of the flight
 //             keep between the limits by M t^6/43200 (theory T16g).                      (2)
 //             As w'''' of each share w of u solves the homogeneous equation, the bound W on it in
-//             event/lookahead.hpp gives |w^(6)| <= (k + c sqrt(k) + c^2) W.              (3)
-// Assumes     as event/lookahead.hpp does
+//             search/grid/grid_bounds.hpp gives |w^(6)| <= (k + c sqrt(k) + c^2) W.              (3)
+// Assumes     as search/grid/grid_bounds.hpp does
 // Accuracy    margin 2^-30 of the terms in (2), far above rounding
 // Fails       a flight that is not proved so is looked at like any other
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/last_step.hpp"
+#include "vibroimpact/search/last_step.hpp"
 
 namespace vi {
 

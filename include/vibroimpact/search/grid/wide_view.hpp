@@ -1,6 +1,6 @@
 // What the look along the wide grid reads: in single precision, as it decides with a margin.
 //
-// Method      event/lookahead.hpp, with rows, bounds and limits rounded. Let T be at least the sum of the
+// Method      search/grid/grid_bounds.hpp, with rows, bounds and limits rounded. Let T be at least the sum of the
 //             terms of u, of what corners and inner points are made of, and of e/4. In units of 2^-24 T
 //             a sum of n products of rounded factors errs by less than n + 3, a corner by 9/4 (n + 3) + 8,
 //             an inner point by 4/3 (n + 3) + 8, e/4 by n + 5: all together by less than half of a
@@ -13,7 +13,7 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/event/guard.hpp"
+#include "vibroimpact/search/guard.hpp"
 
 namespace vi {
 

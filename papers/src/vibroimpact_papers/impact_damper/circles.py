@@ -28,20 +28,18 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.literature.impact_damper.normal_forms import CriticalPoint
-from vibroimpact.literature.impact_damper.plan import Plan
-from vibroimpact.motion import Motion
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.attractors.rotation import weighted_average
+from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.state import State
 from vibroimpact.normal_forms import NeimarkSacker
-from vibroimpact.orbits import symmetric_orbits
-from vibroimpact.rotation import weighted_average
-from vibroimpact.simulate import RunEnd
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from vibroimpact.simulation.simulate import RunEnd
+from vibroimpact.simulation.simulator import Motion
+from vibroimpact_papers.impact_damper.normal_forms import CriticalPoint
+from vibroimpact_papers.impact_damper.plan import Plan
 
 LARGEST = 0.1
 """Largest predicted radius, as a share of the radius at which a term that the normal form removes

@@ -14,13 +14,13 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact import _kernel
-from vibroimpact.bifurcations import RESONANCE_ORDER, Bifurcation
-from vibroimpact.literature.impact_damper import ParameterSet
-from vibroimpact.literature.impact_damper.circles import Measured
-from vibroimpact.literature.impact_damper.panel_results import Followed, PanelResult
-from vibroimpact.literature.impact_damper.plan import Plan, damper_of
-from vibroimpact.orbits import symmetric_orbits
-from vibroimpact.simulate import Run
+from vibroimpact.closed_forms.bifurcations import RESONANCE_ORDER, Bifurcation
+from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
+from vibroimpact.simulation.simulate import Run
+from vibroimpact_papers.impact_damper import ParameterSet
+from vibroimpact_papers.impact_damper.circles import Measured
+from vibroimpact_papers.impact_damper.panel_results import Followed, PanelResult
+from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 
 SECTION = ("x1", "v1", "v2", "theta")  # coordinates of the half map
 CIRCLE_POINTS = 600  # of a simulated circle kept for a picture

@@ -12,8 +12,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.state import State
 from vibroimpact.plotting import (
     plot_basins,
     plot_bifurcation_diagram,
@@ -27,8 +28,7 @@ from vibroimpact.plotting import (
     plot_plane,
     style,
 )
-from vibroimpact.simulate import Run, simulate
-from vibroimpact.state import State
+from vibroimpact.simulation.simulate import Run, simulate
 
 COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 COLUMNS = 3

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 
-from vibroimpact.literature.impact_damper import Claim
-from vibroimpact.literature.impact_damper.circles import ALTERNATE, Measured
-from vibroimpact.literature.impact_damper.judged import Evidence, Outcome, listed, number, outcome
-from vibroimpact.report import Word
+from vibroimpact_papers.impact_damper import Claim
+from vibroimpact_papers.impact_damper.circles import ALTERNATE, Measured
+from vibroimpact_papers.impact_damper.judged import Evidence, Outcome, listed, number, outcome
+from vibroimpact_papers.report import Word
 
 ORDER = 0.25  # the next power, half a power away at the least, must be told from the one claimed
 RADIUS_ORDER, OFF_ORDER = 1.0, 1.5  # powers of the distance from the point

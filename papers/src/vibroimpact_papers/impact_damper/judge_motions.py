@@ -20,12 +20,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from vibroimpact.attractors import Attractor
-from vibroimpact.iterates import Kind
-from vibroimpact.literature.impact_damper import Claim
-from vibroimpact.literature.impact_damper.judged import Evidence, Outcome, listed, number, outcome
-from vibroimpact.literature.impact_damper.measures import extent, harmonics, width
-from vibroimpact.literature.impact_damper.panel_results import Found, PanelResult, labels
+from vibroimpact.attractors.classify import Attractor
+from vibroimpact.attractors.point_sets import Kind
+from vibroimpact_papers.impact_damper import Claim
+from vibroimpact_papers.impact_damper.judged import Evidence, Outcome, listed, number, outcome
+from vibroimpact_papers.impact_damper.measures import extent, harmonics, width
+from vibroimpact_papers.impact_damper.panel_results import Found, PanelResult, labels
 
 WITNESS = "classification"
 

@@ -12,12 +12,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.bifurcations import Bifurcation
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.literature.impact_damper import Claim
-from vibroimpact.literature.impact_damper.judged import (
+from vibroimpact.closed_forms.bifurcations import Bifurcation
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.simulation.simulate import simulate
+from vibroimpact_papers.impact_damper import Claim
+from vibroimpact_papers.impact_damper.judged import (
     Evidence,
     Outcome,
     all_orbits,
@@ -27,17 +28,13 @@ from vibroimpact.literature.impact_damper.judged import (
     numbers,
     outcome,
 )
-from vibroimpact.literature.impact_damper.misprint_residuals import Letters
-from vibroimpact.orbits import SymmetricOrbit
-from vibroimpact.simulate import simulate
+from vibroimpact_papers.impact_damper.misprint_residuals import Letters
 
 EXACT = 1e-3  # the paper's own "lambda^4 = 1" misses by 1.5e-4
 ROUNDING = 1e-10  # for identities between closed forms
 SAMPLES = 200  # frequencies at which a statement about a range is looked at
 WIDE = (0.3, 4.0)  # times omega_n: the range in which existence is compared
 STRONG = (1, 2, 3, 4)
-
-Complexes = NDArray[np.complex128]
 
 
 def orbit_count(claim: Claim, evidence: Evidence) -> Outcome:

@@ -6,15 +6,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from vibroimpact.bifurcations import Bifurcation
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.literature.impact_damper import Claim, ParameterSet
-from vibroimpact.literature.impact_damper.circles import Measured
-from vibroimpact.literature.impact_damper.panel_results import PanelResult
-from vibroimpact.literature.impact_damper.plan import BRANCH, damper_of
-from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
-from vibroimpact.report import Word
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.closed_forms.bifurcations import Bifurcation
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact_papers.impact_damper import Claim, ParameterSet
+from vibroimpact_papers.impact_damper.circles import Measured
+from vibroimpact_papers.impact_damper.panel_results import PanelResult
+from vibroimpact_papers.impact_damper.plan import BRANCH, damper_of
+from vibroimpact_papers.report import Word
 
 
 @lru_cache(maxsize=4096)

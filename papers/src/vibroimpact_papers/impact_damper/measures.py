@@ -9,12 +9,10 @@ width       median over angles around the centre of (largest - smallest radius) 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vibroimpact.rotation import weighted_average
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.types import Floats
+from vibroimpact.attractors.rotation import weighted_average
 
 SHARE = 1e-4  # of the variance that (2) leaves out
 MOST_HARMONICS = 400

@@ -15,11 +15,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 import vibroimpact as vi
-
-Array = NDArray[np.float64]
+from vibroimpact._core.types import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,7 +293,7 @@ def impact(p: Letters, *, exchanged: bool) -> float:
     return math.hypot(y1 + p.mu * y2 - u1 - p.mu * u2, y2 - y1 - p.R * (u1 - u2))
 
 
-def _flight_jacobian(p: Letters) -> Array:
+def _flight_jacobian(p: Letters) -> Floats:
     """Differentiate (x1', x1, x2', x2, tau) after pi/omega by (x1', x1, x2', tau) on stop A."""
     S = p.e1 * p.s / (p.eta * p.wn)
     C = p.e1 * p.c + p.zeta * p.wn * S
@@ -309,7 +307,7 @@ def _flight_jacobian(p: Letters) -> Array:
     return jacobian
 
 
-def period_jacobian(case: Case) -> Array:
+def period_jacobian(case: Case) -> Floats:
     """Df of (30), from (7), (19) and (31), as the square of the half map."""
     p = Letters.of(case)
     u1, u2 = -velocities_before(p)[0], -velocities_before(p)[1]

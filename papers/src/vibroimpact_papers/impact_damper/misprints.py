@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import vibroimpact as vi
-from vibroimpact.literature.impact_damper import normal_form_residuals as normal_form
-from vibroimpact.literature.impact_damper import parameter_sets
-from vibroimpact.literature.impact_damper.misprint_residuals import (
+from vibroimpact_papers.impact_damper import normal_form_residuals as normal_form
+from vibroimpact_papers.impact_damper import parameter_sets
+from vibroimpact_papers.impact_damper.misprint_residuals import (
     Case,
     Letters,
     contact_corrected,

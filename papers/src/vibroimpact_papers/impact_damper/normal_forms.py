@@ -32,13 +32,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact.bifurcations import Bifurcation
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.closed_forms.bifurcations import Bifurcation
 from vibroimpact.normal_forms import CentreManifold, Multilinear, NeimarkSacker
 from vibroimpact.normal_forms.centre_manifold import centre_manifold
-from vibroimpact.normal_forms.forms import Complexes, Floats, jacobian
+from vibroimpact.normal_forms.forms import jacobian
 from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
-from vibroimpact.periodic.find import of_symmetric
-from vibroimpact.periodic.maps import SegmentMap, full_map, half_map
+from vibroimpact.orbits.find import of_symmetric
+from vibroimpact.orbits.maps import SegmentMap, full_map, half_map
 
 PHASES = 72  # of k1, at which f1 as printed is evaluated: every five degrees
 

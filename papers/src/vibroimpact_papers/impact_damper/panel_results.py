@@ -8,18 +8,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.attractors import Attractor, classify
-from vibroimpact.following import Step, carried, follow
-from vibroimpact.literature.impact_damper import Panel, ParameterSet
-from vibroimpact.literature.impact_damper.measures import same_cloud
-from vibroimpact.literature.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
-from vibroimpact.orbits import SymmetricOrbit, symmetric_orbits
-from vibroimpact.sections import impact_section
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.types import Floats
+from vibroimpact.attractors.classify import Attractor, classify
+from vibroimpact.attractors.sweep_attractor import Step, carried, follow
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.model.state import State
+from vibroimpact.simulation.sections import impact_section
+from vibroimpact_papers.impact_damper import Panel, ParameterSet
+from vibroimpact_papers.impact_damper.measures import same_cloud
+from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
 
 CLOSED = 1 / 500  # of the length of a curve: a wider gap between its points shows in a picture
 MORE_POINTS = 64_000  # are then drawn

@@ -9,8 +9,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.damper import ImpactDamper
-from vibroimpact.literature.impact_damper import ParameterSet
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact_papers.impact_damper import ParameterSet
 
 BRANCH = 1  # sign in (14) of the orbits that are stable somewhere: the branch of the paper
 STARTS = ("down", "up", "fixed point")

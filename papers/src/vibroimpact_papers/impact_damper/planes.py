@@ -11,13 +11,13 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from vibroimpact.ensembles.basins import basins
-from vibroimpact.ensembles.plane import plane
-from vibroimpact.literature.impact_damper import ParameterSet, panels
-from vibroimpact.literature.impact_damper.datasets import attributes
-from vibroimpact.literature.impact_damper.panel_results import PanelResult
-from vibroimpact.literature.impact_damper.plan import Plan, damper_of
-from vibroimpact.state import State
+from vibroimpact.model.state import State
+from vibroimpact.sweeps.analyses.basins import basins
+from vibroimpact.sweeps.analyses.plane import plane
+from vibroimpact_papers.impact_damper import ParameterSet, panels
+from vibroimpact_papers.impact_damper.datasets import attributes
+from vibroimpact_papers.impact_damper.panel_results import PanelResult
+from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 
 START = State((0.0, 0.0), (0.0, 1.0))  # both masses in the middle, the free one moving
 REACH = (0.25, 1.75)  # of a plane, in half clearances of the set

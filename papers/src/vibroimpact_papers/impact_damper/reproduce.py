@@ -12,8 +12,10 @@ from typing import TypeVar
 import xarray as xr
 
 from vibroimpact import _kernel
-from vibroimpact.bifurcations import Bifurcation, symmetric_bifurcations
-from vibroimpact.literature.impact_damper import (
+from vibroimpact._core.progress import Progress
+from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
+from vibroimpact.simulation.simulate import simulate
+from vibroimpact_papers.impact_damper import (
     Claim,
     Panel,
     ParameterSet,
@@ -23,31 +25,29 @@ from vibroimpact.literature.impact_damper import (
     panels,
     parameter_sets,
 )
-from vibroimpact.literature.impact_damper.circles import Measured, measure
-from vibroimpact.literature.impact_damper.judged import Evidence
-from vibroimpact.literature.impact_damper.misprints import Misprint, default_case, misprints
-from vibroimpact.literature.impact_damper.normal_forms import critical_points
-from vibroimpact.literature.impact_damper.panel_results import (
+from vibroimpact_papers.impact_damper.circles import Measured, measure
+from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.misprints import Misprint, default_case, misprints
+from vibroimpact_papers.impact_damper.normal_forms import critical_points
+from vibroimpact_papers.impact_damper.panel_results import (
     Followed,
     PanelResult,
     branch_orbit,
     follow_both_ways,
     panel_result,
 )
-from vibroimpact.literature.impact_damper.plan import Plan, damper_of
-from vibroimpact.literature.impact_damper.planes import (
+from vibroimpact_papers.impact_damper.plan import Plan, damper_of
+from vibroimpact_papers.impact_damper.planes import (
     MULTISTABLE,
     basin_data,
     multistable_panel,
     plane_data,
 )
-from vibroimpact.literature.impact_damper.story import Pictures, Residual, page
-from vibroimpact.literature.impact_damper.story_circles import point_record
-from vibroimpact.literature.impact_damper.transient import PANEL, Survivors, survivors
-from vibroimpact.literature.impact_damper.verdicts import Judgement, judge, score, to_json
-from vibroimpact.progress import Progress
-from vibroimpact.report import Word, whole_folder
-from vibroimpact.simulate import simulate
+from vibroimpact_papers.impact_damper.story import Pictures, Residual, page
+from vibroimpact_papers.impact_damper.story_circles import point_record
+from vibroimpact_papers.impact_damper.transient import PANEL, Survivors, survivors
+from vibroimpact_papers.impact_damper.verdicts import Judgement, judge, score, to_json
+from vibroimpact_papers.report import Word, whole_folder
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -8,21 +8,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibroimpact import _kernel
-from vibroimpact.bifurcations import Bifurcation
-from vibroimpact.literature.impact_damper import TITLE as PAPER
-from vibroimpact.literature.impact_damper.datasets import nearest_resonance
-from vibroimpact.literature.impact_damper.judge_motions import numbers_of
-from vibroimpact.literature.impact_damper.misprints import Misprint
-from vibroimpact.literature.impact_damper.panel_results import PanelResult
-from vibroimpact.literature.impact_damper.story_circles import circle_blocks
-from vibroimpact.literature.impact_damper.story_ensembles import ensemble_blocks
-from vibroimpact.literature.impact_damper.transient import PANEL, Survivors
-from vibroimpact.literature.impact_damper.verdicts import Judgement, plain, score
-from vibroimpact.report import Figure, Page, Section, Table, Text, Verdict, Word
-from vibroimpact.report.page import Block, Cell
+from vibroimpact.closed_forms.bifurcations import Bifurcation
+from vibroimpact_papers.impact_damper import TITLE as PAPER
+from vibroimpact_papers.impact_damper.datasets import nearest_resonance
+from vibroimpact_papers.impact_damper.judge_motions import numbers_of
+from vibroimpact_papers.impact_damper.misprints import Misprint
+from vibroimpact_papers.impact_damper.panel_results import PanelResult
+from vibroimpact_papers.impact_damper.story_circles import circle_blocks
+from vibroimpact_papers.impact_damper.story_ensembles import ensemble_blocks
+from vibroimpact_papers.impact_damper.transient import PANEL, Survivors
+from vibroimpact_papers.impact_damper.verdicts import Judgement, plain, score
+from vibroimpact_papers.report import Figure, Page, Section, Table, Text, Verdict, Word
+from vibroimpact_papers.report.page import Block, Cell
 
 if TYPE_CHECKING:
-    from vibroimpact.literature.impact_damper.reproduce import Findings
+    from vibroimpact_papers.impact_damper.reproduce import Findings
 
 TITLE = "The impact damper: a paper redone"
 NAMES = {"SN": "fold", "BP": "symmetry breaking", "NS": "Neimark-Sacker"}

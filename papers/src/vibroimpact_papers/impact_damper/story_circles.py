@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vibroimpact.literature.impact_damper.circles import Circle, Measured
-from vibroimpact.literature.impact_damper.judge_circles import circle_here
-from vibroimpact.report import Table, Text, Verdict
-from vibroimpact.report.page import Block, Cell
+from vibroimpact_papers.impact_damper.circles import Circle, Measured
+from vibroimpact_papers.impact_damper.judge_circles import circle_here
+from vibroimpact_papers.report import Table, Text, Verdict
+from vibroimpact_papers.report.page import Block, Cell
 
 if TYPE_CHECKING:
-    from vibroimpact.literature.impact_damper.reproduce import Findings
-    from vibroimpact.literature.impact_damper.story import Pictures
+    from vibroimpact_papers.impact_damper.reproduce import Findings
+    from vibroimpact_papers.impact_damper.story import Pictures
 
 
 def circle_blocks(found: Findings, pictures: Pictures) -> list[Block]:

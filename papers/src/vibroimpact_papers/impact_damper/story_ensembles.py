@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from vibroimpact.ensembles.basins import attractor_state
-from vibroimpact.ensembles.motions import categories
-from vibroimpact.report import Table, Text
-from vibroimpact.report.page import Block, Cell
+from vibroimpact.sweeps.analyses.basins import attractor_state
+from vibroimpact.sweeps.analyses.motion_codes import categories
+from vibroimpact_papers.report import Table, Text
+from vibroimpact_papers.report.page import Block, Cell
 
 if TYPE_CHECKING:
-    from vibroimpact.literature.impact_damper.reproduce import Findings
-    from vibroimpact.literature.impact_damper.story import Pictures
+    from vibroimpact_papers.impact_damper.reproduce import Findings
+    from vibroimpact_papers.impact_damper.story import Pictures
 
 LISTED = 4  # motions that a caption names
 

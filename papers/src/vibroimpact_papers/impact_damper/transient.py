@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibroimpact.ensembles.starts import GridStarts
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.literature.impact_damper import ParameterSet
-from vibroimpact.literature.impact_damper.plan import Plan, damper_of
-from vibroimpact.literature.impact_damper.planes import HALF_WIDTH, START
+from vibroimpact.sweeps.starts import GridStarts
+from vibroimpact.sweeps.sweep import sweep
+from vibroimpact_papers.impact_damper import ParameterSet
+from vibroimpact_papers.impact_damper.plan import Plan, damper_of
+from vibroimpact_papers.impact_damper.planes import HALF_WIDTH, START
 
 PANEL = "4f"
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.literature.impact_damper import Claim
-from vibroimpact.literature.impact_damper import judge_circles as circles
-from vibroimpact.literature.impact_damper import judge_motions as motions
-from vibroimpact.literature.impact_damper import judge_numbers as rules
-from vibroimpact.literature.impact_damper.judged import Evidence, Outcome
-from vibroimpact.report import Word
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact_papers.impact_damper import Claim
+from vibroimpact_papers.impact_damper import judge_circles as circles
+from vibroimpact_papers.impact_damper import judge_motions as motions
+from vibroimpact_papers.impact_damper import judge_numbers as rules
+from vibroimpact_papers.impact_damper.judged import Evidence, Outcome
+from vibroimpact_papers.report import Word
 
 Rule = Callable[[Claim, Evidence], Outcome]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibroimpact.report.folder import whole_folder
-from vibroimpact.report.page import Figure, Page, Section, Table, Text, Verdict, Word
+from vibroimpact_papers.report.folder import whole_folder
+from vibroimpact_papers.report.page import Figure, Page, Section, Table, Text, Verdict, Word
 
 __all__ = ["Figure", "Page", "Section", "Table", "Text", "Verdict", "Word", "whole_folder"]

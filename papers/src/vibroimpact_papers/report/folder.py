@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vibroimpact.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError
 
 MARK = ".vibroimpact"  # a file in every folder made here: such a folder may be replaced
 

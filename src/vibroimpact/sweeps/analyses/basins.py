@@ -10,24 +10,24 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.checks import check_choice, check_count, check_kind, share
-from vibroimpact.ensembles.asked import LOST, MATCHED, check_axes, check_options, refuse
-from vibroimpact.ensembles.attractors import Found, labelled
-from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.matching import TOLERANCE
-from vibroimpact.ensembles.member_table import Longer
-from vibroimpact.ensembles.motions import BELOW
-from vibroimpact.ensembles.observers import Section
-from vibroimpact.ensembles.outcome import Outcome
-from vibroimpact.ensembles.starts import GridStarts
-from vibroimpact.ensembles.states import States
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.motion import Stop
-from vibroimpact.progress import interruptible
-from vibroimpact.sections import check_stop
-from vibroimpact.simulate import System
-from vibroimpact.state import STATE, State
+from vibroimpact._core.checks import check_choice, check_count, check_kind, share
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import interruptible
+from vibroimpact.attractors.matching import TOLERANCE
+from vibroimpact.model.state import STATE, State
+from vibroimpact.model.system import System
+from vibroimpact.simulation.sections import check_stop
+from vibroimpact.simulation.simulator import Stop
+from vibroimpact.sweeps.analyses.label_attractors import Found, labelled
+from vibroimpact.sweeps.analyses.member_table import Longer
+from vibroimpact.sweeps.analyses.motion_codes import BELOW
+from vibroimpact.sweeps.listed_starts import ListedStarts
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers.observer import Section
+from vibroimpact.sweeps.options import LOST, MATCHED, check_axes, check_options, refuse
+from vibroimpact.sweeps.starts import GridStarts
+from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
 POINTS = 8  # of each member: what the rule of matching.py needs

@@ -14,8 +14,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from vibroimpact.checks import check_choice, check_kind
-from vibroimpact.ensembles.asked import (
+from vibroimpact._core.checks import check_choice, check_kind
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import interruptible
+from vibroimpact.model.state import STATE, State
+from vibroimpact.model.system import System
+from vibroimpact.simulation.simulator import Stop
+from vibroimpact.sweeps.listed_starts import ListedStarts
+from vibroimpact.sweeps.observers.observer import Section, Stroboscopic, key_of
+from vibroimpact.sweeps.options import (
     LOST,
     Observe,
     check_axes,
@@ -23,15 +30,8 @@ from vibroimpact.ensembles.asked import (
     refuse,
     together,
 )
-from vibroimpact.ensembles.listed_starts import ListedStarts
-from vibroimpact.ensembles.observers import Section, Stroboscopic, key_of
-from vibroimpact.ensembles.starts import RandomStarts
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.motion import Stop
-from vibroimpact.progress import interruptible
-from vibroimpact.simulate import System
-from vibroimpact.state import STATE, State
+from vibroimpact.sweeps.starts import RandomStarts
+from vibroimpact.sweeps.sweep import sweep
 
 Way = Literal["up", "down", "both"]
 WAYS = ("up", "down", "both")

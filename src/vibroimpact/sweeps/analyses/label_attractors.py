@@ -25,16 +25,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibroimpact.attractors import Attractor, classify
-from vibroimpact.ensembles.matching import TOLERANCE, Known, known, proportional
-from vibroimpact.ensembles.member_table import Floats, Integers, Longer, Rows, Table
-from vibroimpact.ensembles.motions import NO_IMPACTS, flags, motions
-from vibroimpact.ensembles.states import States
-from vibroimpact.iterates import Kind
-from vibroimpact.motion import Stop
-from vibroimpact.sections import Scale
-from vibroimpact.simulate import System
-from vibroimpact.state import State
+from vibroimpact._core.types import Floats, Integers, Rows
+from vibroimpact.attractors.classify import Attractor, classify
+from vibroimpact.attractors.matching import TOLERANCE, Known, known, proportional
+from vibroimpact.attractors.point_sets import Kind
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System
+from vibroimpact.simulation.sections import Scale
+from vibroimpact.simulation.simulator import Stop
+from vibroimpact.sweeps.analyses.member_table import Longer, Table
+from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
+from vibroimpact.sweeps.states import States
 
 Words = NDArray[np.str_]
 

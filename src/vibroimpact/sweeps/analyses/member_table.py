@@ -10,19 +10,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibroimpact.attractors import rest_on_stops
-from vibroimpact.ensembles.matching import scale_of
-from vibroimpact.ensembles.motions import NO_IMPACTS, motions, symbol, symbols_of
-from vibroimpact.ensembles.states import States
-from vibroimpact.iterates import Kind
-from vibroimpact.sections import Scale
-from vibroimpact.simulate import System, mechanism_of
-from vibroimpact.state import STATE
+from vibroimpact._core.types import Flags, Floats, Integers, Rows
+from vibroimpact.attractors.classify import rest_on_stops
+from vibroimpact.attractors.matching import scale_of
+from vibroimpact.attractors.point_sets import Kind
+from vibroimpact.model.state import STATE
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.sections import Scale
+from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, motions, symbol, symbols_of
+from vibroimpact.sweeps.states import States
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-Rows = NDArray[np.intp]
 Numbers = NDArray[Any]
 
 # Members go on, so many times as long; True: observed all the time.
@@ -47,7 +44,7 @@ class Table:
     ) -> Table:  # fmt: skip
         """The columns of an ensemble, in the order of ``end``; in its own units if none given.
 
-        ``codes``: of motions.py. ``begun``: phases at the start. Those at the end are less whole
+        ``codes``: of motion_codes.py. ``begun``: phases at the start. Those at the end are less whole
         turns of the first forcing line, and so say nothing of the phases of others.
         """
         dims = members["end"].dims

@@ -3,7 +3,7 @@
 n-p-q           periodic, codes 0, 1, 2, ... from the most frequent to the rarest symbol; with a
                 pair p-q for every contact that impacts; without forcing there is no n: p-q
 chaotic         the exponent says so: the tangent grows by more e-folds in the window than along any
-                smooth curve (iterates.py)
+                smooth curve (point_sets.py)
 not periodic    within the tolerance and the window of the symbol: a closed curve, weak chaos, or
                 still settling; without the exponent any chaos
 no impacts      none while observed: flights, or rest on a stop
@@ -19,12 +19,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibroimpact.ensembles.outcome import NOT_COMPUTED
-from vibroimpact.lyapunov import LEAST_GROWTH
-from vibroimpact.motion import Stop
-from vibroimpact.orbit_type import symbol_word
-
-Integers = NDArray[np.int64]
+from vibroimpact._core.types import Integers
+from vibroimpact.attractors.orbit_type import symbol_word
+from vibroimpact.simulation.lyapunov import LEAST_GROWTH
+from vibroimpact.simulation.simulator import Stop
+from vibroimpact.sweeps.member_status import NOT_COMPUTED
 
 NOT_PERIODIC, CHAOTIC, NO_IMPACTS = -1, -2, -3
 BELOW = -3  # outcomes have the codes below: BELOW - end

@@ -9,9 +9,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.attractors import rest_on_stops
-from vibroimpact.checks import check_kind, share, shown
-from vibroimpact.ensembles.asked import (
+from vibroimpact._core.checks import check_kind, share, shown
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import interruptible
+from vibroimpact.attractors.classify import rest_on_stops
+from vibroimpact.attractors.matching import TOLERANCE, different, distinct, scale_of
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.state import STATE, State
+from vibroimpact.model.system import System
+from vibroimpact.simulation.simulator import Stop
+from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, column_of, motions, symbols_of
+from vibroimpact.sweeps.observers.observer import Section
+from vibroimpact.sweeps.options import (
     LOST,
     MATCHED,
     Observe,
@@ -20,17 +29,8 @@ from vibroimpact.ensembles.asked import (
     refuse,
     together,
 )
-from vibroimpact.ensembles.matching import TOLERANCE, different, distinct, scale_of
-from vibroimpact.ensembles.motions import NO_IMPACTS, column_of, motions, symbols_of
-from vibroimpact.ensembles.observers import Section
-from vibroimpact.ensembles.starts import Many
-from vibroimpact.ensembles.sweep import sweep
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.motion import Stop
-from vibroimpact.parameters import with_parameters
-from vibroimpact.progress import interruptible
-from vibroimpact.simulate import System
-from vibroimpact.state import STATE, State
+from vibroimpact.sweeps.starts import Many
+from vibroimpact.sweeps.sweep import sweep
 
 POINTS = 16  # of each member for counting
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'

@@ -14,17 +14,17 @@ from collections.abc import Callable, Generator, Sequence
 from importlib import import_module
 from typing import Any
 
-from vibroimpact.checks import check_choice
-from vibroimpact.ensembles.compute import Done
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tiles import Tile
+from vibroimpact._core.checks import check_choice
+from vibroimpact.sweeps.execution.compute import Done
+from vibroimpact.sweeps.execution.tiles import Tile
+from vibroimpact.sweeps.plan import Plan
 
 ComputeTiles = Callable[[Plan, Sequence[Tile], int | None, Any], Generator[Done, None, None]]
 
 BACKENDS = {
-    "threads": "vibroimpact.ensembles.backends.threads",
-    "dask": "vibroimpact.ensembles.backends.dask",
-    "cuda": "vibroimpact.ensembles.backends.cuda",
+    "threads": "vibroimpact.sweeps.execution.threads",
+    "dask": "vibroimpact.sweeps.execution.dask",
+    "cuda": "vibroimpact.sweeps.execution.cuda_backend",
 }
 
 

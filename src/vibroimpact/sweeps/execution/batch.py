@@ -1,6 +1,6 @@
 """Many systems of one kind, and the run of trajectories of theirs: the members of an ensemble.
 
-Method      Systems are compiled together (compiling.py) and handed to the kernel in parts of one
+Method      Systems are compiled together (compile/many_systems.py) and handed to the kernel in parts of one
             structure; each part runs its members. Where members close a set of contacts whose mode
             their systems do not have yet, these run once more from their start with that mode.
 Accuracy    Every member has the bits of running it alone.
@@ -17,8 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.ensembles.compiling import Compilation, RunsOf, Values, compile_together
-from vibroimpact.ensembles.observers import (
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Arrays, Floats, Rows
+from vibroimpact.compile.hybrid import Compiled
+from vibroimpact.compile.many_systems import Compilation, RunsOf, Values, compile_together
+from vibroimpact.compile.tables import Runs, Stacks
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import RECORDS_PER_IMPACT, RunEnd, begin
+from vibroimpact.sweeps.observers.observer import (
     Observer,
     Outcome,
     kernel_observers,
@@ -26,17 +35,6 @@ from vibroimpact.ensembles.observers import (
     results,
     rounds,
 )
-from vibroimpact.ensembles.tables import Runs, Stacks
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.hybrid import Compiled
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.parameters import with_parameters
-from vibroimpact.simulate import RECORDS_PER_IMPACT, RunEnd, System, begin, mechanism_of
-from vibroimpact.state import State
-
-Floats = NDArray[np.float64]
-Arrays = dict[str, NDArray[Any]]
-Rows = NDArray[np.intp]
 
 LEFT_OUT = -1  # part of a system at resonance
 

@@ -3,7 +3,7 @@
 Method      systems of the tile x starts are the members; along a followed axis one value after the
             other, each member starting where it ended at the value before                      (1)
             a followed state that has come to lie behind a stop, because the stop moved, is placed
-            on it as in following.py                                                            (2)
+            on it as in sweep_attractor.py                                                      (2)
 Assumes     the window is settle + observe times 2 pi / omega, omega of the first forcing line;
             without forcing it is in units of time
 Accuracy    that of the kernel; the same bits in any tile
@@ -21,17 +21,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.ensembles.batch import Arrays, Batch, Members, batch_of, run_members
-from vibroimpact.ensembles.observers import Final, Outcome
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.states import States
-from vibroimpact.ensembles.tiles import Tile
-from vibroimpact.following import carried
-from vibroimpact.parameters import with_parameters
-from vibroimpact.simulate import mechanism_of
+from vibroimpact._core.types import Arrays, Rows
+from vibroimpact.attractors.sweep_attractor import carried
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.sweeps.execution.batch import Batch, Members, batch_of, run_members
+from vibroimpact.sweeps.execution.tiles import Tile
+from vibroimpact.sweeps.observers.observer import Final, Outcome
+from vibroimpact.sweeps.plan import Plan
+from vibroimpact.sweeps.states import States
 
 Done = tuple[Tile, Arrays]
-Integers = NDArray[np.intp]
 
 
 def _never() -> bool:
@@ -79,13 +79,13 @@ def compute_with(plan: Plan, batch: Batch, stopped: Callable[[], bool] = _never)
     return {name: np.moveaxis(x, 0, axis) for name, x in _in_grid(along, moved, lead=2).items()}
 
 
-def _systems(plan: Plan) -> Integers:
+def _systems(plan: Plan) -> Rows:
     """Numbers of the systems in the grid of the parameters."""
     sizes = [axis.size for axis in plan.axes.values()]
     return np.arange(math.prod(sizes)).reshape(sizes)
 
 
-def _members(work: _Work, systems: Integers) -> tuple[Integers, States]:
+def _members(work: _Work, systems: Rows) -> tuple[Rows, States]:
     """Each of these systems from every start: system and state of each member."""
     starts = work.plan.starts.states()
     count = len(starts.phase)
@@ -93,7 +93,7 @@ def _members(work: _Work, systems: Integers) -> tuple[Integers, States]:
     return np.repeat(systems, count), starts.of(rows)
 
 
-def _run(work: _Work, systems: Integers, states: States) -> Arrays:
+def _run(work: _Work, systems: Rows, states: States) -> Arrays:
     """Run members; for a followed motion also to their final states."""
     window, omega = work.plan.window, work.batch.omega[systems]
     unit = np.divide(2.0 * math.pi, omega, out=np.ones_like(omega), where=omega > 0.0)
@@ -143,14 +143,14 @@ def _follow(work: _Work, axis: int) -> Iterator[Arrays]:
         states = _next(work, systems, states, out)
 
 
-def _stacked(parts: Iterator[Arrays], order: Integers) -> Arrays:
+def _stacked(parts: Iterator[Arrays], order: Rows) -> Arrays:
     """Results in the order of the axis."""
     listed = list(parts)
     back = np.argsort(order)
     return {name: np.stack([listed[i][name] for i in back]) for name in listed[0]}
 
 
-def _placed(work: _Work, systems: Integers, states: States, behind: Integers) -> States:
+def _placed(work: _Work, systems: Rows, states: States, behind: Rows) -> States:
     """States that lie behind a stop are placed on it (2)."""
     position = states.position.copy()
     for i in behind:
@@ -163,7 +163,7 @@ def _placed(work: _Work, systems: Integers, states: States, behind: Integers) ->
     return states._replace(position=position)
 
 
-def _next(work: _Work, systems: Integers, states: States, out: Arrays) -> States:
+def _next(work: _Work, systems: Rows, states: States, out: Arrays) -> States:
     """Where the next value starts: the final state, or the same start where there is none."""
     position, velocity = out["final_position"], out["final_velocity"]
     forces = work.plan.mechanism.forces

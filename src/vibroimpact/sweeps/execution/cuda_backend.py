@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from functools import partial
 
-from vibroimpact.ensembles.backends.threads import compute_in_threads
-from vibroimpact.ensembles.compute import Done
-from vibroimpact.ensembles.cuda.batch import DeviceBatch, Machine
-from vibroimpact.ensembles.cuda.card import open_card
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tables import Runs, Stacks
-from vibroimpact.ensembles.tiles import Tile
+from vibroimpact.compile.tables import Runs, Stacks
+from vibroimpact.sweeps.execution.compute import Done
+from vibroimpact.sweeps.execution.cuda.batch import DeviceBatch, Machine
+from vibroimpact.sweeps.execution.cuda.card import open_card
+from vibroimpact.sweeps.execution.threads import compute_in_threads
+from vibroimpact.sweeps.execution.tiles import Tile
+from vibroimpact.sweeps.plan import Plan
 
 
 def compute_tiles(

@@ -20,18 +20,18 @@ from itertools import islice
 from typing import Any
 
 from vibroimpact import _kernel
-from vibroimpact.checks import refusal
-from vibroimpact.ensembles.backends.threads import cores
-from vibroimpact.ensembles.batch import Arrays
-from vibroimpact.ensembles.compute import Done, compute
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tiles import Tile
-from vibroimpact.errors import (
+from vibroimpact._core.checks import refusal
+from vibroimpact._core.errors import (
     BackendUnavailableError,
     ClusterLostError,
     InvalidParameterError,
     VibroImpactError,
 )
+from vibroimpact._core.types import Arrays
+from vibroimpact.sweeps.execution.compute import Done, compute
+from vibroimpact.sweeps.execution.threads import cores
+from vibroimpact.sweeps.execution.tiles import Tile
+from vibroimpact.sweeps.plan import Plan
 
 AHEAD = 3  # tiles per worker thread that are under way: a worker never waits for this process
 RETRIES = 3  # of a tile whose task failed

@@ -17,12 +17,13 @@ from threading import Lock
 
 import numpy as np
 
-from vibroimpact.ensembles.batch import Arrays, batch_from
-from vibroimpact.ensembles.compiling import Compilation, RunsOf, Values, compile_together
-from vibroimpact.ensembles.compute import columns_of, compute_with
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tables import Stacks
-from vibroimpact.ensembles.tiles import Tile, compiled_bytes
+from vibroimpact._core.types import Arrays
+from vibroimpact.compile.many_systems import Compilation, RunsOf, Values, compile_together
+from vibroimpact.compile.tables import Stacks
+from vibroimpact.sweeps.execution.batch import batch_from
+from vibroimpact.sweeps.execution.compute import columns_of, compute_with
+from vibroimpact.sweeps.execution.tiles import Tile, compiled_bytes
+from vibroimpact.sweeps.plan import Plan
 
 GROUP_BYTES = 2**26
 

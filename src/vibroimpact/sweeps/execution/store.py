@@ -24,12 +24,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibroimpact.checks import path_of
-from vibroimpact.ensembles.batch import Arrays
-from vibroimpact.ensembles.question import Question
-from vibroimpact.ensembles.schema import END, Schema
-from vibroimpact.ensembles.tiles import Tile, tiles_of
-from vibroimpact.errors import BackendUnavailableError, InvalidParameterError, StoreError
+from vibroimpact._core.checks import path_of
+from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError, StoreError
+from vibroimpact._core.types import Arrays
+from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
+from vibroimpact.sweeps.schema import END, Schema
+from vibroimpact.sweeps.specification import Question
 
 SHOWN = 6  # differences between two questions that a message lists
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end

@@ -8,13 +8,13 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 
 from vibroimpact import _kernel
-from vibroimpact.ensembles.batch import Arrays
-from vibroimpact.ensembles.compiling import RunsOf
-from vibroimpact.ensembles.compute import Done
-from vibroimpact.ensembles.groups import grouped
-from vibroimpact.ensembles.plan import Plan
-from vibroimpact.ensembles.tables import Stacks
-from vibroimpact.ensembles.tiles import Tile
+from vibroimpact._core.types import Arrays
+from vibroimpact.compile.many_systems import RunsOf
+from vibroimpact.compile.tables import Stacks
+from vibroimpact.sweeps.execution.compute import Done
+from vibroimpact.sweeps.execution.groups import grouped
+from vibroimpact.sweeps.execution.tiles import Tile
+from vibroimpact.sweeps.plan import Plan
 
 AHEAD = 2  # tiles per thread that are begun or wait: results that nobody has taken yet are few
 

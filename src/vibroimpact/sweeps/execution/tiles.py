@@ -15,8 +15,8 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from vibroimpact.ensembles.plan import Place
-from vibroimpact.mechanism import Mechanism
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.sweeps.plan import Place
 
 TILE_SECONDS = 1.0
 SECONDS_PER_PERIOD = 1e-7  # of one member: two impacts, some 50 ns each

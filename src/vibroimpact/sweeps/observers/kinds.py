@@ -10,9 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from vibroimpact.checks import check_count, check_stop_name, share, vector
-from vibroimpact.checks import real as real_number
-from vibroimpact.ensembles.outputs import (
+from vibroimpact._core.checks import check_count, check_stop_name, share, vector
+from vibroimpact._core.checks import real as real_number
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.simulation.sections import check_stop
+from vibroimpact.simulation.simulator import Stop
+from vibroimpact.sweeps.observers.variables import (
     CONTACT,
     COORDINATE,
     EXPONENT,
@@ -26,10 +30,6 @@ from vibroimpact.ensembles.outputs import (
     reals,
     whole,
 )  # fmt: skip
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.motion import Stop
-from vibroimpact.sections import check_stop
 
 
 class Observer(Protocol):

@@ -11,10 +11,14 @@ from dataclasses import asdict
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.checks import check_choice, shown
-from vibroimpact.ensembles.kinds import (
+from vibroimpact._core.checks import check_choice, shown
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.scalars import as_python
+from vibroimpact._core.types import Arrays
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
+from vibroimpact.sweeps.observers.kinds import (
     Extremes,
     Final,
     Impacts,
@@ -31,11 +35,7 @@ from vibroimpact.ensembles.kinds import (
     Stroboscopic,
     Symbol,
 )  # fmt: skip
-from vibroimpact.ensembles.outcome import NOT_COMPUTED, Outcome
-from vibroimpact.ensembles.outputs import Output, Table
-from vibroimpact.errors import InvalidParameterError
-from vibroimpact.mechanism import Mechanism
-from vibroimpact.scalars import as_python
+from vibroimpact.sweeps.observers.variables import Output, Table
 
 __all__ = [
     "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
@@ -44,7 +44,6 @@ __all__ = [
     "kernel_observers", "key_of", "observer_of", "outputs", "resolve", "results", "rounds",
 ]  # fmt: skip
 
-Arrays = dict[str, NDArray[Any]]
 
 MOST_ROWS = 16  # of all Extremes, or of all Rms: room in the kernel
 WATCHES = {

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact.checks import refusal
+from vibroimpact._core.checks import refusal
 
 COORDINATE, CONTACT, EXPONENT = "coordinate", "contact", "exponent"  # dimensions
 POINT, STROBE = "point", "strobe"  # of impact sections, of stroboscopic ones

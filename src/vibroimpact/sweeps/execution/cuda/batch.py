@@ -5,7 +5,7 @@ Method      arrays go to the memory of the machine; one thread builds each mode 
             free memory go in pieces.
 Assumes     modal flows; dense ones stay on the processor
 Accuracy    the bits of ``_kernel.Batch``
-Fails       MISSING: a member that closes contacts without a mode; ensembles/batch.py runs it again,
+Fails       MISSING: a member that closes contacts without a mode; sweeps/execution/batch.py runs it again,
             on the processor
 """
 
@@ -19,12 +19,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.ensembles.cuda.layout import Asked, Sizes, asked_of, batch_arrays
-from vibroimpact.ensembles.cuda.program import Kernels
-from vibroimpact.ensembles.tables import Tables
-from vibroimpact.errors import VibroImpactError
-
-Arrays = dict[str, NDArray[Any]]
+from vibroimpact._core.errors import VibroImpactError
+from vibroimpact._core.types import Arrays
+from vibroimpact.compile.tables import Tables
+from vibroimpact.sweeps.execution.cuda.layout import Asked, Sizes, asked_of, batch_arrays
+from vibroimpact.sweeps.execution.cuda.program import Kernels
 
 FLOW = ("k", "c", "a")
 MODE = (

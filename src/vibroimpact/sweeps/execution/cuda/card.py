@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.ensembles.cuda.program import Kernels, cuda_core, kept_kernels
-from vibroimpact.errors import BackendUnavailableError, VibroImpactError
+from vibroimpact._core.errors import BackendUnavailableError, VibroImpactError
+from vibroimpact.sweeps.execution.cuda.program import Kernels, cuda_core, kept_kernels
 
 OLDEST_DRIVER = 13_000  # CUDA 13.0, that of the compiler: older drivers refuse its machine code
 THREADS = 64  # per block: 255 registers each leave room for four blocks on a multiprocessor

@@ -4,7 +4,7 @@
 // VI_MIXED                              whether positions show q' of blocks: 0 or 1
 // VI_TANGENTS                           tangent vectors carried along, 0 for none
 // VI_OBSERVERS                          mask of the observers that are wanted
-#include "vibroimpact/batch/run_member.hpp"
+#include "vibroimpact/ensemble/run_member.hpp"
 
 using flow = vi::modal_flow<double, vi::fixed<VI_DIMENSION, VI_LINES, VI_CONTACTS, VI_MIXED != 0>>;
 

@@ -1,4 +1,4 @@
-"""Arrays, options and tables of a batch in the form of include/vibroimpact/batch/arrays.hpp."""
+"""Arrays, options and tables of a batch in the form of include/vibroimpact/ensemble/arrays.hpp."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibroimpact.ensembles.cuda.program import Kernels, include_folder
-
-Floats = NDArray[np.float64]
+from vibroimpact._core.types import Floats
+from vibroimpact.sweeps.execution.cuda.program import Kernels, include_folder
 
 # In the order of observer_bit (observe/observers.hpp).
 SEEN = (
@@ -26,7 +24,7 @@ _KINDS = {"long long": np.int64, "double": np.float64}
 @cache
 def batch_arrays() -> np.dtype[np.void]:
     """The struct of that name: fields of eight bytes, addresses as unsigned integers."""
-    text = (include_folder() / "vibroimpact" / "batch" / "arrays.hpp").read_text()
+    text = (include_folder() / "vibroimpact" / "ensemble" / "arrays.hpp").read_text()
     return np.dtype(
         [(name, np.uint64 if star else _KINDS[kind]) for kind, star, name in _FIELD.findall(text)]
     )

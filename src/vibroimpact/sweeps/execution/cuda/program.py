@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import vibroimpact
-from vibroimpact.errors import BackendUnavailableError
+from vibroimpact._core.errors import BackendUnavailableError
 
 SOURCE = Path(__file__).with_name("kernels.cu")
 KERNELS = ("entry_sizes", "build", "run")

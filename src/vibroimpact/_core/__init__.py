@@ -1,0 +1,6 @@
+"""What every room may use, and what knows no mechanics.
+
+Checks of values, exceptions, numbers that compute with derivatives (jets) or for many systems at
+once (columns), linear algebra in a fixed order of operations, zeros by Chebyshev expansion, files
+written whole or not at all, progress.
+"""

@@ -1,0 +1,56 @@
+"""What a command writes: data to netCDF, pictures by matplotlib, all files or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import xarray as xr
+from matplotlib.axes import Axes
+
+from vibroimpact._core.files import replacing
+from vibroimpact.plotting import save
+from vibroimpact.plotting.style import PICTURES
+
+DATA = (".nc",)
+
+
+def write(
+    paths: list[Path], *, data: Callable[[], xr.Dataset], picture: Callable[[], Axes]
+) -> None:
+    """Write files by their suffixes: all of them, or none.
+
+    Parameters
+    ----------
+    paths
+        Files that :func:`check_target` has passed.
+    data, picture
+        Make what is written to netCDF and to pictures; called only where a file wants it.
+    """
+    with ExitStack() as stack:
+        for path in paths:
+            temporary = stack.enter_context(replacing(path))
+            if path.suffix.lower() in DATA:
+                data().to_netcdf(temporary, engine="h5netcdf")
+            else:
+                with _drawn(picture) as ax:
+                    save(ax, temporary)
+
+
+def rehearse_picture(paths: list[Path], picture: Callable[[], Axes]) -> None:
+    """Make a picture if a file wants one, and drop it: an error comes before the long work."""
+    if any(path.suffix.lower() in PICTURES for path in paths):
+        with _drawn(picture):
+            pass
+
+
+@contextmanager
+def _drawn(picture: Callable[[], Axes]) -> Iterator[Axes]:
+    plt.switch_backend("agg")  # a file needs no window and no display
+    ax = picture()
+    try:
+        yield ax
+    finally:
+        plt.close(ax.get_figure(root=True))

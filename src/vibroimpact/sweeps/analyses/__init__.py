@@ -1,0 +1,1 @@
+"""Analyses made of sweeps: planes, basins, multistability, bifurcation diagrams."""

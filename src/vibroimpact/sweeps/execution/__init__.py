@@ -1,0 +1,1 @@
+"""How a sweep is computed: tiles, the systems of a tile, threads, clusters, stores."""

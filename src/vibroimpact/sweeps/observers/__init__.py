@@ -1,0 +1,1 @@
+"""Observers: what is computed of a motion while it runs, without storing it."""
