@@ -1,122 +1,36 @@
-"""Exact dynamics and bifurcations of vibro-impact systems."""
+"""Exact dynamics and bifurcations of vibro-impact systems.
+
+Names are imported when they are first used: ``import vibroimpact`` loads none of its rooms. Which
+names there are, and where each lives, stands in ``__init__.pyi``, which type checkers and editors
+read too.
+"""
 
 from __future__ import annotations
 
-from vibroimpact._core.errors import (
-    BackendUnavailableError,
-    ClusterLostError,
-    InvalidParameterError,
-    StoreError,
-    VibroImpactError,
-)
-from vibroimpact._kernel import version as _version
-from vibroimpact.attractors.classify import Attractor, classify
-from vibroimpact.attractors.point_sets import Kind, Shape, classify_points
-from vibroimpact.attractors.sweep_attractor import follow
-from vibroimpact.branches import stop_rules as stop  # noqa: F401 - rules for stop_when
-from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.branches.diagram import Diagram, branch_diagram
-from vibroimpact.branches.store import load_branch, save_branch
-from vibroimpact.branches.switch import NoBranch, switch_branch
-from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
-from vibroimpact.continuation import Steps
-from vibroimpact.machines.impact_damper import ImpactDamper, Scales
-from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
-from vibroimpact.model.parameters import Family
-from vibroimpact.model.state import State
-from vibroimpact.normal_forms import ExplicitMap, normal_form
-from vibroimpact.orbits.find import Guess, find_orbit
-from vibroimpact.orbits.maps import full_map, half_map, impact_map, stroboscopic_map
-from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.search import find_orbits
-from vibroimpact.orbits.search_result import OrbitSearch
-from vibroimpact.simulation.derivatives import MapDerivative, map_derivative, section_jacobian
-from vibroimpact.simulation.lyapunov import LyapunovEstimate, lyapunov_exponent
-from vibroimpact.simulation.sections import (
-    Section,
-    StroboscopicSection,
-    impact_section,
-    stroboscopic_section,
-)
-from vibroimpact.simulation.simulate import Run, RunEnd, Status, simulate
-from vibroimpact.sweeps.analyses.basins import attractor_state, basins
-from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
-from vibroimpact.sweeps.analyses.plane import multistability, plane
-from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.observers import kinds as observe  # noqa: F401 - observers with their options
-from vibroimpact.sweeps.rerun import sweep_again
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts
-from vibroimpact.sweeps.sweep import sweep
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
-__version__ = _version()
+_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_ROOMS = {name: room for room, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.M)}
+_MODULES = dict(re.findall(r"^(\w+) = (\w+)$", _STUB, re.M))  # public name: file
 
-__all__ = [
-    "Attractor",
-    "BackendUnavailableError",
-    "Bifurcation",
-    "BifurcationPoint",
-    "Branch",
-    "ClusterLostError",
-    "Contact",
-    "Diagram",
-    "ExplicitMap",
-    "Family",
-    "GridStarts",
-    "Guess",
-    "Harmonic",
-    "ImpactDamper",
-    "InvalidParameterError",
-    "Kind",
-    "ListedStarts",
-    "LyapunovEstimate",
-    "MapDerivative",
-    "Mechanism",
-    "NoBranch",
-    "Orbit",
-    "OrbitSearch",
-    "RandomStarts",
-    "Run",
-    "RunEnd",
-    "Scales",
-    "Section",
-    "Shape",
-    "State",
-    "Status",
-    "Steps",
-    "StoreError",
-    "StroboscopicSection",
-    "SymmetricOrbit",
-    "VibroImpactError",
-    "attractor_state",
-    "basins",
-    "bifurcation_sweep",
-    "branch_diagram",
-    "classify",
-    "classify_points",
-    "continue_orbit",
-    "find_orbit",
-    "find_orbits",
-    "follow",
-    "full_map",
-    "half_map",
-    "impact_map",
-    "impact_section",
-    "load_branch",
-    "lyapunov_exponent",
-    "map_derivative",
-    "multistability",
-    "normal_form",
-    "plane",
-    "save_branch",
-    "section_jacobian",
-    "simulate",
-    "stroboscopic_map",
-    "stroboscopic_section",
-    "sweep",
-    "sweep_again",
-    "switch_branch",
-    "symmetric_bifurcations",
-    "symmetric_orbits",
-]
+__all__ = sorted({*_ROOMS} - {*_MODULES.values()} - {"continuation", "normal_forms", "plotting"})
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported when it is first asked for."""
+    if name == "__version__":
+        value = import_module("vibroimpact._kernel").version()
+    elif (original := _MODULES.get(name, name)) in _ROOMS:
+        room = _ROOMS[original]
+        value = vars(import_module(room)).get(original) or import_module(f"{room}.{original}")
+    else:
+        raise AttributeError(f"module 'vibroimpact' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_ROOMS, *_MODULES, "__version__"})

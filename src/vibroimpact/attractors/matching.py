@@ -31,15 +31,18 @@ Fails       attractors nearer to each other than that are one; k consecutive poi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation import sections
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from scipy.spatial import cKDTree
 
 TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multiplier up to 0.999
 QUANTILE = 0.99  # of (2)
@@ -89,6 +92,8 @@ def known(points: Floats, periodic: bool, tolerance: float = TOLERANCE, gap: flo
 
     ``gap``: the widest of a closed curve, along it.
     """
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(points)
     if periodic or len(points) < 2:
         return Known(tree, True, tolerance)
@@ -149,6 +154,8 @@ def distinct(
     tolerance
         Of (1).
     """
+    from scipy.spatial import cKDTree
+
     there = np.asarray(np.isfinite(points).all(axis=-1))
     left, impacts = there[:, 0].copy(), symbols[:, 1:].sum(axis=1)
     short = (impacts > 0) & (symbols[:, column] <= there.sum(axis=1))

@@ -14,8 +14,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
-from scipy.spatial import cKDTree
 
 from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import Kind, Shape
@@ -102,6 +100,8 @@ def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -
     None for other kinds, for orbits with chatter or sticking (where the loop does not start from
     an ordinary impact), and with several forcing lines.
     """
+    from scipy.linalg import null_space
+
     mechanism = motion.compiled.mechanism
     if shape.kind is not Kind.PERIODIC or part.sticks or len(mechanism.forces) > 1:
         return None
@@ -127,6 +127,8 @@ def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -
 
 def is_symmetric(shape: Shape, part: Impacts, section: Section, scale: Scale) -> bool | None:
     """Whether an attractor is its own mirror image (2); None for chaos and the undecided."""
+    from scipy.spatial import cKDTree
+
     if shape.kind not in (Kind.PERIODIC, Kind.QUASIPERIODIC):
         return None
     tail = 2 * shape.period if shape.kind is Kind.PERIODIC else len(part.high)

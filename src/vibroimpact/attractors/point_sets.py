@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from vibroimpact._core.checks import check_kind, numbers
 from vibroimpact._core.errors import InvalidParameterError
@@ -229,6 +228,8 @@ def _farthest_return(tail: Floats, period: int) -> float:
 
 def count_pieces(points: Floats) -> int:
     """Count the separate sets (2) that the map visits in turn."""
+    from scipy.spatial import cKDTree
+
     n = len(points)
     _, index = cKDTree(points).query(points, k=NEIGHBOURS + 1)
     lags = np.abs(index - np.arange(n)[:, None]).ravel()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.sweep_attractor import Step, follow
@@ -13,6 +14,9 @@ from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import Section
 from vibroimpact.simulation.simulator import Stop
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SETTLED, KEPT = 1000, 60  # impacts discarded, section points kept at every value
 
@@ -35,6 +39,8 @@ def swept(branch: Branch, state: State, values: Floats) -> xr.Dataset:
         x1, ..., v1, ..., phase with dims "direction", the parameter, "point"; NaN where a motion
         does not reach the stop.
     """
+    import xarray as xr
+
     family = branch.family
     contact, side = family.signature.impacts[0]
     stop: Stop = "A" if side > 0 else "B"

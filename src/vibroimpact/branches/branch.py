@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from vibroimpact._core.checks import check_choice, check_index
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.types import Complexes, Flags, Floats
@@ -21,6 +19,7 @@ from vibroimpact.orbits.maps import solved_map
 from vibroimpact.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 MEANINGS = {

@@ -24,7 +24,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.checks import (
@@ -52,6 +51,7 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry, least_cycles
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 Told = Callable[[str], None]
@@ -147,6 +147,8 @@ class Diagram:
 
     def to_dataset(self) -> xr.Dataset:
         """The attractors, and the tree as a table; :meth:`Branch.to_dataset` holds each branch."""
+        import xarray as xr
+
         rows = self.reached
         tree = xr.Dataset(
             {

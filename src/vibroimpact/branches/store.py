@@ -10,10 +10,9 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
@@ -30,6 +29,9 @@ from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.problem import Signature
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FORMAT = "vibroimpact branch 1"
 SUFFIXES = (".nc",)
@@ -48,6 +50,8 @@ def dataset_of(branch: Branch) -> xr.Dataset:
     Dims ``point``, ``special``, ``zero``, ``multiplier``, ``unknown`` (states and flight times of
     all solved segments), ``direction`` (the unknowns and last the parameter), ``test``.
     """
+    import xarray as xr
+
     curve = branch.curve
     both = ("point", "multiplier")
     return xr.Dataset(
@@ -169,6 +173,8 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
     InvalidParameterError
         No such dataset, something missing in it, no system or another one.
     """
+    import xarray as xr
+
     check_kind("data", data, xr.Dataset, "a Dataset, as Branch.to_dataset gives")
     if data.attrs.get("format") != FORMAT:
         raise InvalidParameterError(
@@ -328,6 +334,8 @@ def load_branch(path: str | os.PathLike[str], system: System | None = None) -> B
     InvalidParameterError
         No such file, no branch in it, no system or another one.
     """
+    import xarray as xr
+
     target = path_of("path", path)
     if system is not None:
         mechanism_of(system)

@@ -1,3 +1,1 @@
-"""The commands of the command line, one file each: NAME, HELP, EXAMPLE, add_options, run."""
-
-from __future__ import annotations
+"""The command line: a file for each command with EXAMPLE, add_options and run."""

@@ -13,8 +13,6 @@ from vibroimpact.plotting.units import units_of
 from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
 from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
 
-NAME = "basins"
-HELP = "find the attractors from a grid of starts, and which start leads to which"
 EXAMPLE = (
     "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
     "--out basins.png --out basins.nc"

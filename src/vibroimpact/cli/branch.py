@@ -25,8 +25,6 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
 from vibroimpact.plotting.units import of_name, units_of
 
-NAME = "branch"
-HELP = "follow a branch of periodic orbits in a parameter, with all bifurcations on it"
 EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
 STATED = (*STATE, "on_stop", "perturb")
 

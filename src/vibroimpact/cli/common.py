@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vibroimpact._core.checks import check_target
-from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact.cli.output import DATA
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
 from vibroimpact.machines import published
@@ -33,7 +33,7 @@ TYPES: dict[str, Callable[[str], Any]] = {
 }  # fmt: skip
 
 
-class Failure(Exception):  # noqa: N818 - an outcome, told to the caller by the exit status
+class Failure(VibroImpactError):  # noqa: N818 - an outcome, reported by the exit status
     """What was asked for does not exist or could not be reached; the message says why."""
 
 

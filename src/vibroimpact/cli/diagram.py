@@ -13,8 +13,6 @@ from vibroimpact.cli import common, ensemble, members
 from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 
-NAME = "diagram"
-HELP = "draw a bifurcation diagram by brute force, followed up and down or from random starts"
 EXAMPLE = (
     "  vibroimpact diagram impact-damper/A --over omega=0.92:1.2:400 --variable v1 --out d.png"
 )

@@ -10,29 +10,26 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
-from vibroimpact import __version__
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
-from vibroimpact.cli import (
-    basins,
-    branch,
-    diagram,
-    normal_form,
-    orbit,
-    orbits,
-    plane,
-    reproduce,
-    section,
-    simulate,
-    sweep,
-)
-from vibroimpact.cli.common import Failure
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
-COMMANDS = (
-    reproduce, simulate, orbit, orbits, branch, normal_form, section, sweep, diagram, plane, basins,
-)  # fmt: skip
+COMMANDS = {  # a file of this folder each
+    "reproduce": "redo every figure and number of a publication, with a verdict on each",
+    "simulate": "simulate a motion and record every impact",
+    "orbit": "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability",
+    "orbits": "list the periodic orbits with few impacts, stable or not, that a search finds",
+    "branch": "follow a branch of periodic orbits in a parameter, with all bifurcations on it",
+    "normal-form": "compute the normal form at a bifurcation of a periodic orbit",
+    "section": "record the states after the impacts at one stop, or once per forcing period",
+    "sweep": "observe many motions over any parameters, in memory or in a store that resumes",
+    "diagram": "draw a bifurcation diagram by brute force, followed up and down or from random starts",
+    "plane": "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met",
+    "basins": "find the attractors from a grid of starts, and which start leads to which",
+}
 DOWNWARDS = re.compile(r"-[^-]")  # what --follow takes, and argparse would take for options
 NEGATIVE_NUMBER = re.compile(r"-\.?\d")  # argparse before 3.14 takes -1e-3 for an option
 
@@ -51,43 +48,66 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     arguments = argparse.Namespace()
+    words = _joined(sys.argv[1:] if argv is None else argv)
     try:
-        arguments = parser().parse_args(_joined(sys.argv[1:] if argv is None else argv))
+        arguments = parser(words[0] if words else "").parse_args(words)
         sys.stdout.write(arguments.run(arguments) + "\n")
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
     except InvalidParameterError as error:
         return _told(str(error), MISUSE)
-    except (Failure, VibroImpactError) as error:
+    except VibroImpactError as error:
         return _told(str(error), FAILED)
     except KeyboardInterrupt as stop:
         return _told(str(stop) or _interrupted(arguments), INTERRUPTED)
     return DONE
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line."""
+def parser(command: str | None = None) -> argparse.ArgumentParser:
+    """The parser of the whole command line, or with the options of one command only.
+
+    A command is imported for its options: without any, ``--help`` has a list of all at once.
+    """
     top = argparse.ArgumentParser(
         prog="vibroimpact",
         description="Exact simulation and analysis of vibro-impact mechanisms.",
         epilog="exit status: 0 done, 1 numerical failure, 2 misuse, 130 interrupted",
         allow_abbrev=False,
     )
-    top.add_argument("--version", action="version", version=f"vibroimpact {__version__}")
+    top.add_argument("--version", action=_Version, nargs=0, help="the version of the package")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
-    for command in COMMANDS:
+    for name, text in COMMANDS.items():
         child = commands.add_parser(
-            command.NAME,
-            help=command.HELP,
-            description=f"{command.HELP[0].upper()}{command.HELP[1:]}.",
-            epilog=f"example:\n{command.EXAMPLE}",
+            name,
+            help=text,
+            description=f"{text[0].upper()}{text[1:]}.",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        child._negative_number_matcher = NEGATIVE_NUMBER
-        command.add_options(child)
-        child.set_defaults(run=command.run)
+        if command in (None, name):
+            _complete(child, module_of(name))
     return top
+
+
+def module_of(command: str) -> Any:
+    """The module of a command: EXAMPLE, add_options, run."""
+    return import_module(f"vibroimpact.cli.{command.replace('-', '_')}")
+
+
+def _complete(child: argparse.ArgumentParser, module: Any) -> None:
+    child.epilog = f"example:\n{module.EXAMPLE}"
+    child._negative_number_matcher = NEGATIVE_NUMBER
+    module.add_options(child)
+    child.set_defaults(run=module.run)
+
+
+class _Version(argparse.Action):
+    """The version comes from the kernel, which is loaded only if asked."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        version = import_module("vibroimpact").__version__
+        sys.stdout.write(f"vibroimpact {version}\n")
+        parser.exit()
 
 
 def _joined(argv: Sequence[str]) -> list[str]:

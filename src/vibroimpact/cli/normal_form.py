@@ -26,8 +26,6 @@ from vibroimpact.normal_forms import (
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.plotting.units import Units, of_name, units_of
 
-NAME = "normal-form"
-HELP = "compute the normal form at a bifurcation of a periodic orbit"
 EXAMPLE = "  vibroimpact normal-form impact-damper/A --range 0.9 1.2 --at NS1"
 BORN = {
     "PD": "an orbit of twice the period",

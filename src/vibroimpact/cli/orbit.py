@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from vibroimpact import __version__
+from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
@@ -16,8 +16,6 @@ from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.plotting import plot_multipliers
 
-NAME = "orbit"
-HELP = "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability"
 EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg"
 
 
@@ -79,5 +77,5 @@ def _dataset(damper: ImpactDamper, orbits: Sequence[SymmetricOrbit]) -> xr.Datas
             "determinant_error": ("orbit", [o.determinant_error for o in orbits]),
         },
         coords={"sign": ("orbit", [o.sign for o in orbits])},
-        attrs={"system": repr(damper), "version": __version__},
+        attrs={"system": repr(damper), "version": _kernel.version()},
     )

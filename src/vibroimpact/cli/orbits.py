@@ -12,8 +12,6 @@ from vibroimpact.cli import common
 from vibroimpact.cli.output import DATA
 from vibroimpact.orbits.search import find_orbits
 
-NAME = "orbits"
-HELP = "list the periodic orbits with few impacts, stable or not, that a search finds"
 EXAMPLE = (
     "  vibroimpact orbits impact-damper/A --omega 1.2 --cycles 2 --impacts 4 --starts 200 "
     "--out orbits.nc"

@@ -19,8 +19,6 @@ from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.observers.observer import OBSERVERS, Observer, observer_of
 from vibroimpact.sweeps.sweep import sweep
 
-NAME = "plane"
-HELP = "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met"
 EXAMPLE = (
     "  vibroimpact plane impact-damper/A --over omega=0.9:1.1:200 --over half_clearance=1:10:200 "
     "--variable lyapunov --out plane.png --out plane.nc"

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError
 
-NAME = "reproduce"
-HELP = "redo every figure and number of a publication, with a verdict on each"
 EXAMPLE = "  vibroimpact reproduce impact-damper --out reproduction"
 PAPERS = "vibroimpact.papers"  # entry points: a name, and a function of the output folder
 

@@ -18,8 +18,6 @@ from vibroimpact.simulation.sections import (
 )
 from vibroimpact.simulation.simulate import RunEnd
 
-NAME = "section"
-HELP = "record the states after the impacts at one stop, or once per forcing period"
 EXAMPLE = "  vibroimpact section impact-damper/A --omega 1.0 --perturb 1e-3 --out circle.svg"
 COMMON, AT_STOP = ("points", "settle"), ("stop", "contact")
 WHOLE = (RunEnd.IMPACTS, RunEnd.HORIZON)  # every point asked for is there

@@ -13,8 +13,6 @@ from vibroimpact.plotting import plot_history
 from vibroimpact.plotting.units import units_of
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
-NAME = "simulate"
-HELP = "simulate a motion and record every impact"
 EXAMPLE = (
     "  vibroimpact simulate impact-damper/A --omega 1.0 --perturb 1e-3 --impacts 4000 "
     "--out run.nc --out history.svg"

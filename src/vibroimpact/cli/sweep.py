@@ -13,8 +13,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common, ensemble, members
 from vibroimpact.sweeps.sweep import sweep
 
-NAME = "sweep"
-HELP = "observe many motions over any parameters, in memory or in a store that resumes"
 EXAMPLE = (
     "  vibroimpact sweep impact-damper/A --over omega=0.9:1.1:200 --over half_clearance=1:10:200 "
     "--observe symbol,lyapunov,speeds --store sweep.zarr"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
@@ -15,6 +15,9 @@ from vibroimpact.machines.impact_damper import Scales, scales_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class MotionEnd(StrEnum):
@@ -110,6 +113,8 @@ class OrbitSearch:
 
     def to_dataset(self) -> xr.Dataset:
         """The orbits as an xarray dataset: ``row_size`` impacts of each, orbit after orbit."""
+        import xarray as xr
+
         guesses = [unfolded(orbit) for orbit in self.orbits]
         signatures = [orbit.signature.impacts for orbit in self.orbits]
         stops = np.array([stop for impacts in signatures for stop in impacts]).reshape(-1, 2)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.checks import check_count, check_memory, check_stop_name, real, refusal
@@ -25,6 +24,7 @@ from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
 from vibroimpact.simulation.simulator import Impacts, Motion, Stop
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 
@@ -79,6 +79,8 @@ class SectionPoints:
         return axes
 
     def _dataset(self, along: str, **attrs: Any) -> xr.Dataset:
+        import xarray as xr
+
         both = (along, "coordinate")
         return xr.Dataset(
             {

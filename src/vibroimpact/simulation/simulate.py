@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
@@ -27,6 +26,9 @@ from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SILENT_PERIODS = 10_000  # forcing periods without an event after which a run is called silent
 SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forcing
@@ -192,6 +194,8 @@ class Run:
 
     def to_dataset(self) -> xr.Dataset:
         """The record as an xarray dataset; attributes say how to repeat the run."""
+        import xarray as xr
+
         event = ("event",)
         both = ("event", "coordinate")
         return xr.Dataset(

@@ -1,0 +1,78 @@
+"""Exact dynamics and bifurcations of vibro-impact systems: all public names, and where they live."""
+
+from vibroimpact import continuation as continuation
+from vibroimpact import normal_forms as normal_forms
+from vibroimpact import plotting as plotting
+from vibroimpact._core.errors import BackendUnavailableError as BackendUnavailableError
+from vibroimpact._core.errors import ClusterLostError as ClusterLostError
+from vibroimpact._core.errors import InvalidParameterError as InvalidParameterError
+from vibroimpact._core.errors import StoreError as StoreError
+from vibroimpact._core.errors import VibroImpactError as VibroImpactError
+from vibroimpact.attractors.classify import Attractor as Attractor
+from vibroimpact.attractors.classify import classify as classify
+from vibroimpact.attractors.point_sets import Kind as Kind
+from vibroimpact.attractors.point_sets import Shape as Shape
+from vibroimpact.attractors.point_sets import classify_points as classify_points
+from vibroimpact.attractors.sweep_attractor import follow as follow
+from vibroimpact.branches import stop_rules
+from vibroimpact.branches.branch import BifurcationPoint as BifurcationPoint
+from vibroimpact.branches.branch import Branch as Branch
+from vibroimpact.branches.continue_orbit import continue_orbit as continue_orbit
+from vibroimpact.branches.diagram import Diagram as Diagram
+from vibroimpact.branches.diagram import branch_diagram as branch_diagram
+from vibroimpact.branches.store import load_branch as load_branch
+from vibroimpact.branches.store import save_branch as save_branch
+from vibroimpact.branches.switch import NoBranch as NoBranch
+from vibroimpact.branches.switch import switch_branch as switch_branch
+from vibroimpact.closed_forms.bifurcations import Bifurcation as Bifurcation
+from vibroimpact.closed_forms.bifurcations import symmetric_bifurcations as symmetric_bifurcations
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as SymmetricOrbit
+from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
+from vibroimpact.continuation import Steps as Steps
+from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
+from vibroimpact.machines.impact_damper import Scales as Scales
+from vibroimpact.model.mechanism import Contact as Contact
+from vibroimpact.model.mechanism import Harmonic as Harmonic
+from vibroimpact.model.mechanism import Mechanism as Mechanism
+from vibroimpact.model.parameters import Family as Family
+from vibroimpact.model.state import State as State
+from vibroimpact.normal_forms import ExplicitMap as ExplicitMap
+from vibroimpact.normal_forms import normal_form as normal_form
+from vibroimpact.orbits.find import Guess as Guess
+from vibroimpact.orbits.find import find_orbit as find_orbit
+from vibroimpact.orbits.maps import full_map as full_map
+from vibroimpact.orbits.maps import half_map as half_map
+from vibroimpact.orbits.maps import impact_map as impact_map
+from vibroimpact.orbits.maps import stroboscopic_map as stroboscopic_map
+from vibroimpact.orbits.orbit import Orbit as Orbit
+from vibroimpact.orbits.search import find_orbits as find_orbits
+from vibroimpact.orbits.search_result import OrbitSearch as OrbitSearch
+from vibroimpact.simulation.derivatives import MapDerivative as MapDerivative
+from vibroimpact.simulation.derivatives import map_derivative as map_derivative
+from vibroimpact.simulation.derivatives import section_jacobian as section_jacobian
+from vibroimpact.simulation.lyapunov import LyapunovEstimate as LyapunovEstimate
+from vibroimpact.simulation.lyapunov import lyapunov_exponent as lyapunov_exponent
+from vibroimpact.simulation.sections import Section as Section
+from vibroimpact.simulation.sections import StroboscopicSection as StroboscopicSection
+from vibroimpact.simulation.sections import impact_section as impact_section
+from vibroimpact.simulation.sections import stroboscopic_section as stroboscopic_section
+from vibroimpact.simulation.simulate import Run as Run
+from vibroimpact.simulation.simulate import RunEnd as RunEnd
+from vibroimpact.simulation.simulate import Status as Status
+from vibroimpact.simulation.simulate import simulate as simulate
+from vibroimpact.sweeps.analyses.basins import attractor_state as attractor_state
+from vibroimpact.sweeps.analyses.basins import basins as basins
+from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep as bifurcation_sweep
+from vibroimpact.sweeps.analyses.plane import multistability as multistability
+from vibroimpact.sweeps.analyses.plane import plane as plane
+from vibroimpact.sweeps.listed_starts import ListedStarts as ListedStarts
+from vibroimpact.sweeps.observers import kinds
+from vibroimpact.sweeps.rerun import sweep_again as sweep_again
+from vibroimpact.sweeps.starts import GridStarts as GridStarts
+from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
+from vibroimpact.sweeps.sweep import sweep as sweep
+
+observe = kinds
+stop = stop_rules
+
+__version__: str
