@@ -27,7 +27,8 @@ from vibroimpact.sweeps.observers.observer import OBSERVERS, Outcome
 
 SEED = 20211121
 INF, NAN = math.inf, math.nan
-PATHS = os.pathsep.join(map(str, (Path(vi.__file__).parents[1], Path(__file__).parents[1])))
+HERE = Path(__file__).parent
+PATHS = os.pathsep.join(map(str, (Path(vi.__file__).parents[1], HERE, HERE.parent)))
 LEAST, TINY, HUGE = 2.0**-1074, 2.0**-1022, sys.float_info.max
 ULP = 2.0**-52
 

@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import vibroimpact as vi
 from vibroimpact.compile.many_systems import compile_together
-from vibroimpact.compile.tables import Tables
+from vibroimpact.compile.tables import Stack, Stacks
+
+
+class Tables(NamedTuple):
+    """Systems of one structure, every number of every system: as ``Stacks``, with arrays."""
+
+    dense: bool
+    mixed: bool
+    degrees: int
+    systems: dict[str, Any]
+    modes: list[dict[str, Any]]
+
+
+def tables_of(stacks: Stacks) -> Tables:
+    """Every number of every system."""
+
+    def whole(x: Any) -> Any:
+        if isinstance(x, dict):
+            return {name: whole(part) for name, part in x.items()}
+        return x.of(stacks.columns) if isinstance(x, Stack) else x
+
+    modes = [whole(mode) for mode in stacks.modes]
+    return Tables(stacks.dense, stacks.mixed, stacks.degrees, whole(stacks.systems), modes)
 
 
 def compiled(
@@ -17,7 +39,7 @@ def compiled(
     """All systems, in parts of one structure."""
     found = compile_together(system, values, codes)
     parts = [part for part, _ in found.inside(slice(0, found.count))]
-    return [(part.systems.tolist(), part.stacks.tables()) for part in parts]
+    return [(part.systems.tolist(), tables_of(part.stacks)) for part in parts]
 
 
 def bits(x: Any) -> bytes:

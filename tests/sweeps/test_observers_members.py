@@ -109,7 +109,7 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vibroimpact.compile.tables._kernel", type("", (), {"Batch": FreeOnly}))
         ((part, _),) = compile_together(case.system, {}).inside(slice(0, 1))
-        kernel: Any = part.runs
+        kernel: Any = part.kernel
     found = kernel.batch.run(
         system=np.zeros(1, np.int32), position=np.zeros((1, 2)), velocity=np.array([[0.0, 1.0]]),
         phases=np.zeros((1, 1)), settle=np.zeros(1), observe=np.full(1, 500.0),

@@ -345,7 +345,7 @@ def test_the_size_of_a_compiled_system_is_about_that_of_its_tables():
     for mode in tables.modes:
         flat += [x for x in (*mode.values(), *mode["flow"].values()) if isinstance(x, np.ndarray)]
     held = sum(x.nbytes for x in flat) / 100
-    # twice: a device holds a copy; the small arrays are not counted
+    # twice, to be on the safe side; the small arrays are not counted
     assert compiled_bytes(DAMPER.mechanism) == pytest.approx(2 * held, rel=0.5)
 
 

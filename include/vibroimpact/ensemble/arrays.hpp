@@ -1,8 +1,5 @@
 // A batch as plain arrays: many systems of one structure, the members that run in them, and where
 // results go. A host owns the arrays and lends them to the kernel.
-//
-// Every field is eight bytes wide and stands on a line of its own: hosts in other languages lay the
-// struct out from this text (sweeps/execution/cuda/layout.py).
 #pragma once
 
 #include "vibroimpact/numeric/config.hpp"
@@ -107,16 +104,6 @@ struct batch_arrays {
     double* final_position;
     double* final_velocity;
     double* final_phase;
-
-    // room for what is built on devices: sizes of one entry by sizes_of_entries (run_member.hpp)
-    void* built_systems;
-    void* built_modes;
-    void* built_from_free;
-    void* built_to_free;
-    void* built_extremes;
-    void* built_averages;
-    void* points;
-    void* kept;
 };
 
 } // namespace vi

@@ -20,19 +20,6 @@ struct system_room {
     watched *extremes, *averages;
 };
 
-// In the memory that batch_arrays lends.
-template <class Flow>
-VI_HD inline system_room<Flow> room_of_system(const batch_arrays& b, long long s) {
-    using room = system_room<Flow>;
-    const long long first = s * b.modes;
-    return {static_cast<hybrid<Flow>*>(b.built_systems) + s,
-            static_cast<mode<double, Flow>*>(b.built_modes) + first,
-            static_cast<typename room::map_type*>(b.built_from_free) + first,
-            static_cast<typename room::map_type*>(b.built_to_free) + first,
-            static_cast<typename room::watched*>(b.built_extremes) + first * b.extremes_count,
-            static_cast<typename room::watched*>(b.built_averages) + first * b.averages_count};
-}
-
 template <class Shape>
 VI_HD inline sizes<Shape> sizes_of(const batch_arrays& b) {
     return {static_cast<int>(2 * (b.degrees + b.lines)), static_cast<int>(b.lines),

@@ -185,11 +185,6 @@ private:
     }
 };
 
-// For hosts that cannot build the mode of a closed set while a member runs.
-struct no_more_modes {
-    VI_HD bool operator()(int) const { return false; }
-};
-
 namespace detail {
 
 // Run, and ask the host for modes that are missing: build(code) says whether there is one now.

@@ -19,14 +19,6 @@ struct member_room {
     kept_impact<typename Flow::shape_type>* kept;
 };
 
-// In the memory that batch_arrays lends.
-template <class Flow>
-VI_HD inline member_room<Flow> room_of_member(const batch_arrays& b, long long i) {
-    using Shape = typename Flow::shape_type;
-    return {static_cast<section_point<Shape>*>(b.points) + i * (b.last + b.strobe_last),
-            static_cast<kept_impact<Shape>*>(b.kept) + i * b.longest};
-}
-
 // A member under way.
 template <class Flow>
 struct passage {
@@ -147,13 +139,12 @@ VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& 
     if (end != member_end::ok) return;
     rows.write(all, omega > 0.0 ? 2.0 * pi / omega : 1.0, time - from.window.settle);
     rows.write(tangents);
-    if constexpr ((observers_compiled & sees_settling) != 0)
-        if (all.wants(sees_settling)) {
-            motion<double, Flow> again{};
-            detail::start_member(b, system, i, again.at);
-            b.settling[i] = settling_time(system, again, from.window, all.settling,
-                                          from.now.so_far.impacts, build);
-        }
+    if (all.wants(sees_settling)) {
+        motion<double, Flow> again{};
+        detail::start_member(b, system, i, again.at);
+        b.settling[i] = settling_time(system, again, from.window, all.settling,
+                                      from.now.so_far.impacts, build);
+    }
 }
 
 } // namespace vi

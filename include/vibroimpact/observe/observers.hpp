@@ -1,8 +1,7 @@
 // All observers of a member; a bit mask says which are wanted.
 //
 // One function, compiled once, serves every combination; an observer that is not wanted costs a
-// test of its bit per event in the window. Where code is compiled for one question, as for a device at
-// run time, VI_OBSERVERS is the mask of those that can be wanted at all.
+// test of its bit per event in the window.
 #pragma once
 
 #include "vibroimpact/observe/averages.hpp"
@@ -35,12 +34,6 @@ enum observer_bit : unsigned {
 inline constexpr unsigned sees_flights =
     sees_extremes | sees_averages | sees_shares | sees_stroboscopic;
 
-#if defined(VI_OBSERVERS)
-inline constexpr unsigned observers_compiled = VI_OBSERVERS;
-#else
-inline constexpr unsigned observers_compiled = ~0u;
-#endif
-
 template <class Flow>
 struct observers {
     using Shape = typename Flow::shape_type;
@@ -62,7 +55,7 @@ struct observers {
 
     trajectory<double, Shape> before{}; // the trajectory before the event, where flights are seen
 
-    VI_HD bool wants(unsigned bits) const { return (wanted & observers_compiled & bits) != 0; }
+    VI_HD bool wants(unsigned bits) const { return (wanted & bits) != 0; }
 
     // Those that are wanted, anew. The others keep what they hold: nobody reads it.
     VI_HD void begin(unsigned bits) {

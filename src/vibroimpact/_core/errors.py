@@ -32,7 +32,7 @@ class ResonanceError(InvalidParameterError):
 
 
 class BackendUnavailableError(VibroImpactError, ImportError):
-    """What was asked for needs a package or a device that is not there.
+    """What was asked for needs a package that is not there.
 
     The message names the extra to install.
     """

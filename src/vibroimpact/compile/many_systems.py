@@ -13,24 +13,24 @@ Fails       A system that is refused alone is refused here; the message says whi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact import _kernel
 from vibroimpact._core.columns import Column, Split
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError, VibroImpactError
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.hybrid import Hybrid
-from vibroimpact.compile.tables import Runs, Stacks, joined, stacks_of
+from vibroimpact.compile.tables import Stacks, joined, stacks_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters, with_values
 from vibroimpact.model.system import System, mechanism_of
 
 Values = dict[str, NDArray[np.float64]]
-RunsOf = Callable[[Stacks], Runs]
 
 
 class Part(NamedTuple):
@@ -44,14 +44,14 @@ class Part(NamedTuple):
         What they compile to.
     omegas
         Frequencies of their forcing lines, shape (S, L).
-    runs
-        What runs their members.
+    kernel
+        Runs their members.
     """
 
     systems: Rows
     stacks: Stacks
     omegas: Floats
-    runs: Runs
+    kernel: _kernel.Batch
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Compilation:
 
     Attributes
     ----------
-    system, values, codes, runs
+    system, values, codes
         What was asked for: see :func:`compile_together`.
     mechanism
         Of ``system``.
@@ -73,7 +73,6 @@ class Compilation:
     system: System
     values: Values
     codes: tuple[int, ...]
-    runs: RunsOf
     mechanism: Mechanism
     parts: list[Part]
     apart: Rows
@@ -91,7 +90,7 @@ class Compilation:
         InvalidParameterError
             One of them is refused, or its code fails; the message names its parameters.
         """
-        parts = [*self.parts, *_parts_of(self._alone(place), self.runs)]
+        parts = [*self.parts, *_parts_of(self._alone(place))]
         found = [(part, _inside(part.systems, place)) for part in parts]
         return [(part, where) for part, where in found if where.stop > where.start]
 
@@ -102,9 +101,7 @@ class Compilation:
                 yield np.array([k]), alone
 
 
-def compile_together(
-    system: System, values: Values, codes: tuple[int, ...] = (), runs: RunsOf = Stacks.kernel
-) -> Compilation:
+def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()) -> Compilation:
     """Compile every system but those at resonance.
 
     Parameters
@@ -113,8 +110,6 @@ def compile_together(
         As for :func:`vibroimpact.sweeps.execution.batch.batch_of`; arrays of one length.
     codes
         Modes wanted beside those that every system begins with.
-    runs
-        What runs the members of systems of one structure: by default the kernel on this processor.
 
     Notes
     -----
@@ -136,7 +131,7 @@ def compile_together(
         else:
             apart.append(systems)
     m, rising = mechanism_of(system), np.sort(np.concatenate(apart))
-    return Compilation(system, values, codes, runs, m, _parts_of(together, runs), rising)
+    return Compilation(system, values, codes, m, _parts_of(together), rising)
 
 
 def _count(values: Values) -> int:
@@ -149,21 +144,21 @@ def _inside(systems: Rows, place: slice) -> slice:
     return slice(int(first), int(last))
 
 
-def _parts_of(compiled: Iterable[tuple[Rows, Stacks]], runs: RunsOf) -> list[Part]:
+def _parts_of(compiled: Iterable[tuple[Rows, Stacks]]) -> list[Part]:
     """One part for each structure."""
     structures = dict[object, list[tuple[Rows, Stacks]]]()
     for one in compiled:
         structures.setdefault(one[1].structure, []).append(one)
-    return [_merged(same, runs) for same in structures.values()]
+    return [_merged(same) for same in structures.values()]
 
 
-def _merged(same: list[tuple[Rows, Stacks]], runs: RunsOf) -> Part:
+def _merged(same: list[tuple[Rows, Stacks]]) -> Part:
     systems, stacks = same[0]
     if len(same) > 1:
         systems = np.concatenate([numbers for numbers, _ in same])
         order = np.argsort(systems)
         systems, stacks = systems[order], joined([one for _, one in same], order)
-    return Part(systems, stacks, stacks.omegas, runs(stacks))
+    return Part(systems, stacks, stacks.omegas, stacks.kernel())
 
 
 def spread(arrays: list[Floats]) -> tuple[list[Floats], tuple[int, ...]]:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,40 +19,6 @@ from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Hybrid, Mode, closed_from_code
-
-
-class Runs(Protocol):
-    """What runs members of systems of one structure: ``_kernel.Batch``, or its like elsewhere."""
-
-    def run(self, *args: Any, **kwargs: Any) -> dict[str, NDArray[Any]]:
-        """Arguments and results are those of ``_kernel.Batch.run``."""
-
-
-@dataclass(frozen=True)
-class Tables:
-    """Systems of one structure, every number of every system: what devices take.
-
-    Attributes
-    ----------
-    dense, mixed, degrees
-        What all systems share.
-    systems
-        Arrays of ``_kernel.Batch``, each with a leading axis of systems.
-    modes
-        Arguments of its ``add_mode``, likewise.
-    """
-
-    dense: bool
-    mixed: bool
-    degrees: int
-    systems: dict[str, Floats]
-    modes: list[dict[str, Any]]
-
-    @property
-    def sizes(self) -> tuple[int, int, int]:
-        """Coordinates, contacts and forcing lines."""
-        lines = self.systems["omegas"].shape[1]
-        return self.degrees, self.systems["restitution"].shape[1], lines
 
 
 class Stack(NamedTuple):
@@ -84,8 +50,12 @@ class Stacks:
 
     Attributes
     ----------
-    dense, mixed, degrees, systems, modes
-        As :class:`Tables`, with stacks for arrays.
+    dense, mixed, degrees
+        What all systems share.
+    systems
+        Stacks by name of an argument of ``_kernel.Batch``.
+    modes
+        Those of its ``add_mode``, likewise.
     columns
         The numbers that vary, shape (V, S).
     """
@@ -117,25 +87,15 @@ class Stacks:
         """Hand them to the kernel."""
         batch = _kernel.Batch(
             dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
-            **told(self.systems),
+            **kernel_arguments(self.systems),
         )  # fmt: skip
         for mode in self.modes:
-            batch.add_mode(**told(mode))
+            batch.add_mode(**kernel_arguments(mode))
         return batch
 
-    def tables(self) -> Tables:
-        """Every number of every system."""
 
-        def array(stack: Stack) -> Floats:
-            return stack.of(self.columns)
-
-        modes = [_mapped(array, mode) for mode in self.modes]
-        systems = _mapped(array, self.systems)
-        return Tables(self.dense, self.mixed, self.degrees, systems, modes)
-
-
-def told(part: dict[str, Any]) -> dict[str, Any]:
-    """What the kernel is told of stacks: the arrays of one system, and ``varied``."""
+def kernel_arguments(part: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of the kernel for stacks: the arrays of one system, and ``varied``."""
     flat = part | part.get("flow", {})
     varied = {name: x.columns for name, x in flat.items() if isinstance(x, Stack) and x.columns}
     return _mapped(lambda stack: stack.shared, part) | {"varied": varied}

@@ -105,8 +105,7 @@ def sweep(
         bigger than memory or longer than patience. If it is there, the sweep resumes. ``~`` is
         the home folder.
     backend
-        "threads" of this process; "dask", a cluster (needs the extra ``cluster``); "cuda", a GPU
-        (needs the extra ``cuda``, see docs/gpu.md).
+        "threads" of this process; "dask", a cluster (needs the extra ``cluster``).
     workers
         Threads; of a cluster that is there already, no matter. By default one per core.
     client
@@ -137,7 +136,7 @@ def sweep(
     ClusterLostError
         The cluster is gone; what was done is kept in the store.
     BackendUnavailableError
-        Zarr, Dask or cuda-core is not installed; no GPU.
+        Zarr or Dask is not installed.
     KeyboardInterrupt
         With the words how to go on.
 

@@ -24,7 +24,6 @@ ComputeTiles = Callable[[Plan, Sequence[Tile], int | None, Any], Generator[Done,
 BACKENDS = {
     "threads": "vibroimpact.sweeps.execution.threads",
     "dask": "vibroimpact.sweeps.execution.dask",
-    "cuda": "vibroimpact.sweeps.execution.cuda_backend",
 }
 
 

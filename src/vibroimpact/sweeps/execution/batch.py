@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Arrays, Floats, Rows
 from vibroimpact.compile.hybrid import Compiled
-from vibroimpact.compile.many_systems import Compilation, RunsOf, Values, compile_together
-from vibroimpact.compile.tables import Runs, Stacks
+from vibroimpact.compile.many_systems import Compilation, Values, compile_together
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
@@ -94,7 +94,7 @@ class Batch:
     omegas: Floats = field(repr=False)
     part: Rows = field(repr=False)
     number: Rows = field(repr=False)
-    kernels: tuple[Runs, ...] = field(repr=False)
+    kernels: tuple[_kernel.Batch, ...] = field(repr=False)
 
     @property
     def count(self) -> int:
@@ -112,9 +112,7 @@ class Batch:
         return self.omegas[:, 0] if self.lines else np.zeros(self.count)
 
 
-def batch_of(
-    system: System, values: Mapping[str, ArrayLike], runs: RunsOf = Stacks.kernel
-) -> Batch:
+def batch_of(system: System, values: Mapping[str, ArrayLike]) -> Batch:
     """Compile a system with other values of some parameters, all at once.
 
     Parameters
@@ -125,8 +123,6 @@ def batch_of(
         times the cost.
     values
         Arrays of shape (S,) by name of a parameter (parameters.py); without any, S is 1.
-    runs
-        What runs the members of systems of one structure: by default the kernel on this processor.
 
     Raises
     ------
@@ -138,7 +134,7 @@ def batch_of(
     -----
     About a microsecond per damper where thousands are compiled together, half of that in a grid.
     """
-    compilation = compile_together(system, _checked(values), runs=runs)
+    compilation = compile_together(system, _checked(values))
     return batch_from(compilation, slice(0, compilation.count))
 
 
@@ -163,7 +159,7 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
     m, count = compilation.mechanism, place.stop - place.start
     sizes = m.degrees, len(m.contacts), len(m.forces)
     part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
-    omegas, kernels = np.full((count, len(m.forces)), np.nan), list[Runs]()
+    omegas, kernels = np.full((count, len(m.forces)), np.nan), list[_kernel.Batch]()
     for found, where in compilation.inside(place):
         if found.stacks.sizes != sizes:
             raise InvalidParameterError(
@@ -174,7 +170,7 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
         systems = found.systems[where] - place.start
         part[systems], number[systems] = len(kernels), np.arange(where.start, where.stop)
         omegas[systems] = found.omegas[where]
-        kernels.append(found.runs)
+        kernels.append(found.kernel)
     values = {name: x[place] for name, x in compilation.values.items()}
     return Batch(compilation.system, values, m, omegas, part, number, tuple(kernels))
 

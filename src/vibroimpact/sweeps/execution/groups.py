@@ -18,8 +18,7 @@ from threading import Lock
 import numpy as np
 
 from vibroimpact._core.types import Arrays
-from vibroimpact.compile.many_systems import Compilation, RunsOf, Values, compile_together
-from vibroimpact.compile.tables import Stacks
+from vibroimpact.compile.many_systems import Compilation, Values, compile_together
 from vibroimpact.sweeps.execution.batch import batch_from
 from vibroimpact.sweeps.execution.compute import columns_of, compute_with
 from vibroimpact.sweeps.execution.tiles import Tile, compiled_bytes
@@ -31,8 +30,8 @@ GROUP_BYTES = 2**26
 class Group:
     """Tiles that follow each other; some may differ in their starts only and share systems."""
 
-    def __init__(self, plan: Plan, tiles: Sequence[Tile], runs: RunsOf = Stacks.kernel) -> None:
-        self._plan, self._runs, self._lock = plan, runs, Lock()
+    def __init__(self, plan: Plan, tiles: Sequence[Tile]) -> None:
+        self._plan, self._lock = plan, Lock()
         self._compiled: Compilation | None = None
         self._tiles = {_systems_of(plan, tile): tile for tile in tiles}
         ends = np.cumsum([0, *(_count(plan, tile) for tile in self._tiles.values())]).tolist()
@@ -48,7 +47,7 @@ class Group:
         """The systems of all tiles, compiled by the thread that comes first."""
         with self._lock:
             if self._compiled is None:
-                self._compiled = compile_together(self._plan.system, self._values(), (), self._runs)
+                self._compiled = compile_together(self._plan.system, self._values())
             return self._compiled
 
     def _values(self) -> Values:
@@ -56,13 +55,11 @@ class Group:
         return {name: np.concatenate([part[name] for part in parts]) for name in self._plan.axes}
 
 
-def grouped(
-    plan: Plan, tiles: Iterable[Tile], runs: RunsOf = Stacks.kernel
-) -> Iterator[tuple[Tile, Group]]:
+def grouped(plan: Plan, tiles: Iterable[Tile]) -> Iterator[tuple[Tile, Group]]:
     """Tiles in their order, with their groups."""
     most = GROUP_BYTES // compiled_bytes(plan.mechanism)
     for together in _cut(plan, tiles, most):
-        group = Group(plan, together, runs)
+        group = Group(plan, together)
         yield from ((tile, group) for tile in together)
 
 

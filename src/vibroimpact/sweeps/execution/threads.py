@@ -9,8 +9,6 @@ from itertools import islice
 
 from vibroimpact import _kernel
 from vibroimpact._core.types import Arrays
-from vibroimpact.compile.many_systems import RunsOf
-from vibroimpact.compile.tables import Stacks
 from vibroimpact.sweeps.execution.compute import Done
 from vibroimpact.sweeps.execution.groups import grouped
 from vibroimpact.sweeps.execution.tiles import Tile
@@ -26,16 +24,9 @@ def compute_tiles(
     client: object = None,  # noqa: ARG001 - for clusters
 ) -> Generator[Done, None, None]:
     """Compute tiles; closing the generator ends those that have begun, and drops them."""
-    yield from compute_in_threads(plan, tiles, workers)
-
-
-def compute_in_threads(
-    plan: Plan, tiles: Sequence[Tile], workers: int | None, runs: RunsOf = Stacks.kernel
-) -> Generator[Done, None, None]:
-    """Compute tiles whose members something runs, the kernel or another machine."""
     threads, stop = workers or cores(), _kernel.StopSign()
     pool = ThreadPoolExecutor(threads, "vibroimpact", _kernel.obey, (stop,))
-    todo = grouped(plan, tiles, runs)
+    todo = grouped(plan, tiles)
     running: dict[Future[Arrays], Tile] = {}
     try:
         while True:

@@ -68,9 +68,9 @@ def members_per_tile(size: int, cycles: float, member_bytes: int, along: int = 1
 
 
 def compiled_bytes(mechanism: Mechanism) -> int:
-    """Size of a compiled system, about: the tables of its modes, here and on a device.
+    """Size of a compiled system, about: twice the tables of its modes, which is more than it needs.
 
-    The kernel on this processor needs less: what systems share is there once (tables.py).
+    What systems share is there once (tables.py).
     """
     n, lines, contacts = mechanism.degrees, len(mechanism.forces), len(mechanism.contacts)
     size = 2 * (n + lines)
