@@ -33,7 +33,7 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
     "Attractor", "Bifurcation", "BifurcationPoint", "Branch", "Diagram", "LyapunovEstimate",
-    "MapDerivative", "NoBranch", "Orbit", "OrbitSearch", "Run", "Section", "Shape",
+    "MapDerivative", "NoBranch", "Orbit", "OrbitSearch", "Run", "Section", "InvariantSet",
     "StroboscopicSection",
     "SymmetricOrbit",
 }  # fmt: skip
@@ -45,7 +45,7 @@ ENUMS_AND_ERRORS = {
 LONG = {
     ("impact_section", "settle"), ("stroboscopic_section", "settle"),
     ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
-    ("follow", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
+    ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
     ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
 }  # fmt: skip
 
@@ -197,8 +197,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "section_jacobian": (
             vi.section_jacobian, {"damper": damper, "state": closed.state, "impacts": 2},
         ),
-        "follow": (
-            vi.follow,
+        "sweep_attractor": (
+            vi.sweep_attractor,
             motion | where | {"parameter": "omega", "values": [1.2], "settle": 2, "keep": 2},
         ),
         "symmetric_orbits": (vi.symmetric_orbits, {"damper": damper}),
@@ -264,8 +264,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             lambda omega: vi.sweep(damper, over={"omega": omega}, start=state, **WINDOW),
             {"omega": [1.1]},
         ),
-        "sweep_again": (
-            lambda found, system, settle, workers: vi.sweep_again(
+        "rerun_sweep": (
+            lambda found, system, settle, workers: vi.rerun_sweep(
                 found, system=system, settle=settle, workers=workers, progress=False
             ),
             {"found": swept, "system": None, "settle": 2, "workers": 1},
@@ -354,12 +354,12 @@ NAMES = [
     "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis", "ListedStarts",
     "simulate", "simulate, no end", "Run.at", "impact_section", "stroboscopic_section",
     "Section.plot", "classify",
-    "classify_points", "lyapunov_exponent", "map_derivative", "section_jacobian", "follow",
+    "classify_points", "lyapunov_exponent", "map_derivative", "section_jacobian", "sweep_attractor",
     "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
     "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
-    "load_branch", "sweep", "sweep, axis", "sweep_again", "plane", "multistability", "basins",
+    "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane", "multistability", "basins",
     "attractor_state", "bifurcation_sweep", "plot_along", "plot_basins", "plot_bifurcation_diagram",
     "plot_branch_multipliers", "plot_branches", "plot_circle_error", "plot_circle_half_width",
     "plot_circles", "plot_history", "plot_mechanism", "plot_multipliers", "plot_phase_portrait",

@@ -23,7 +23,7 @@ GROUPS = {
     "Systems": ["ImpactDamper", "Scales", "Mechanism", "Contact", "Harmonic", "State"],
     "Simulation": ["simulate", "Run", "RunEnd", "Status"],
     "Sections and following": [
-        *("impact_section", "Section", "stroboscopic_section", "StroboscopicSection", "follow"),
+        *("impact_section", "Section", "stroboscopic_section", "StroboscopicSection", "sweep_attractor"),
     ],
     "Symmetric orbits and bifurcations": [
         *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),
@@ -41,12 +41,12 @@ GROUPS = {
         *("normal_form", "ExplicitMap"),
     ],
     "Attractors": [
-        *("classify", "Attractor", "classify_points", "Shape", "Kind"),
+        *("classify", "Attractor", "classify_points", "InvariantSet", "Kind"),
         *("lyapunov_exponent", "LyapunovEstimate"),
     ],
     "Ensembles": [
         *("sweep", "RandomStarts", "GridStarts", "ListedStarts", "plane", "bifurcation_sweep"),
-        *("basins", "attractor_state", "multistability", "sweep_again"),
+        *("basins", "attractor_state", "multistability", "rerun_sweep"),
     ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
     "Errors": [

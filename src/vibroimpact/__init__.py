@@ -8,6 +8,7 @@ read too.
 from __future__ import annotations
 
 import re
+import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,12 @@ from typing import Any
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _ROOMS = {name: room for room, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.M)}
 _MODULES = dict(re.findall(r"^(\w+) = (\w+)$", _STUB, re.M))  # public name: file
+
+_RENAMED = {  # names of 0.1, for this release
+    "Shape": "InvariantSet",
+    "follow": "sweep_attractor",
+    "sweep_again": "rerun_sweep",
+}
 
 __all__ = sorted({*_ROOMS} - {*_MODULES.values()} - {"continuation", "normal_forms", "plotting"})
 
@@ -26,6 +33,10 @@ def __getattr__(name: str) -> Any:
     elif (original := _MODULES.get(name, name)) in _ROOMS:
         room = _ROOMS[original]
         value = vars(import_module(room)).get(original) or import_module(f"{room}.{original}")
+    elif name in _RENAMED:
+        new = _RENAMED[name]
+        warnings.warn(f"vibroimpact.{name} is now vibroimpact.{new}.", DeprecationWarning, 2)
+        return __getattr__(new)
     else:
         raise AttributeError(f"module 'vibroimpact' has no attribute {name!r}")
     globals()[name] = value

@@ -10,10 +10,10 @@ from vibroimpact._core.errors import StoreError as StoreError
 from vibroimpact._core.errors import VibroImpactError as VibroImpactError
 from vibroimpact.attractors.classify import Attractor as Attractor
 from vibroimpact.attractors.classify import classify as classify
+from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet
 from vibroimpact.attractors.point_sets import Kind as Kind
-from vibroimpact.attractors.point_sets import Shape as Shape
 from vibroimpact.attractors.point_sets import classify_points as classify_points
-from vibroimpact.attractors.sweep_attractor import follow as follow
+from vibroimpact.attractors.sweep_attractor import sweep_attractor as sweep_attractor
 from vibroimpact.branches import stop_rules
 from vibroimpact.branches.branch import BifurcationPoint as BifurcationPoint
 from vibroimpact.branches.branch import Branch as Branch
@@ -67,7 +67,7 @@ from vibroimpact.sweeps.analyses.plane import multistability as multistability
 from vibroimpact.sweeps.analyses.plane import plane as plane
 from vibroimpact.sweeps.listed_starts import ListedStarts as ListedStarts
 from vibroimpact.sweeps.observers import kinds
-from vibroimpact.sweeps.rerun import sweep_again as sweep_again
+from vibroimpact.sweeps.rerun import rerun_sweep as rerun_sweep
 from vibroimpact.sweeps.starts import GridStarts as GridStarts
 from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
 from vibroimpact.sweeps.sweep import sweep as sweep

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.attractors.sweep_attractor import carried, follow
+from vibroimpact.attractors.sweep_attractor import carried, sweep_attractor
 from vibroimpact.simulation.sections import impact_section, section_of, take
 from vibroimpact.simulation.simulate import RunEnd
 from vibroimpact.simulation.simulator import Motion
@@ -241,7 +241,7 @@ def test_without_forcing_there_is_no_phase_to_look_at():
 
 def test_every_step_starts_where_the_last_one_ended():
     values = [1.2, 1.15, 1.1]
-    steps = follow(DAMPER, "omega", values, PLAIN, settle=50, keep=20)
+    steps = sweep_attractor(DAMPER, "omega", values, PLAIN, settle=50, keep=20)
     state = PLAIN
     for step, value in zip(steps, values, strict=True):
         alone = impact_section(replace(DAMPER, omega=value), state, points=20, settle=50)
@@ -252,13 +252,13 @@ def test_every_step_starts_where_the_last_one_ended():
 
 
 def test_down_and_up_may_differ_but_agree_on_a_single_attractor():
-    down = follow(DAMPER, "omega", [1.3, 1.25, 1.2], PLAIN, settle=3000, keep=10)
-    up = follow(DAMPER, "omega", [1.1, 1.15, 1.2], PLAIN, settle=3000, keep=10)
+    down = sweep_attractor(DAMPER, "omega", [1.3, 1.25, 1.2], PLAIN, settle=3000, keep=10)
+    up = sweep_attractor(DAMPER, "omega", [1.1, 1.15, 1.2], PLAIN, settle=3000, keep=10)
     assert np.allclose(down[-1].section.x1, up[-1].section.x1, atol=1e-12)
 
 
 def test_a_moving_stop_takes_the_free_mass_along():
-    steps = follow(DAMPER, "half_clearance", [5.0, 4.9, 5.1], PLAIN, settle=0, keep=1)
+    steps = sweep_attractor(DAMPER, "half_clearance", [5.0, 4.9, 5.1], PLAIN, settle=0, keep=1)
     for step in steps:
         u = step.section.x2[-1] - step.section.x1[-1]
         assert abs(u) == pytest.approx(step.value, rel=1e-15)
@@ -275,7 +275,7 @@ def test_placing_a_state_keeps_the_centre_of_mass_and_nothing_moves_with_an_equa
 
 
 def test_a_function_of_the_parameter_can_be_followed():
-    steps = follow(
+    steps = sweep_attractor(
         bouncing_ball, None, [0.5, 0.4], vi.State((1.0,), (0.0,)), settle=10, keep=5, stop="B"
     )
     assert [len(step.section) for step in steps] == [5, 5]
@@ -284,4 +284,4 @@ def test_a_function_of_the_parameter_can_be_followed():
 @pytest.mark.parametrize("parameter", ["frequency", None])
 def test_a_parameter_that_is_not_there_is_named(parameter):
     with pytest.raises(vi.InvalidParameterError, match="parameter"):
-        follow(DAMPER, parameter, [1.0], PLAIN)
+        sweep_attractor(DAMPER, parameter, [1.0], PLAIN)

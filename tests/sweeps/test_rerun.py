@@ -78,37 +78,37 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
 @pytest.mark.parametrize("make", MADE.values(), ids=MADE)
 def test_what_was_made_is_made_again_from_itself(make: Callable[[], xr.Dataset]) -> None:
     found = make()
-    xr.testing.assert_identical(vi.sweep_again(found, progress=False), found)
+    xr.testing.assert_identical(vi.rerun_sweep(found, progress=False), found)
 
 
 def test_a_file_is_enough(tmp_path: Path) -> None:
     found = MADE["basins"]()
     found.to_netcdf(tmp_path / "basins.nc", engine="h5netcdf")
     with xr.open_dataset(tmp_path / "basins.nc", engine="h5netcdf") as read:
-        xr.testing.assert_identical(vi.sweep_again(read, progress=False), found)
+        xr.testing.assert_identical(vi.rerun_sweep(read, progress=False), found)
 
 
 def test_a_store_that_is_opened_gives_its_sweep(tmp_path: Path) -> None:
     pytest.importorskip("zarr")
     plane = vi.plane(DAMPER, over=GRID, start=START, store=tmp_path / "plane.zarr", **SHORT)
-    sweep = vi.sweep_again(
+    sweep = vi.rerun_sweep(
         xr.open_zarr(tmp_path / "plane.zarr", consolidated=False), progress=False
     )
     assert sweep.attrs["made_by"] == "sweep"
     xr.testing.assert_equal(sweep, plane.load()[list(sweep)])
-    xr.testing.assert_identical(vi.sweep_again(plane, progress=False), plane)
+    xr.testing.assert_identical(vi.rerun_sweep(plane, progress=False), plane)
 
 
 def test_what_is_given_is_asked_instead() -> None:
     found = MADE["a sweep"]()
-    longer = vi.sweep_again(found, settle=30, observe="final", progress=False)
+    longer = vi.rerun_sweep(found, settle=30, observe="final", progress=False)
     expected = vi.sweep(DAMPER, over=GRID, start=START, observe="final", **SHORT | {"settle": 30})
     xr.testing.assert_identical(longer, expected)
 
 
 def test_a_section_of_a_diagram_is_asked_instead() -> None:
     diagram = MADE["a diagram, both ways"]()
-    other = vi.sweep_again(diagram, points=7, stop="A", progress=False)
+    other = vi.rerun_sweep(diagram, points=7, stop="A", progress=False)
     expected = vi.bifurcation_sweep(
         DAMPER, over={"omega": [1.0, 1.1]}, start=START, stop="A", points=7, observe="lyapunov",
         **SHORT,
@@ -118,7 +118,7 @@ def test_a_section_of_a_diagram_is_asked_instead() -> None:
         DAMPER, over={"omega": [1.0]}, start=START, observe=vi.observe.Section(stride=2, points=3),
         **SHORT,
     )  # fmt: skip
-    xr.testing.assert_identical(vi.sweep_again(strided, progress=False), strided)
+    xr.testing.assert_identical(vi.rerun_sweep(strided, progress=False), strided)
 
 
 @pytest.mark.parametrize(
@@ -134,14 +134,14 @@ def test_a_section_of_a_diagram_is_asked_instead() -> None:
 )
 def test_a_part_is_not_repeated(made: str, part: Any, said: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=f"is a part of what was made, {said}"):
-        vi.sweep_again(MADE[made]().isel(part))
+        vi.rerun_sweep(MADE[made]().isel(part))
 
 
 def test_the_order_of_an_axis_is_kept() -> None:
     family = vi.Family(chain, wall=0.3)
     found = vi.sweep(family, over={"wall": [0.2, 0.3, 0.4]}, start=LISTED, **SHORT)
     turned = found.isel(wall=slice(None, None, -1))
-    again = vi.sweep_again(turned, system=family, progress=False)
+    again = vi.rerun_sweep(turned, system=family, progress=False)
     xr.testing.assert_equal(again, turned)
 
 
@@ -150,16 +150,16 @@ def test_code_must_be_given_and_be_the_same() -> None:
     assert repr(family) == "Family(chain, wall=0.3)"
     found = vi.sweep(family, over={"wall": [0.2, 0.3]}, start=LISTED, **SHORT)
     with pytest.raises(vi.InvalidParameterError, match=r"Family\(chain, wall=0.2\) is code"):
-        vi.sweep_again(found)
-    again = vi.sweep_again(found, system=vi.Family(chain, wall=0.9), progress=False)
+        vi.rerun_sweep(found)
+    again = vi.rerun_sweep(found, system=vi.Family(chain, wall=0.9), progress=False)
     xr.testing.assert_identical(again, found)
     with pytest.raises(vi.InvalidParameterError, match=r"was Family\(chain, wall=0.2\)"):
-        vi.sweep_again(found, system=vi.Family(lambda wall: chain(wall), wall=0.3))
+        vi.rerun_sweep(found, system=vi.Family(lambda wall: chain(wall), wall=0.3))
 
 
 def test_what_is_no_sweep_is_refused() -> None:
     with pytest.raises(vi.InvalidParameterError, match="was made by none of sweep, plane"):
-        vi.sweep_again(xr.Dataset())
+        vi.rerun_sweep(xr.Dataset())
     diagram = vi.bifurcation_sweep(DAMPER, over={"omega": [1.0, 1.1]}, start=LISTED, **SHORT)
     with pytest.raises(vi.InvalidParameterError, match="does not hold its listed starts"):
-        vi.sweep_again(diagram)
+        vi.rerun_sweep(diagram)

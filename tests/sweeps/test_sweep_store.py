@@ -213,16 +213,26 @@ def assert_interrupted(script: str, patience: float) -> None:
     assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
 
 
-# A followed motion of half a minute, or tiles of a second, and Ctrl-C twice.
+# A followed motion of half a minute, or tiles of a second, and Ctrl-C twice once members run.
 IMPATIENT = """
 import os, signal, sys, threading, time
 import numpy as np
 import vibroimpact as vi
+from vibroimpact.sweeps.execution import compute
+
+begun, run_members = threading.Event(), compute.run_members
+
+def seen(*arguments):
+    begun.set()
+    return run_members(*arguments)
+
+compute.run_members = seen
 
 def interrupt():
-    for pause in (0.5, 0.1):
-        time.sleep(pause)
+    begun.wait()
+    for _ in range(2):
         os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.1)  # the first is being dealt with
 
 threading.Thread(target=interrupt, daemon=True).start()
 vi.sweep(

@@ -26,7 +26,7 @@ from vibroimpact.attractors.orbit_type import (
     orbit_symbol,
     orbit_type,
 )
-from vibroimpact.attractors.point_sets import FEWEST_POINTS, Kind, Shape, classify_points
+from vibroimpact.attractors.point_sets import FEWEST_POINTS, InvariantSet, Kind, classify_points
 from vibroimpact.attractors.rotation import Rotation, weighted_average
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -89,7 +89,7 @@ class Attractor:
         The points of the last window.
     """
 
-    shape: Shape
+    shape: InvariantSet
     type: OrbitType | None
     symbol: str
     multipliers: NDArray[np.complex128] | None
@@ -277,7 +277,7 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
         seldom = (
             f"{len(section)} of {len(part.high)} impacts are at stop {stop} of contact {contact}"
         )
-        shape = Shape(Kind.UNDECIDED, reason=f"{seldom}: look at another stop or contact.")
+        shape = InvariantSet(Kind.UNDECIDED, reason=f"{seldom}: look at another stop or contact.")
     elif part.end is RunEnd.IMPACTS:
         iterates = scale.points(section.position, section.velocity, section.phase)
         first = (*exponent.earlier, exponent)[0]  # the points come before the exponent
@@ -286,7 +286,7 @@ def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
         if part.end is RunEnd.SILENT:
             rest = rest_on_stops(motion.system, motion.position[None])[0]
         kinds = {RunEnd.SILENT: Kind.SILENT, RunEnd.DIVERGED: Kind.DIVERGED}
-        shape = Shape(kinds.get(part.end, Kind.UNDECIDED), reason=part.end.sentence)
+        shape = InvariantSet(kinds.get(part.end, Kind.UNDECIDED), reason=part.end.sentence)
     omega = mechanism_of(section.system).omega
     elapsed = np.diff(section.time) * (omega / (2.0 * np.pi))
     kind = orbit_type(shape, part, section)

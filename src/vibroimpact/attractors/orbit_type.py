@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Complexes
-from vibroimpact.attractors.point_sets import Kind, Shape
+from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.sections import Scale, Section
 from vibroimpact.simulation.simulate import RunEnd, Status, flight_limit_of, phases_of
@@ -62,13 +62,13 @@ def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
     return word if first else f"{word} (contact {', '.join(map(str, struck))})"
 
 
-def loop_of(shape: Shape, part: Impacts, section: Section) -> tuple[int, int]:
+def loop_of(shape: InvariantSet, part: Impacts, section: Section) -> tuple[int, int]:
     """First and last index of the impacts of the last closed loop."""
     here = part.at(section.contact, section.stop)
     return int(here[-1 - shape.period]), int(here[-1])
 
 
-def orbit_type(shape: Shape, part: Impacts, section: Section) -> OrbitType | None:
+def orbit_type(shape: InvariantSet, part: Impacts, section: Section) -> OrbitType | None:
     """n-p-q of a periodic motion, None for others; n = 0 if the time is no whole number."""
     if shape.kind is not Kind.PERIODIC:
         return None
@@ -79,7 +79,9 @@ def orbit_type(shape: Shape, part: Impacts, section: Section) -> OrbitType | Non
     return OrbitType(whole, *_counts(part, first, last, section.contact))
 
 
-def orbit_symbol(kind: OrbitType | None, shape: Shape, part: Impacts, section: Section) -> str:
+def orbit_symbol(
+    kind: OrbitType | None, shape: InvariantSet, part: Impacts, section: Section
+) -> str:
     """n-p-q of all contacts of a periodic motion of this type, empty for others."""
     if kind is None:
         return ""
@@ -94,7 +96,9 @@ def _counts(part: Impacts, first: int, last: int, contact: int) -> tuple[int, in
     return int((side == 1).sum()), int((side == -1).sum())
 
 
-def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -> Complexes | None:
+def multipliers(
+    motion: Motion, shape: InvariantSet, part: Impacts, section: Section
+) -> Complexes | None:
     """Floquet multipliers (1) of a periodic motion, largest first.
 
     None for other kinds, for orbits with chatter or sticking (where the loop does not start from
@@ -125,7 +129,7 @@ def multipliers(motion: Motion, shape: Shape, part: Impacts, section: Section) -
     return values[np.argsort(-np.abs(values))]
 
 
-def is_symmetric(shape: Shape, part: Impacts, section: Section, scale: Scale) -> bool | None:
+def is_symmetric(shape: InvariantSet, part: Impacts, section: Section, scale: Scale) -> bool | None:
     """Whether an attractor is its own mirror image (2); None for chaos and the undecided."""
     from scipy.spatial import cKDTree
 

@@ -58,7 +58,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class InvariantSet:
     """What a record of iterates lies on.
 
     Attributes
@@ -91,7 +91,7 @@ class Shape:
     reason: str = ""
 
 
-def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) -> Shape:
+def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) -> InvariantSet:
     """Say what the iterates of a map lie on.
 
     Parameters
@@ -104,7 +104,7 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
 
     Returns
     -------
-    Shape
+    InvariantSet
         ``Kind.UNDECIDED`` with the reason where no test decides.
 
     Raises
@@ -133,13 +133,15 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
     check_kind("exponent", exponent, (LyapunovEstimate, type(None)), "a LyapunovEstimate, or None")
     n = len(points)
     if n < FEWEST_POINTS:
-        return Shape(Kind.UNDECIDED, reason=f"{n} points are too few: at least {FEWEST_POINTS}.")
+        return InvariantSet(
+            Kind.UNDECIDED, reason=f"{n} points are too few: at least {FEWEST_POINTS}."
+        )
     period, distance = find_period(points)
     if period:
         return _periodic(period, distance, exponent)
     if exponent and exponent.is_positive and exponent.growth.sum() > LEAST_GROWTH:
         pieces, drift = count_pieces(points), spread_drift(points)
-        return Shape(Kind.CHAOTIC, pieces=pieces, return_distance=distance, drift=drift)
+        return InvariantSet(Kind.CHAOTIC, pieces=pieces, return_distance=distance, drift=drift)
     one = _curves(points, 1, distance, exponent)
     if one.kind is Kind.QUASIPERIODIC:
         return one
@@ -147,19 +149,19 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
     return _curves(points, pieces, distance, exponent) if pieces > 1 else one
 
 
-def _periodic(period: int, distance: float, exponent: LyapunovEstimate | None) -> Shape:
+def _periodic(period: int, distance: float, exponent: LyapunovEstimate | None) -> InvariantSet:
     if exponent is None or not exponent.is_positive or exponent.growth.sum() < UNSTABLE:
-        return Shape(Kind.PERIODIC, period=period, return_distance=distance)
+        return InvariantSet(Kind.PERIODIC, period=period, return_distance=distance)
     reason = (
         f"The motion repeats after {period} iterates, but the orbit is unstable "
         f"(exponent {exponent.value:.3g}) and the motion will leave it."
     )
-    return Shape(Kind.UNDECIDED, return_distance=distance, settled=False, reason=reason)
+    return InvariantSet(Kind.UNDECIDED, return_distance=distance, settled=False, reason=reason)
 
 
 def _curves(
     points: Floats, pieces: int, distance: float, exponent: LyapunovEstimate | None
-) -> Shape:
+) -> InvariantSet:
     """Look for closed curves (4), so many, and say why not."""
     curve = closed_curve(points[::pieces])
     drift = spread_drift(points[::pieces])
@@ -175,7 +177,7 @@ def _curves(
             f"contracting (exponent {exponent.value:.3g}): still settling, or periodic beyond "
             f"{LONGEST_PERIOD} iterates"
         ]
-    return Shape(
+    return InvariantSet(
         Kind.UNDECIDED if doubts else Kind.QUASIPERIODIC,
         pieces=pieces,
         curve=curve,

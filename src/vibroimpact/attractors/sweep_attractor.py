@@ -30,7 +30,7 @@ class Step(NamedTuple):
     last: State
 
 
-def follow(
+def sweep_attractor(
     system: System | SystemOf,
     parameter: str | None,
     values: Iterable[float],
@@ -46,7 +46,7 @@ def follow(
     Parameters
     ----------
     system, parameter
-        A frozen dataclass and the name of the field to vary, as ``follow(damper, "omega", ...)``;
+        A frozen dataclass and the name of the field to vary, as ``sweep_attractor(damper, "omega", ...)``;
         or a function from the value to the system, and None.
     values
         The values, in order: going down and going up may end on different attractors.
@@ -83,7 +83,7 @@ def follow(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> steps = follow(damper, "omega", [1.2, 1.19], vi.State((0.0, 0.0), (0.0, 1.0)), keep=3)
+    >>> steps = sweep_attractor(damper, "omega", [1.2, 1.19], vi.State((0.0, 0.0), (0.0, 1.0)), keep=3)
     >>> [len(step.section) for step in steps]
     [3, 3]
     """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.attractors.sweep_attractor import Step, follow
+from vibroimpact.attractors.sweep_attractor import Step, sweep_attractor
 from vibroimpact.branches.branch import Branch
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
@@ -49,7 +49,7 @@ def swept(branch: Branch, state: State, values: Floats) -> xr.Dataset:
         return with_parameter(family.system, branch.parameter, value)
 
     def followed(values: Floats, state: State) -> list[Step]:
-        return follow(
+        return sweep_attractor(
             system, None, values, state, settle=SETTLED, keep=KEPT, stop=stop, contact=contact
         )
 

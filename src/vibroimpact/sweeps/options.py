@@ -44,6 +44,6 @@ def check_axes(over: Any, count: int, what: str, example: str) -> None:
 
 
 def refuse(options: Mapping[str, Any], name: str, why: str) -> None:
-    """Refuse an option of a sweep that the question itself decides."""
+    """Refuse an option of a sweep that the specification itself decides."""
     if name in options:
         raise InvalidParameterError(f"{name} = {shown(options[name])}: must be left out; {why}")

@@ -36,7 +36,7 @@ class Maker(NamedTuple):
 
 
 @interruptible(LOST)
-def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: Any) -> xr.Dataset:
+def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: Any) -> xr.Dataset:
     """Repeat a sweep, plane, basins, diagram or count from its attributes and axes.
 
     Parameters
@@ -69,7 +69,7 @@ def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: A
     ...                          half_clearance=5.0, omega=1.2)
     >>> found = vi.sweep(damper, over={"omega": [1.1, 1.2]}, start=vi.State((0, 0), (0, 1)),
     ...                  progress=False)
-    >>> vi.sweep_again(found, progress=False).identical(found)
+    >>> vi.rerun_sweep(found, progress=False).identical(found)
     True
     """
     check_kind("found", found, xr.Dataset, "a Dataset, as vi.sweep gives")
@@ -80,7 +80,7 @@ def sweep_again(found: xr.Dataset, *, system: System | None = None, **options: A
         raise InvalidParameterError(
             f"found: was made by none of {', '.join(MAKERS)}, or has lost its attributes."
         )
-    check_options("sweep_again", options, maker.make, sweep)
+    check_options("rerun_sweep", options, maker.make, sweep)
     try:
         made, told = _system(found, system), _told(found) | maker.told(found)
     except InvalidParameterError:

@@ -16,7 +16,7 @@ from vibroimpact._core.types import Arrays
 from vibroimpact.machines.json_text import text_of
 from vibroimpact.sweeps.observers.observer import Output, outputs
 from vibroimpact.sweeps.plan import Plan
-from vibroimpact.sweeps.specification import Question
+from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
 
 Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
 
@@ -73,7 +73,7 @@ class Schema(NamedTuple):
         return xr.Dataset(data, coords=self.coords, attrs=self.attrs)
 
 
-def schema_of(plan: Plan, question: Question) -> Schema:
+def schema_of(plan: Plan, specification: SweepSpec) -> Schema:
     """The dataset of a plan.
 
     Raises
@@ -93,7 +93,7 @@ def schema_of(plan: Plan, question: Question) -> Schema:
     own = {dim for v in variables.values() for dim in v.dims}
     for name in {*variables, *own}:
         _refuse_known(name, {*coords, *plan.dims})
-    return Schema(plan.dims, variables, coords, _attrs_of(plan, question))
+    return Schema(plan.dims, variables, coords, _attrs_of(plan, specification))
 
 
 def _refuse_known(name: str, known: Any) -> None:
@@ -111,9 +111,9 @@ def _attrs(name: str) -> dict[str, Any]:
     return {"long_name": text} | ({"units": "rad"} if name == "phase" else {})
 
 
-def _attrs_of(plan: Plan, question: Question) -> dict[str, Any]:
+def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:
     """What repeats the sweep, as texts and numbers; no date: the same sweep has the same bytes."""
-    described = json.loads(question.text)
+    described = json.loads(specification.text)
     seed = {name: x for name, x in described["start"].items() if name == "seed"}
     return seed | {
         "made_by": "sweep",
@@ -129,5 +129,5 @@ def _attrs_of(plan: Plan, question: Question) -> dict[str, Any]:
         "most_impacts": plan.window.most_impacts,
         "follow": plan.follow or "",
         "version": _kernel.version(),
-        "question": question.text,
+        ATTRIBUTE: specification.text,
     }

@@ -1,4 +1,4 @@
-"""The question that a sweep answers: the same question has the same answer, bit for bit."""
+"""The specification of a sweep: everything that decides its results, bit for bit."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from vibroimpact.sweeps.plan import Plan
 
 Values = tuple[float, ...]
 
+ATTRIBUTE = "question"  # of datasets and stores that hold it, since 0.1
+
 
 @dataclass(frozen=True)
-class Question:
+class SweepSpec:
     """Everything that decides the results of a sweep.
 
     Attributes
@@ -33,8 +35,8 @@ class Question:
     text: str
     axes: tuple[tuple[str, Values], ...]
 
-    def differences(self, other: Question) -> list[str]:
-        """What is different in another question, one phrase each: ``name: this, not that``."""
+    def differences(self, other: SweepSpec) -> list[str]:
+        """Differences from another specification, one phrase each: ``name: this, not that``."""
         mine, yours = (_flat("", json.loads(one.text)) for one in (self, other))
         names = [*mine, *(name for name in yours if name not in mine)]
         said = {
@@ -49,12 +51,12 @@ class Question:
             if here.get(name) != there.get(name)
         ]
         effects = {name: text for name, text in said.items() if name.startswith("mechanism.")}
-        asked = [text for name, text in said.items() if name not in effects]
-        return [*asked, *axes, *effects.values()]
+        chosen = [text for name, text in said.items() if name not in effects]
+        return [*chosen, *axes, *effects.values()]
 
 
-def question_of(plan: Plan) -> Question:
-    """The question of a plan."""
+def specification_of(plan: Plan) -> SweepSpec:
+    """The specification of the sweep that a plan computes."""
     ends = {
         end: json.loads(text_of(mechanism_of(at_end(plan, place))))
         for end, place in (("first", 0), ("last", -1))
@@ -72,7 +74,7 @@ def question_of(plan: Plan) -> Question:
         "axes": list(axes),
     }
     values = tuple((name, tuple(axis.tolist())) for name, axis in axes.items())
-    return Question(json.dumps(described), values)
+    return SweepSpec(json.dumps(described), values)
 
 
 def at_end(plan: Plan, place: int) -> System:

@@ -42,7 +42,7 @@ from vibroimpact.sweeps.execution.tiles import (
 from vibroimpact.sweeps.observers.observer import Observer, Outcome, resolve, rounds
 from vibroimpact.sweeps.plan import Plan, Window
 from vibroimpact.sweeps.schema import Schema, schema_of
-from vibroimpact.sweeps.specification import Question, question_of
+from vibroimpact.sweeps.specification import SweepSpec, specification_of
 from vibroimpact.sweeps.starts import Start, starts_of
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
@@ -123,14 +123,14 @@ def sweep(
         Dimensions: the parameters, then "start" or the coordinates of the starts, then those of
         the observers. Always with ``end``, why each run ended, and ``time``, when. Results are of
         whole windows: where a run ended before, whole numbers are 0 and others NaN, but for the
-        state of ``final``. Attributes repeat the sweep, by :func:`~vibroimpact.sweep_again`. From
+        state of ``final``. Attributes repeat the sweep, by :func:`~vibroimpact.rerun_sweep`. From
         a store, it is read only where it is used.
 
     Raises
     ------
     InvalidParameterError
         An unknown name, no values, values that the system refuses, a start of the wrong size, a
-        store of another question; without a store, more results than memory.
+        store of another sweep; without a store, more results than memory.
     StoreError
         A store that cannot be written; what was done is kept.
     ClusterLostError
@@ -167,11 +167,11 @@ def sweep(
             check_count(name, value, 1)
     if not isinstance(progress, bool | Callable) or isinstance(progress, type):
         raise refusal("progress", progress, "True, False or a function")
-    question = question_of(plan)
-    schema = schema_of(plan, question)
+    specification = specification_of(plan)
+    schema = schema_of(plan, specification)
     sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)
     capped = 0
-    with _sink(path, schema, question, sizes, strict=tile is not None) as sink:
+    with _sink(path, schema, specification, sizes, strict=tile is not None) as sink:
         missing = sink.missing
         try:
             with (
@@ -265,7 +265,7 @@ def _members(plan: Plan, schema: Schema) -> int:
 def _sink(
     path: Path | None,
     schema: Schema,
-    question: Question,
+    specification: SweepSpec,
     sizes: tuple[int, ...],
     *,
     strict: bool,
@@ -274,7 +274,7 @@ def _sink(
     if path is None:
         yield Memory(schema, sizes)
     else:
-        with opened(path, schema, question, sizes, strict=strict) as store:
+        with opened(path, schema, specification, sizes, strict=strict) as store:
             yield store
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.classify import Attractor, classify
-from vibroimpact.attractors.sweep_attractor import Step, carried, follow
+from vibroimpact.attractors.sweep_attractor import Step, carried, sweep_attractor
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.model.state import State
 from vibroimpact.simulation.sections import impact_section
@@ -89,9 +89,9 @@ def follow_both_ways(chosen: ParameterSet, plan: Plan, omegas: tuple[float, ...]
     start = orbit.state.perturbed(plan.perturbation)
     damper = damper_of(chosen, float(grid[-1]))
     settings: dict[str, Any] = {"settle": plan.sweep_settle, "keep": plan.sweep_points}
-    down = follow(damper, "omega", grid[::-1], start, **settings)
+    down = sweep_attractor(damper, "omega", grid[::-1], start, **settings)
     turn = _on_stop(chosen, down[-1])
-    up = follow(damper, "omega", grid, turn, **settings)
+    up = sweep_attractor(damper, "omega", grid, turn, **settings)
     return Followed(chosen.name, grid, start, tuple(down[::-1]), tuple(up))
 
 

@@ -4,7 +4,7 @@ Method      chunks are tiles, so that no chunk is written twice. Of a tile, all 
             written and forced to the disc, then ``end``; its chunk is there or not, because Zarr
             renames chunks into place: a tile is done if and only if its chunk of ``end`` is there
             and not empty                                                                       (1)
-            the store itself is made under another name, complete with the question, and renamed (2)
+            the store itself is made under another name, complete with the specification, and renamed (2)
 Assumes     a local or shared file system on which a rename within a folder is atomic
 Fails       StoreError where nothing can be written (disc full, no permission); what is there stays
 Reference   Zarr format 3
@@ -29,9 +29,9 @@ from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterEr
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
-from vibroimpact.sweeps.specification import Question
+from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
 
-SHOWN = 6  # differences between two questions that a message lists
+SHOWN = 6  # differences between two specifications that a message lists
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
 
 
@@ -106,15 +106,15 @@ class Store:
 
 @contextmanager
 def opened(
-    path: Path, schema: Schema, question: Question, tile: tuple[int, ...], *, strict: bool
+    path: Path, schema: Schema, specification: SweepSpec, tile: tuple[int, ...], *, strict: bool
 ) -> Iterator[Store]:
-    """Make a store, or open one that holds the same question.
+    """Make a store, or open one that holds the same specification.
 
     Parameters
     ----------
     path
         The folder; there is none yet, or it is a store of a sweep.
-    schema, question
+    schema, specification
         Of the sweep.
     tile
         Sizes of a tile of a new store.
@@ -124,7 +124,7 @@ def opened(
     Raises
     ------
     InvalidParameterError
-        Something else is there; another question, or other tiles if ``strict``; another process
+        Something else is there; another specification, or other tiles if ``strict``; another process
         is writing.
     StoreError
         The folder cannot be made.
@@ -134,7 +134,7 @@ def opened(
     _zarr()
     if not path.exists():
         _make(path, schema, tile)
-    _check(path, question)
+    _check(path, specification)
     with _alone(path):
         for partial in path.rglob(PARTIAL):
             partial.unlink(missing_ok=True)  # of a process that was killed
@@ -195,10 +195,10 @@ def _plain(attrs: dict[str, Any]) -> dict[str, Any]:
 # ---- opening -------------------------------------------------------------------------------------
 
 
-def _check(path: Path, question: Question) -> None:
-    """Refuse what is no store of a sweep, and the store of another question."""
-    stored = _question_in(path)
-    different = question.differences(stored)
+def _check(path: Path, specification: SweepSpec) -> None:
+    """Refuse what is no store of a sweep, and the store of another sweep."""
+    stored = _specification_in(path)
+    different = specification.differences(stored)
     if different:
         more = f"; and {len(different) - SHOWN} more" if len(different) > SHOWN else ""
         raise InvalidParameterError(
@@ -207,12 +207,12 @@ def _check(path: Path, question: Question) -> None:
         )
 
 
-def _question_in(path: Path) -> Question:
+def _specification_in(path: Path) -> SweepSpec:
     try:
         group = _zarr().open_group(path, mode="r")
-        text = group.attrs["question"]
+        text = group.attrs[ATTRIBUTE]
         names = json.loads(text)["axes"]
-        return Question(text, tuple((name, tuple(group[name][:].tolist())) for name in names))
+        return SweepSpec(text, tuple((name, tuple(group[name][:].tolist())) for name in names))
     except (OSError, KeyError, ValueError) as error:
         raise InvalidParameterError(
             f"store = {str(path)!r}: is there, but is no store of a sweep. Name another."
