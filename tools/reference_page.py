@@ -23,7 +23,13 @@ GROUPS = {
     "Systems": ["ImpactDamper", "Scales", "Mechanism", "Contact", "Harmonic", "State"],
     "Simulation": ["simulate", "Run", "RunEnd", "Status"],
     "Sections and following": [
-        *("impact_section", "Section", "stroboscopic_section", "StroboscopicSection", "sweep_attractor"),
+        *(
+            "impact_section",
+            "Section",
+            "stroboscopic_section",
+            "StroboscopicSection",
+            "sweep_attractor",
+        ),
     ],
     "Symmetric orbits and bifurcations": [
         *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),

@@ -149,10 +149,10 @@ def test_circle_that_is_not_there_is_reported() -> None:
 
 def test_motion_that_does_not_alternate_is_reported() -> None:
     from vibroimpact import State
-    from vibroimpact.simulation.simulator import Motion
+    from vibroimpact.simulation.simulator import Simulator
 
     point = five_points()["A 1.0079"]
-    motion = Motion(point.bifurcation.orbit.damper, State((0.0, 0.0), (0.0, 0.1)))
+    motion = Simulator(point.bifurcation.orbit.damper, State((0.0, 0.0), (0.0, 0.1)))
     motion.settle(3)
     assert circles.iterates(point, motion, 40)[1] == circles.LOST
 

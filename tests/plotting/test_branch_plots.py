@@ -18,7 +18,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 import vibroimpact as vi
-from vibroimpact.branches.profile import Standing, along, coordinate, place_of
+from vibroimpact.branches.profile import Stability, coordinate, place_of, profile
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches, style
 from vibroimpact.plotting.branch_multipliers import _step
 from vibroimpact.plotting.branches import LINES
@@ -74,7 +74,7 @@ def test_every_point_of_the_branch_is_drawn_at_its_value(symmetric: vi.Branch) -
 
 
 def test_special_points_are_in_order_along_a_branch(broken: vi.Branch) -> None:
-    points = along(broken)
+    points = profile(broken)
     order = [broken.special_points[i].label for i in points.special if i >= 0]
     assert order == [point.label for point in broken.special_points] == ["BP1", "PD1"]
     assert len(points.parameter) == len(broken) + 2
@@ -88,7 +88,7 @@ def test_special_points_are_in_order_along_a_branch(broken: vi.Branch) -> None:
 def test_a_stretch_between_two_special_points_is_never_called_stable() -> None:
     from vibroimpact.branches.profile import _between
 
-    stable, unstable, out = Standing.STABLE, Standing.UNSTABLE, Standing.INADMISSIBLE
+    stable, unstable, out = Stability.STABLE, Stability.UNSTABLE, Stability.INADMISSIBLE
     own = np.array([stable, -1, -1, stable, stable, -1, unstable, out])
     assert list(_between(own)) == [stable, unstable, stable, stable, stable, unstable, out]
     assert list(_between(np.array([out, -1, -1, out]))) == [out, out, out]
@@ -96,7 +96,7 @@ def test_a_stretch_between_two_special_points_is_never_called_stable() -> None:
 
 @pytest.mark.parametrize("impact", [0, 1])
 def test_coordinates_are_those_of_the_orbits(symmetric: vi.Branch, impact: int) -> None:
-    points = along(symmetric)
+    points = profile(symmetric)
     plain = np.flatnonzero(points.special < 0)
     orbit = symmetric.orbit(20)
     flip = -1.0 if impact else 1.0  # the second impact of a symmetric orbit is the mirror image
@@ -115,7 +115,7 @@ def test_coordinates_are_those_of_the_orbits(symmetric: vi.Branch, impact: int) 
 def test_the_phase_does_not_jump_across_the_picture() -> None:
     start = vi.symmetric_orbits(replace(SET_A, omega=1.2))[1]
     branch = vi.continue_orbit(start, "omega", (1.0, 1.5))
-    theta = coordinate(branch, along(branch), "phase")
+    theta = coordinate(branch, profile(branch), "phase")
     ax = plot_branches([branch], variable="phase")
     assert all(np.abs(np.diff(p[:, 1])).max() < np.pi for _, p in stretches(ax))
     assert theta.min() >= 0.0
@@ -292,4 +292,4 @@ def test_plots_draw_where_asked_and_leave_the_settings(symmetric: vi.Branch) -> 
     assert plot_branch_multipliers(symmetric, ax=plt.subplots()[1])
     assert mpl.rcParams == before
     assert ax.get_xlabel() == r"forcing frequency $\omega$"
-    assert LINES[Standing.STABLE] == "-"
+    assert LINES[Stability.STABLE] == "-"

@@ -12,7 +12,7 @@ import vibroimpact as vi
 from vibroimpact.attractors.sweep_attractor import carried, sweep_attractor
 from vibroimpact.simulation.sections import impact_section, section_of, take
 from vibroimpact.simulation.simulate import RunEnd
-from vibroimpact.simulation.simulator import Motion
+from vibroimpact.simulation.simulator import Simulator
 
 DAMPER = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.00314
@@ -68,8 +68,8 @@ def test_phases_follow_from_times():
 
 
 def test_pieces_of_a_record_join_without_a_seam():
-    whole = take(Motion(CHATTERING, PLAIN), 400, 0, "A")
-    motion = Motion(CHATTERING, PLAIN)
+    whole = take(Simulator(CHATTERING, PLAIN), 400, 0, "A")
+    motion = Simulator(CHATTERING, PLAIN)
     parts = [motion.record(n) for n in (1, 7, 150, 3000)]
     joined = section_of(motion, parts, 0, "A", 400, RunEnd.IMPACTS)
     assert np.array_equal(whole.position, joined.position)

@@ -11,7 +11,7 @@ import xarray as xr
 
 import vibroimpact as vi
 from vibroimpact.plotting import plot_basins, plot_plane
-from vibroimpact.sweeps.analyses.label_attractors import labelled
+from vibroimpact.sweeps.analyses.label_attractors import label_attractors
 from vibroimpact.sweeps.analyses.motion_codes import flags
 from vibroimpact.sweeps.analyses.plane import with_motions
 from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
@@ -274,7 +274,9 @@ def settled_already(*_: object) -> xr.Dataset:
 def test_labels_do_not_depend_on_the_order_of_the_members(basins_b: xr.Dataset) -> None:
     turned = basins_b.isel(x1=slice(None, None, -1), v1=slice(None, None, -1))
     own = turned.drop_vars(["attractor", *(v for v in turned if "label" in turned[v].dims)])
-    labels, found, _ = labelled(SET_B, own, np.zeros(81), settled_already, contact=0, stop="A")
+    labels, found, _ = label_attractors(
+        SET_B, own, np.zeros(81), settled_already, contact=0, stop="A"
+    )
     names = {one.word for one in found}
     assert names == set(basins_b.name.values)
     for code, one in enumerate(found):

@@ -40,7 +40,7 @@ from vibroimpact.simulation.sections import (
     section_of,
 )
 from vibroimpact.simulation.simulate import RunEnd, Status
-from vibroimpact.simulation.simulator import Motion, Stop
+from vibroimpact.simulation.simulator import Simulator, Stop
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
 EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
@@ -222,7 +222,7 @@ def classify(
     for attempt in range(ATTEMPTS):
         more = MORE**attempt
         windows = _windows(
-            Motion(system, state), settle, more * max_settle, more * points, contact, stop
+            Simulator(system, state), settle, more * max_settle, more * points, contact, stop
         )
         found = _with_history(list(windows))
         if found.kind is not Kind.UNDECIDED or len(found.section.time) < FEWEST_POINTS:
@@ -231,7 +231,7 @@ def classify(
 
 
 def _windows(
-    motion: Motion, settle: int, max_settle: int, points: int, contact: int, stop: Stop
+    motion: Simulator, settle: int, max_settle: int, points: int, contact: int, stop: Stop
 ) -> Iterator[tuple[int, Attractor]]:
     """Impacts settled and what is seen then, until a window decides."""
     spent = changes = 0
@@ -266,7 +266,7 @@ def _with_history(seen: list[tuple[int, Attractor]]) -> Attractor:
     )
 
 
-def _look(motion: Motion, points: int, contact: int, stop: Stop) -> Attractor:
+def _look(motion: Simulator, points: int, contact: int, stop: Stop) -> Attractor:
     """Take the next window of a motion and say what it looks like."""
     part = motion.record(_impacts_for(motion, points, contact, stop))
     section = section_of(motion, [part], contact, stop, points, part.end)
@@ -331,7 +331,7 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
                 yield (name if len(contacts) == 1 else f"{name}{number}"), on
 
 
-def _impacts_for(motion: Motion, points: int, contact: int, stop: Stop) -> int:
+def _impacts_for(motion: Simulator, points: int, contact: int, stop: Stop) -> int:
     """Impacts at all stops that hold so many points of the section, from a look ahead."""
     at, last = motion.at, motion.last
     count = 2 * points

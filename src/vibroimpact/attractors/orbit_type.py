@@ -20,7 +20,7 @@ from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.sections import Scale, Section
 from vibroimpact.simulation.simulate import RunEnd, Status, flight_limit_of, phases_of
-from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Impacts, Motion
+from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Impacts, Simulator
 
 # Elapsed time over forcing periods may miss an integer by the return tolerance and rounding.
 WHOLE_PERIODS = 1e-6
@@ -97,7 +97,7 @@ def _counts(part: Impacts, first: int, last: int, contact: int) -> tuple[int, in
 
 
 def multipliers(
-    motion: Motion, shape: InvariantSet, part: Impacts, section: Section
+    motion: Simulator, shape: InvariantSet, part: Impacts, section: Section
 ) -> Complexes | None:
     """Floquet multipliers (1) of a periodic motion, largest first.
 

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-Told = Callable[[str], None]
+ProgressCallback = Callable[[str], None]
 
 SWITCHED = ("PD", "BP", "GR", "ZERO")
 NEAR = 1e-7  # of the range: values of the parameter at one junction
@@ -206,7 +206,7 @@ def branch_diagram(
     attractors: int = 200,
     steps: Steps | None = None,
     stop_when: StopWhen | None = STOP_WHEN,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> Diagram:
     """Follow all branches that can be reached from an orbit by switching at special points.
 
@@ -312,7 +312,7 @@ class _Following(NamedTuple):
     parameter: str
     steps: Steps | None
     stop_when: StopWhen | None
-    tell: Told
+    tell: ProgressCallback
 
     def options(self, which: str) -> _Options:
         """The keywords for a branch, which is told by name."""

@@ -17,7 +17,7 @@ from vibroimpact.orbits.find import mirrored as mirror_of
 ONE_PER_ORBIT = ("speed", "clearance", "period")
 
 
-class Standing(IntEnum):
+class Stability(IntEnum):
     """What the orbits of a stretch are; the larger, the less of a motion."""
 
     STABLE = 0
@@ -25,7 +25,7 @@ class Standing(IntEnum):
     INADMISSIBLE = 2
 
 
-class Along(NamedTuple):
+class BranchProfile(NamedTuple):
     """Points and special points of a branch in the order of its arclength.
 
     Attributes
@@ -36,14 +36,14 @@ class Along(NamedTuple):
         Unknowns, shape (m, d).
     special
         Number of the special point, -1 for others, shape (m,).
-    standing
-        :class:`Standing` of the stretch from each point to the next, shape (m - 1,).
+    stability
+        :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
     """
 
     parameter: Floats
     z: Floats
     special: Integers
-    standing: Integers
+    stability: Integers
 
 
 def unknowns_of(point: BifurcationPoint) -> Floats:
@@ -66,42 +66,42 @@ def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
     return nearest, float(branch.curve.arclength[nearest]) + step
 
 
-def along(branch: Branch) -> Along:
+def profile(branch: Branch) -> BranchProfile:
     """Points and special points of a branch in order."""
     found = branch.special_points
     places = [place_of(branch, point)[1] for point in found]
     order = np.argsort(np.concatenate([branch.curve.arclength, places]), kind="stable")
     special = np.concatenate([np.full(len(branch), -1), np.arange(len(found))]).astype(np.int64)
-    own = np.where(branch.stable, Standing.STABLE, Standing.UNSTABLE)
-    own = np.where(branch.admissible, own, Standing.INADMISSIBLE)
-    standing = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
+    own = np.where(branch.stable, Stability.STABLE, Stability.UNSTABLE)
+    own = np.where(branch.admissible, own, Stability.INADMISSIBLE)
+    stability = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
     parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
     z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
     moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
-    return Along(parameter, z, special[order], _as_beside(_between(standing), moves))
+    return BranchProfile(parameter, z, special[order], _as_beside(_between(stability), moves))
 
 
 def stable_share(branch: Branch) -> float:
     """Share of the extent of a branch in its parameter at which one of its orbits is stable."""
-    points = along(branch)
+    points = profile(branch)
     stretches = np.sort(np.column_stack([points.parameter[:-1], points.parameter[1:]]), axis=1)
     covered, reached = 0.0, -math.inf
-    for low, high in sorted(map(tuple, stretches[points.standing == Standing.STABLE])):
+    for low, high in sorted(map(tuple, stretches[points.stability == Stability.STABLE])):
         covered += max(0.0, high - max(low, reached))
         reached = max(reached, high)
     low, high = branch.extent
     return covered / (high - low) if low < high else float(branch.stable.all())
 
 
-def _between(standing: Integers) -> Integers:
+def _between(stability: Integers) -> Integers:
     """What each stretch is: at a special point (-1) that of its other end, else the worse."""
-    first, second = standing[:-1], standing[1:]
+    first, second = stability[:-1], stability[1:]
     stretches = np.maximum(first, second)
     unknown = np.flatnonzero(stretches < 0)  # between two special points
-    known = np.flatnonzero(standing >= 0)
+    known = np.flatnonzero(stability >= 0)
     for i in unknown:
-        near = standing[known[np.argmin(np.abs(known - i))]]
-        stretches[i] = max(near, Standing.UNSTABLE)
+        near = stability[known[np.argmin(np.abs(known - i))]]
+        stretches[i] = max(near, Stability.UNSTABLE)
     return stretches
 
 
@@ -116,13 +116,13 @@ def impacts_at(branch: Branch, stop: tuple[int, int]) -> list[int]:
     return [k for k, impact in enumerate(branch.family.signature.impacts) if impact == stop]
 
 
-def coordinate(branch: Branch, points: Along, name: str, impact: int = 0) -> Floats:
+def coordinate(branch: Branch, points: BranchProfile, name: str, impact: int = 0) -> Floats:
     """A coordinate of the orbits along a branch.
 
     Parameters
     ----------
     branch, points
-        The branch, and :func:`along` of it.
+        The branch, and :func:`profile` of it.
     name
         "x1", "x2", ... and "v1", "v2", ...: places and velocities just after an impact; "phase"
         in [0, 2 pi) there; "speed": smallest closing speed of an impact; "clearance": least gap
@@ -164,7 +164,7 @@ def _state(branch: Branch, unknowns: Floats, impact: int) -> Floats:
     return mirror_of(states, math.pi * signature.cycles) if second else states
 
 
-def _of_orbits(branch: Branch, points: Along, name: str) -> Floats:
+def _of_orbits(branch: Branch, points: BranchProfile, name: str) -> Floats:
     own = {"speed": branch.impact_speed, "clearance": branch.clearance}[name]
     orbits = [point.orbit for point in branch.special_points]
     theirs = {

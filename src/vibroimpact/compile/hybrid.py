@@ -66,7 +66,7 @@ class Mode:
     guards: list[tuple[Vector, float, float, float, int]]  # row, gain, lower, upper, side closed
 
 
-Motion = Vibrations | Decoupled | None  # of a reduced system; None: there are no blocks
+BlockForm = Vibrations | Decoupled | None  # of a reduced system; None: there are no blocks
 
 
 class Hybrid:
@@ -76,14 +76,14 @@ class Hybrid:
         self.mechanism = mechanism
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
-        self._shapes: dict[Closed, tuple[Reduced, Motion] | None] = {}
+        self._shapes: dict[Closed, tuple[Reduced, BlockForm] | None] = {}
         self._built: dict[Closed, ModeCoordinates] = {}
         few = len(mechanism.contacts) <= FEW
         self.proportion = None if few else proportion(mechanism)
         self.closed = self._possible(self._sides()) if few else []
         self.dense = False
         self.dense = not self._is_modal()
-        self.mixed = not self.dense and isinstance(self._motions()[0], Decoupled)
+        self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
         rates = [self._rate(), *(force.omega for force in mechanism.forces)]
         self.rate = greatest(rates) or self._drift_rate()
         if not SLOWEST <= self.rate <= FASTEST:
@@ -115,14 +115,14 @@ class Hybrid:
             guards.append((row, gain, *limits, sides.get(i, 0)))
         return Mode(code_of(closed), c, guards)
 
-    def _shape(self, closed: Closed) -> tuple[Reduced, Motion] | None:
+    def _shape(self, closed: Closed) -> tuple[Reduced, BlockForm] | None:
         """Reduced system and blocks of a closed set, computed once."""
         if closed not in self._shapes:
             reduced = reduce(self.mechanism, closed)
-            self._shapes[closed] = (reduced, self._motion(reduced)) if reduced else None
+            self._shapes[closed] = (reduced, self._block_form(reduced)) if reduced else None
         return self._shapes[closed]
 
-    def _motion(self, r: Reduced) -> Motion:
+    def _block_form(self, r: Reduced) -> BlockForm:
         if not r.mass:
             return Vibrations([], [], [])
         if self.proportion:
@@ -154,7 +154,7 @@ class Hybrid:
             return self.closed
         return self._possible([some[:1] for some in self._sides()])
 
-    def _motions(self) -> list[Motion]:
+    def _block_forms(self) -> list[BlockForm]:
         """Of every mode that is known at first."""
         return [(self._shape(closed) or (None, None))[1] for closed in ((), *self._known())]
 
@@ -162,7 +162,7 @@ class Hybrid:
         """Blocks in every mode, no negative stiffness or damping."""
         if len(self.mechanism.contacts) > MOST and not self.proportion:
             return False
-        motions = self._motions()
+        motions = self._block_forms()
         if not all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in motions):
             return False
         return not any(isinstance(v, Decoupled) for v in motions) or self._responds()
@@ -183,7 +183,7 @@ class Hybrid:
         if self.dense:
             self.scale = dense_rate(m)
             return 2.0 * self.scale
-        found = [v for v in self._motions() if v]
+        found = [v for v in self._block_forms() if v]
         roots = [square_root(x) for v in found for x in v.k]
         return greatest([*roots, *(x for v in found for x in v.c)])
 

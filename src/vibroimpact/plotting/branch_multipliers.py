@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.types import Complexes
 from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.profile import Along, along
+from vibroimpact.branches.profile import BranchProfile, profile
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
@@ -81,7 +81,7 @@ def _mark(ax: Axes, points: list[BifurcationPoint]) -> None:
 
 
 def _paths(ax: Axes, branch: Branch) -> None:
-    points = along(branch)
+    points = profile(branch)
     units, name = units_of(branch.family.system), branch.parameter
     values = _sorted(_multipliers(branch, points))
     parameter = points.parameter * units.factor(PARAMETERS.get(name, ""))
@@ -102,7 +102,7 @@ def _paths(ax: Axes, branch: Branch) -> None:
     figure.colorbar(colours, ax=ax, label=parameter_label(name, units), shrink=0.85)
 
 
-def _multipliers(branch: Branch, points: Along) -> Complexes:
+def _multipliers(branch: Branch, points: BranchProfile) -> Complexes:
     """Multipliers of points and special points in order."""
     theirs = [branch.special_points[i].multipliers for i in points.special if i >= 0]
     values = np.empty((len(points.special), branch.multipliers.shape[1]), dtype=np.complex128)

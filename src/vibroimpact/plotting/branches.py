@@ -15,12 +15,12 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.profile import (
     ONE_PER_ORBIT,
-    Along,
-    Standing,
-    along,
+    BranchProfile,
+    Stability,
     coordinate,
     impacts_at,
     mirrored,
+    profile,
 )
 from vibroimpact.orbits.find import impact_of
 from vibroimpact.plotting import style
@@ -31,11 +31,11 @@ from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.units import OF_ORBITS, PARAMETERS, Units, of_coordinate, units_of
 from vibroimpact.plotting.variables import check_dataset
 
-LINES = {Standing.STABLE: "-", Standing.UNSTABLE: (0, (4.0, 2.0)), Standing.INADMISSIBLE: ":"}
+LINES = {Stability.STABLE: "-", Stability.UNSTABLE: (0, (4.0, 2.0)), Stability.INADMISSIBLE: ":"}
 WORDS = {
-    Standing.STABLE: "stable",
-    Standing.UNSTABLE: "unstable",
-    Standing.INADMISSIBLE: "not admissible",
+    Stability.STABLE: "stable",
+    Stability.UNSTABLE: "unstable",
+    Stability.INADMISSIBLE: "not admissible",
 }
 CLOUD = "#A8A8A8"  # attractors, behind
 COLUMNS, ROW = 4, 0.17  # of the legend; height of a row in inches
@@ -117,7 +117,7 @@ def plot_branches(
     with style.drawing(ax, width=1.6 * style.WIDTH, height=height) as ax:
         if attractors is not None:
             _cloud(ax, attractors, name, view)
-        seen: set[Standing] = set()
+        seen: set[Stability] = set()
         for branch, colour in zip(branches, colours, strict=True):
             seen |= _branch(ax, branch, view, {"color": colour, "linewidth": 1.2})
             if mirror and stop and variable not in ONE_PER_ORBIT:
@@ -176,14 +176,14 @@ def _cloud(ax: Axes, attractors: xr.Dataset, name: str, view: _View) -> None:
         ax.plot([], [], "s", color=CLOUD, markeredgewidth=0.0, label=NO_IMPACT)
 
 
-def _curves(branch: Branch, points: Along, view: _View) -> list[Floats]:
+def _curves(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
     """The values that are drawn, one array for each impact drawn."""
     stop, variable = view.stop, view.variable
     every = [0] if stop is None or variable in ONE_PER_ORBIT else impacts_at(branch, stop)
     return [view.up * coordinate(branch, points, variable, impact) for impact in every]
 
 
-def _image(branch: Branch, points: Along, view: _View) -> list[Floats]:
+def _image(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
     """The values after the impacts of the mirror image at a stop."""
     opposite = view._replace(stop=view.stop and (view.stop[0], -view.stop[1]))
     return [mirrored(values, view.variable) for values in _curves(branch, points, opposite)]
@@ -191,30 +191,30 @@ def _image(branch: Branch, points: Along, view: _View) -> list[Floats]:
 
 def _branch(
     ax: Axes, branch: Branch, view: _View, look: dict[str, Any], *, image: bool = False
-) -> set[Standing]:
+) -> set[Stability]:
     """Draw the stretches of a branch, or of its mirror image; which kinds there are."""
-    points, variable = along(branch), view.variable
+    points, variable = profile(branch), view.variable
     across = points.parameter * view.across
-    if not len(points.standing):
+    if not len(points.stability):
         return set()  # a single point is no curve
     for values in (_image if image else _curves)(branch, points, view):
-        breaks = np.flatnonzero(np.diff(points.standing)) + 1
+        breaks = np.flatnonzero(np.diff(points.stability)) + 1
         if variable == "phase":
             turns = np.flatnonzero(np.abs(np.diff(values)) > np.pi)
             breaks = np.union1d(breaks, [*turns, *(turns + 1)]).astype(np.int64)
         for first, last in zip([0, *breaks], [*breaks, len(values) - 1], strict=True):
             if variable == "phase" and np.ptp(values[first : last + 1]) > np.pi:
                 continue  # from 2 pi to 0
-            line = LINES[Standing(points.standing[min(first, len(values) - 2)])]
+            line = LINES[Stability(points.stability[min(first, len(values) - 2)])]
             ax.plot(across[first : last + 1], values[first : last + 1], linestyle=line,
                     dash_capstyle="butt", zorder=2, **look)  # fmt: skip
-    return {Standing(s) for s in points.standing}
+    return {Stability(s) for s in points.stability}
 
 
 def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
     labels = Labels(ax)
     for branch, colour in zip(branches, style.series(len(branches)), strict=True):
-        points = along(branch)
+        points = profile(branch)
         across = points.parameter * view.across
         for values in _curves(branch, points, view)[:1]:
             for i in np.flatnonzero(points.special >= 0):
@@ -225,7 +225,7 @@ def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
 
 
 def _legend(
-    ax: Axes, branches: Sequence[Branch], seen: set[Standing], *, points: bool, cloud: bool
+    ax: Axes, branches: Sequence[Branch], seen: set[Stability], *, points: bool, cloud: bool
 ) -> None:
     """Entries that stand for what is drawn; they hold no data."""
     if len(branches) > 1:
@@ -234,8 +234,8 @@ def _legend(
         ):
             kind = ", symmetric" if branch.family.signature.symmetric else ""
             ax.plot([], [], color=colour, linewidth=1.2, label=f"{number}: {branch.symbol}{kind}")
-    for standing in sorted(seen):
-        ax.plot([], [], linestyle=LINES[standing], color=style.BLACK, label=WORDS[standing])
+    for stability in sorted(seen):
+        ax.plot([], [], linestyle=LINES[stability], color=style.BLACK, label=WORDS[stability])
     kinds = {point.kind for branch in branches for point in branch.special_points}
     for kind in [kind for kind in MARKERS if points and kind in kinds]:
         ax.plot([], [], label=KINDS[kind], **marker_of(kind))

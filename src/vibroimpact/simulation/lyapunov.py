@@ -29,7 +29,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.simulate import RunEnd, flight_limit_of
-from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Motion
+from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Simulator
 
 BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
 FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here 18 %
@@ -136,14 +136,14 @@ def lyapunov_exponent(
     """
     check_count("impacts", impacts, BLOCKS)
     check_count("settle", settle, 0)
-    motion = Motion(system, state)
+    motion = Simulator(system, state)
     end = motion.settle(settle)
     if end is not RunEnd.IMPACTS:
         return _nothing(end)
     return exponent_from(motion, impacts)
 
 
-def exponent_from(motion: Motion, impacts: int) -> LyapunovEstimate:
+def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     """Estimate from where a motion stands; the motion stays there."""
     block = max(1, impacts // BLOCKS)
     events = EVENTS_PER_IMPACT * impacts + 64

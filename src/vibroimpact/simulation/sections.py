@@ -21,7 +21,7 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
-from vibroimpact.simulation.simulator import Impacts, Motion, Stop
+from vibroimpact.simulation.simulator import Impacts, Simulator, Stop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -262,7 +262,7 @@ def impact_section(
     check_count("settle", settle, 0)
     check_stop(system, contact, stop)
     check_points("points", points, system)
-    motion = Motion(system, state)
+    motion = Simulator(system, state)
     end = motion.settle(settle)
     if end is not RunEnd.IMPACTS:
         return section_of(motion, [], contact, stop, points, end)
@@ -323,7 +323,7 @@ def stroboscopic_section(
         raise InvalidParameterError(
             "system: has no forcing, so that no phase repeats. Take impact_section."
         )
-    motion = Motion(system, state)
+    motion = Simulator(system, state)
     period = 2.0 * math.pi / mechanism.omega
     first = ((phase - state.phase) % (2.0 * math.pi)) / mechanism.omega
     times: Floats = first + period * np.arange(settle, settle + points, dtype=np.float64)
@@ -342,7 +342,7 @@ def stroboscopic_section(
     )  # fmt: skip
 
 
-def take(motion: Motion, points: int, contact: int, stop: Stop) -> Section:
+def take(motion: Simulator, points: int, contact: int, stop: Stop) -> Section:
     """Take the next points of a motion at one stop."""
     parts: list[Impacts] = []
     found, spent, end = 0, 0, RunEnd.IMPACTS
@@ -359,7 +359,7 @@ def take(motion: Motion, points: int, contact: int, stop: Stop) -> Section:
 
 
 def section_of(
-    motion: Motion, parts: list[Impacts], contact: int, stop: Stop, points: int, end: RunEnd
+    motion: Simulator, parts: list[Impacts], contact: int, stop: Stop, points: int, end: RunEnd
 ) -> Section:
     """Select the impacts at one stop among recorded ones, at most so many."""
     n = motion.compiled.mechanism.degrees

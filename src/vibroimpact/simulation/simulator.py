@@ -58,7 +58,7 @@ class Impacts:
         return np.flatnonzero(wanted)
 
 
-class Motion:
+class Simulator:
     """A motion that goes on: settle it, then record its impacts, as often as wanted."""
 
     def __init__(self, system: System, state: State) -> None:

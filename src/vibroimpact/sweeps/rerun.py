@@ -29,10 +29,10 @@ from vibroimpact.sweeps.sweep import sweep
 
 
 class Maker(NamedTuple):
-    """A function that makes sweeps, and how what it was told is read from one."""
+    """A function that makes sweeps, and how its arguments are read from one."""
 
     make: Callable[..., xr.Dataset]
-    told: Callable[[xr.Dataset], dict[str, Any]]
+    arguments: Callable[[xr.Dataset], dict[str, Any]]
 
 
 @interruptible(LOST)
@@ -82,7 +82,7 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
         )
     check_options("rerun_sweep", options, maker.make, sweep)
     try:
-        made, told = _system(found, system), _told(found) | maker.told(found)
+        made, given = _system(found, system), _window(found) | maker.arguments(found)
     except InvalidParameterError:
         raise
     except (KeyError, ValueError, TypeError, StopIteration) as error:
@@ -90,10 +90,10 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
             f"found: its attributes are damaged ({error!r}). Give what vi.{maker.make.__name__} "
             "returned."
         ) from error
-    return maker.make(made, **told | options)
+    return maker.make(made, **given | options)
 
 
-def _told(found: xr.Dataset) -> dict[str, Any]:
+def _window(found: xr.Dataset) -> dict[str, Any]:
     """The axes and the window of what was made, if all of it is there."""
     _check_whole(found)
     return {

@@ -52,7 +52,7 @@ MORE_IMPACTS, LIVELIEST = 64, 0.999
 UNIT = float(np.finfo(float).eps)
 LONGEST = 1e100  # forcing periods: times stay finite
 
-Told = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 
 
 @interruptible("nothing new was computed")
@@ -71,7 +71,7 @@ def sweep(
     workers: int | None = None,
     client: Any = None,
     tile: int | None = None,
-    progress: bool | Told = True,
+    progress: bool | ProgressCallback = True,
 ) -> xr.Dataset:
     """Run many members, in parameters and starts, and observe each as it runs.
 
@@ -307,7 +307,7 @@ class Memory:
 
 
 def _shown(
-    results: Iterable[Done], missing: Sequence[Tile], progress: bool | Told
+    results: Iterable[Done], missing: Sequence[Tile], progress: bool | ProgressCallback
 ) -> Generator[Done, None, None]:
     """Yield results, and tell how far they are once each is taken."""
     total = sum(tile.size for tile in missing)

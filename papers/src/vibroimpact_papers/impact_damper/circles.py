@@ -37,7 +37,7 @@ from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
 from vibroimpact.normal_forms import NeimarkSacker
 from vibroimpact.simulation.simulate import RunEnd
-from vibroimpact.simulation.simulator import Motion
+from vibroimpact.simulation.simulator import Simulator
 from vibroimpact_papers.impact_damper.normal_forms import CriticalPoint
 from vibroimpact_papers.impact_damper.plan import Plan
 
@@ -182,7 +182,7 @@ def measure(point: CriticalPoint, plan: Plan) -> Measured:
 
 
 def _on_prediction(point: CriticalPoint, dp: float, plan: Plan) -> Circle:
-    motion = Motion(_damper(point, dp), _state(point, dp, point.form.radius(dp)))
+    motion = Simulator(_damper(point, dp), _state(point, dp, point.form.radius(dp)))
     return _settled("prediction", point, dp, motion, plan.circle_settle, plan)
 
 
@@ -190,7 +190,7 @@ def _from_inside(point: CriticalPoint, dp: float, plan: Plan) -> Circle:
     push = DISTURBED * float(point.form.amplitude(dp)[-1])
     orbit = next(o for o in symmetric_orbits(_damper(point, dp))
                  if o.sign == point.bifurcation.sign)  # fmt: skip
-    motion = Motion(orbit.damper, orbit.state.perturbed(push))
+    motion = Simulator(orbit.damper, orbit.state.perturbed(push))
     return _settled("fixed point", point, dp, motion, FROM_INSIDE + plan.circle_settle, plan)
 
 
@@ -207,14 +207,14 @@ def bisected(point: CriticalPoint, dp: float, plan: Plan) -> Circle:
         impacts += spent
         low, high = (middle, high) if way < 0 else (low, middle)
     start = _state(point, dp, (low + high) / 2.0 * point.form.radius(dp))
-    circle = _settled("bisection", point, dp, Motion(_damper(point, dp), start), 1.0, plan)
+    circle = _settled("bisection", point, dp, Simulator(_damper(point, dp), start), 1.0, plan)
     return replace(circle, impacts=impacts)
 
 
 def leaves(point: CriticalPoint, dp: float, share: float) -> tuple[int, int]:
     """Return -1 (falls to the fixed point), +1 (grows) or 0, and the impacts that it took."""
     radius, wait = point.form.radius(dp), round(_waiting(point, dp))
-    motion = Motion(_damper(point, dp), _state(point, dp, share * radius))
+    motion = Simulator(_damper(point, dp), _state(point, dp, share * radius))
     for waits in range(1, MOST_WAITS + 1):
         end = motion.settle(wait)
         x, status = iterates(point, motion, 1)
@@ -229,7 +229,7 @@ def leaves(point: CriticalPoint, dp: float, share: float) -> tuple[int, int]:
 def _other_side(point: CriticalPoint, dp: float, plan: Plan) -> float:
     """Growth of |z| on the side without a circle."""
     radius = point.form.radius(dp)
-    motion = Motion(_damper(point, -dp), _state(point, -dp, radius))
+    motion = Simulator(_damper(point, -dp), _state(point, -dp, radius))
     motion.settle(round(plan.circle_settle * _waiting(point, dp)))
     x, status = iterates(point, motion, 1)
     lost = status != ALTERNATE or not len(x)
@@ -240,7 +240,7 @@ def _other_side(point: CriticalPoint, dp: float, plan: Plan) -> float:
 
 
 def _settled(
-    start: str, point: CriticalPoint, dp: float, motion: Motion, waits: float, plan: Plan
+    start: str, point: CriticalPoint, dp: float, motion: Simulator, waits: float, plan: Plan
 ) -> Circle:
     """Wait, take points, and measure the circle."""
     impacts = round(waits * _waiting(point, dp))
@@ -262,7 +262,7 @@ def _settled(
     )
 
 
-def iterates(point: CriticalPoint, motion: Motion, count: int) -> tuple[Floats, str]:
+def iterates(point: CriticalPoint, motion: Simulator, count: int) -> tuple[Floats, str]:
     """Return the next iterates of the half map minus the critical state, and the status."""
     part = motion.record(count)
     sign = np.where(part.side > 0, 1.0, -1.0)[:, None]

@@ -18,8 +18,8 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import check_stop
 from vibroimpact.simulation.simulator import Stop
-from vibroimpact.sweeps.analyses.label_attractors import Found, labelled
-from vibroimpact.sweeps.analyses.member_table import Longer
+from vibroimpact.sweeps.analyses.label_attractors import Found, label_attractors
+from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.member_status import Outcome
@@ -112,8 +112,8 @@ def basins(
     asked = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
     starts = GridStarts(over, start)
     members = sweep(system, start=starts, **asked)
-    labels, found, ends = labelled(
-        system, members, starts.states().phase, _longer(system, members, asked),
+    labels, found, ends = label_attractors(
+        system, members, starts.states().phase, _extension(system, members, asked),
         contact=contact, stop=stop, tolerance=tolerance, most=most,
     )  # fmt: skip
     members = _ended(members, ends)
@@ -158,7 +158,7 @@ def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:
     )
 
 
-def _longer(system: System, members: xr.Dataset, asked: dict[str, Any]) -> Longer:
+def _extension(system: System, members: xr.Dataset, asked: dict[str, Any]) -> ExtendRun:
     """Members settle again, so many times as long as these did and were observed.
 
     Whole periods in all: motions end at the phase where they ended before.

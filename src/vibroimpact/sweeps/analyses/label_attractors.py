@@ -33,7 +33,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.simulation.simulator import Stop
-from vibroimpact.sweeps.analyses.member_table import Longer, Table
+from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
 from vibroimpact.sweeps.states import States
 
@@ -94,8 +94,8 @@ class Labels:
         self.values[members] = self.add(found) if label is None else label
 
 
-def labelled(
-    system: System, members: xr.Dataset, begun: Floats, longer: Longer, *, contact: int,
+def label_attractors(
+    system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *, contact: int,
     stop: Stop, tolerance: float = TOLERANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[Found, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
@@ -108,7 +108,7 @@ def labelled(
         With the observers section, symbol, impacts and final.
     begun
         Phases of the starts, in the order of ``end``.
-    longer
+    extend
         Runs members with the same observers from where they ended.
     contact, stop
         The section.
@@ -131,7 +131,7 @@ def labelled(
     table = Table.of(system, members, codes, begun)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
     search = Search(labels, contact, stop, tolerance, most)
-    table = _searched(search, table, longer)
+    table = _searched(search, table, extend)
     return *_coded(labels, codes), table.ends
 
 
@@ -229,7 +229,7 @@ class Search:
         gap = curve.widest_gap if curve and attractor.kind is Kind.QUASIPERIODIC else 0.0
         return known(own, attractor.kind is Kind.PERIODIC, self.tolerance, gap)
 
-    def goes_on(self, table: Table, flew: int) -> Rows:
+    def to_extend(self, table: Table, flew: int) -> Rows:
         """Who goes on: all without a label; of many in flight none where as many flew before."""
         left = self.labels.left
         flying = table.silent[left]
@@ -238,7 +238,7 @@ class Search:
         return left
 
 
-def _searched(search: Search, table: Table, longer: Longer) -> Table:
+def _searched(search: Search, table: Table, extend: ExtendRun) -> Table:
     """Look, and let members without a label go on, until all have one or have gone on enough."""
     flew = -1
     for often in range(OFTEN + 1):
@@ -246,15 +246,15 @@ def _searched(search: Search, table: Table, longer: Longer) -> Table:
         left = search.labels.left
         if not left.size or often == OFTEN:
             break
-        rows, flew = search.goes_on(table, flew), int(table.silent[left].sum())
-        table = table.gone_on(rows, longer, LONGER ** (often + 1))
-    _rest(search.labels, table, longer)
+        rows, flew = search.to_extend(table, flew), int(table.silent[left].sum())
+        table = table.extended(rows, extend, LONGER ** (often + 1))
+    _rest(search.labels, table, extend)
     strayed = np.array(search.classified, dtype=np.intp)
     strayed = strayed[~table.settled[strayed]]
-    return table.gone_on(strayed, longer, LONGER**OFTEN) if strayed.size else table
+    return table.extended(strayed, extend, LONGER**OFTEN) if strayed.size else table
 
 
-def _rest(labels: Labels, table: Table, longer: Longer) -> None:
+def _rest(labels: Labels, table: Table, extend: ExtendRun) -> None:
     """Label what impacts, but not on the section, and what has no impact for long."""
     left = labels.left
     silent = table.silent[left]
@@ -263,7 +263,7 @@ def _rest(labels: Labels, table: Table, longer: Longer) -> None:
     _by_word(labels, table, elsewhere, words, Kind.UNDECIDED)
     if silent.any():
         times = LONGER if silent.sum() > MANY else LONGER**OFTEN
-        table = table.gone_on(left[silent], longer, times, whole=True)
+        table = table.extended(left[silent], extend, times, whole=True)
         still = left[silent & table.silent[left]]
         _by_word(labels, table, still, np.array(table.without_impacts(still)), Kind.SILENT)
 

@@ -23,7 +23,7 @@ from vibroimpact.sweeps.states import States
 Numbers = NDArray[Any]
 
 # Members go on, so many times as long; True: observed all the time.
-Longer = Callable[[States, int, bool], xr.Dataset]
+ExtendRun = Callable[[States, int, bool], xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class Table:
         flat = codes.values.ravel().astype(np.int64)
         return cls(system, scale, flat, points, symbols, States(position, velocity, phase))
 
-    def gone_on(self, rows: Rows, longer: Longer, times: int, *, whole: bool = False) -> Table:
+    def extended(self, rows: Rows, extend: ExtendRun, times: int, *, whole: bool = False) -> Table:
         """With these members so many times as long, where they reach the end of that."""
         if not rows.size:
             return self
         states = self.ends.of(rows)
-        members = longer(states, times, whole)
+        members = extend(states, times, whole)
         scale = self.scale if self.seen.any() else None
         more = Table.of(self.system, members, motions(members), states.phase, scale)
         through = more.codes >= NO_IMPACTS
