@@ -84,7 +84,7 @@ Sections = dict[str, str]
 def plain(text: str) -> str:
     """Docstring markup as Markdown."""
     text = re.sub(r":\w+:`~?([^`]*)`", lambda m: f"`{m[1].split('.')[-1]}`", text)
-    return text.replace("``", "`").replace("|", r"\|")
+    return text.replace("``", "`")
 
 
 def wrapped(text: str) -> str:
@@ -110,11 +110,12 @@ def entries(section: str) -> list[tuple[str, str]]:
     return [(name, plain(text)) for name, text in found]
 
 
-def table(title: str, rows: list[tuple[str, str]]) -> list[str]:
-    """A two-column table, or nothing."""
+def listed(title: str, rows: list[tuple[str, str]]) -> list[str]:
+    """A list of names with their texts, or nothing."""
     if not rows:
         return []
-    return ["", f"| {title} | |", "|---|---|", *(f"| `{name}` | {text} |" for name, text in rows)]
+    items = (f"- `{name}`: {text}" if text else f"- `{name}`" for name, text in rows)
+    return ["", f"*{title}*", "", *(textwrap.fill(x, 110, subsequent_indent="  ") for x in items)]
 
 
 def signature(thing: Any) -> str:
@@ -126,14 +127,18 @@ def signature(thing: Any) -> str:
     return str(whole.replace(parameters=bare, return_annotation=inspect.Signature.empty))
 
 
-def members(cls: type, told: str) -> list[tuple[str, str]]:
-    """Properties and methods, inherited ones too, that the docstring has not told."""
+def members(cls: type, named: str) -> list[tuple[str, str]]:
+    """Properties and methods, inherited ones too, that the docstring does not name."""
     found = []
     ours = [base for base in cls.__mro__ if base.__module__.startswith(vi.__name__)]
     every = {name: member for base in reversed(ours) for name, member in vars(base).items()}
     for name, member in every.items():
         inner = getattr(member, "__func__", getattr(member, "fget", member))
-        if name.startswith("_") or not inspect.isfunction(inner) or re.search(rf"\b{name}\b", told):
+        if (
+            name.startswith("_")
+            or not inspect.isfunction(inner)
+            or re.search(rf"\b{name}\b", named)
+        ):
             continue
         called = [p for p in inspect.signature(inner).parameters if p not in ("self", "cls")]
         call = "" if isinstance(member, property) else f"({', '.join(called)})"
@@ -152,21 +157,25 @@ def values(cls: type[enum.Enum]) -> list[tuple[str, str]]:
 def described(prefix: str, name: str, thing: Any) -> list[str]:
     """The part of the page on one public name."""
     head, sections = split(thing)
-    lines = ["", f"### `{prefix}.{name}{signature(thing)}`", "", wrapped(head)]
+    call = f"{prefix}.{name}{signature(thing)}"
+    lines = ["", f"### `{call}`" if len(call) < 110 else f"### `{prefix}.{name}`", ""]
+    if len(call) >= 110:
+        lines += ["```text", textwrap.fill(call, 110, subsequent_indent="    "), "```", ""]
+    lines += [wrapped(head)]
     for title in ("Parameters", "Attributes"):
-        lines += table(title.lower().rstrip("s"), entries(sections.get(title, "")))
+        lines += listed(title, entries(sections.get(title, "")))
     if isinstance(thing, enum.EnumMeta):
-        return lines + table("value", values(thing))
+        return lines + listed("Values", values(thing))
     if isinstance(thing, type):
-        told = "".join(
+        named = "".join(
             n for t in ("Parameters", "Attributes") for n, _ in entries(sections.get(t, ""))
         )
-        lines += [] if issubclass(thing, Exception) else table("also", members(thing, told))
+        lines += [] if issubclass(thing, Exception) else listed("Also", members(thing, named))
     elif "Returns" in sections:
         lines += ["", wrapped("Returns " + sections["Returns"].replace("\n", ". ", 1))]
     if "Raises" in sections and not isinstance(thing, type):
-        listed = "; ".join(f"`{n}`: {t}" for n, t in entries(sections["Raises"]))
-        lines += ["", textwrap.fill(f"Raises {listed}", 110)]
+        errors = "; ".join(f"`{n}`: {t}" for n, t in entries(sections["Raises"]))
+        lines += ["", textwrap.fill(f"Raises {errors}", 110)]
     if "Notes" in sections:
         lines += ["", wrapped(sections["Notes"])]
     return lines
