@@ -66,7 +66,7 @@ class Scales:
     friction=FRICTIONLESS,
     stiffness="Give omega_n. Stops are rigid.",
 )
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class ImpactDamper:
     """Two-degree-of-freedom impact damper, nondimensional.
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
+from weakref import ref
 
 from vibroimpact._core.checks import refusal
 from vibroimpact.model.mechanism import Mechanism
@@ -20,10 +21,26 @@ System = HasMechanism | Mechanism
 
 
 def mechanism_of(system: System) -> Mechanism:
-    """The mechanism behind a system."""
+    """The mechanism of a system; that of a frozen dataclass is built and checked once."""
     if isinstance(system, Mechanism):
         return system
+    known = _BUILT.get(id(system))
+    if known and known[0]() is system:
+        return known[1]
     mechanism = getattr(system, "mechanism", None)
-    if isinstance(mechanism, Mechanism):
-        return mechanism
-    raise refusal("system", system, "a Mechanism or have one, as ImpactDamper does")
+    if not isinstance(mechanism, Mechanism):
+        raise refusal("system", system, "a Mechanism or have one, as ImpactDamper does")
+    if getattr(getattr(system, "__dataclass_params__", None), "frozen", False):
+        _keep(system, mechanism)
+    return mechanism
+
+
+_BUILT: dict[int, tuple[ref[Any], Mechanism]] = {}  # by id of a system that lives
+
+
+def _keep(system: Any, mechanism: Mechanism) -> None:
+    key = id(system)
+    try:
+        _BUILT[key] = ref(system, lambda _: _BUILT.pop(key, None)), mechanism
+    except TypeError:  # slots without room for weak references
+        return

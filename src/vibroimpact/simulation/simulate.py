@@ -130,7 +130,6 @@ class Run:
     _y: Floats = field(repr=False)
     _mode: Codes = field(repr=False)
     _low: Floats = field(repr=False)
-    _last: Any = field(repr=False)
 
     def __len__(self) -> int:
         return int(self.time.size)
@@ -366,15 +365,15 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
                 break
             counted = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
             remaining -= int(np.isin(part["status"], counted).sum())
-    return _assemble(system, state, compiled, first, parts, why, at)
+    return _assemble(system, state, compiled, first, parts, why)
 
 
 def _assemble(
-    system: System, state: State, compiled: Compiled, first: Floats, parts: list[Any],
-    why: RunEnd, last: Any,
-) -> Run:  # fmt: skip
+    system: System, state: State, compiled: Compiled, first: Floats, parts: list[Any], why: RunEnd
+) -> Run:
     def joined(name: str) -> Any:
-        array = np.concatenate([part[name] for part in parts])
+        arrays = [part[name] for part in parts]
+        array = arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
         array.flags.writeable = False
         return array
 
@@ -400,5 +399,4 @@ def _assemble(
         _y=np.concatenate([first[None, :], joined("y")]),
         _mode=np.concatenate([[0], joined("mode")]).astype(np.int32),
         _low=low,
-        _last=last,
     )
