@@ -13,6 +13,7 @@ from vibroimpact.compile.hybrid import Hybrid, compile_mechanism
 from vibroimpact.compile.rayleigh import proportion
 from vibroimpact.compile.reduction import Closed, reduce
 from vibroimpact.compile.vibrations import rayleigh_modes
+from vibroimpact.model.stop import Stop
 
 
 def damped(seed: int, of_mass: float, of_stiffness: float) -> vi.Mechanism:
@@ -88,7 +89,7 @@ def test_dashpots_where_nothing_else_is_are_in_no_proportion() -> None:
     assert proportion(other) is None
 
 
-@pytest.mark.parametrize("closed", [(), ((0, -1),), ((1, -1), (2, -1))])
+@pytest.mark.parametrize("closed", [(), (Stop(0, -1),), (Stop(1, -1), Stop(2, -1))])
 def test_damping_of_modes_is_that_of_the_reduced_matrices(closed: Closed) -> None:
     """c = c_v / m_v of each vibration mode, by a library."""
     m = damped(3, 0.3, 2e-4)

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import vibroimpact as vi
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.search import find_orbits
 
 from .systems import oscillator, paper_damper, random_symmetric
 
 if TYPE_CHECKING:
-    from vibroimpact.compile.prescribed import Impact
     from vibroimpact.orbits.orbit import Orbit
 
 REFERENCE = Path(__file__).parent.parent / "reference"
@@ -49,9 +49,9 @@ def mechanism_of_entry(entry: dict[str, Any]) -> vi.Mechanism:
     return vi.Mechanism(**matrices, forces=(line,), contacts=contacts)
 
 
-def impacts_of(signature: list[list[Any]]) -> list[Impact]:
+def impacts_of(signature: list[list[Any]]) -> list[Stop]:
     """[[0, "upper"], ..] as (contact, side)."""
-    return [(int(contact), SIDES[side]) for contact, side in signature]
+    return [Stop(int(contact), SIDES[side]) for contact, side in signature]
 
 
 def guess_of_entry(entry: dict[str, Any]) -> vi.Guess:

@@ -29,6 +29,7 @@ from vibroimpact.attractors.orbit_type import (
 from vibroimpact.attractors.point_sets import FEWEST_POINTS, InvariantSet, Kind, classify_points
 from vibroimpact.attractors.rotation import Rotation, weighted_average
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, exponent_from
 from vibroimpact.simulation.sections import (
@@ -40,7 +41,7 @@ from vibroimpact.simulation.sections import (
     section_of,
 )
 from vibroimpact.simulation.simulate import RunEnd, Status
-from vibroimpact.simulation.simulator import Simulator, Stop
+from vibroimpact.simulation.simulator import Simulator
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
 EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
@@ -166,7 +167,7 @@ def classify(
     settle: int = 1000,
     points: int = 4000,
     max_settle: int = 64_000,
-    stop: Stop = "A",
+    stop: StopName = "A",
     contact: int = 0,
 ) -> Attractor:
     """Say what a motion settles on.
@@ -231,7 +232,7 @@ def classify(
 
 
 def _windows(
-    motion: Simulator, settle: int, max_settle: int, points: int, contact: int, stop: Stop
+    motion: Simulator, settle: int, max_settle: int, points: int, contact: int, stop: StopName
 ) -> Iterator[tuple[int, Attractor]]:
     """Impacts settled and what is seen then, until a window decides."""
     spent = changes = 0
@@ -266,7 +267,7 @@ def _with_history(seen: list[tuple[int, Attractor]]) -> Attractor:
     )
 
 
-def _look(motion: Simulator, points: int, contact: int, stop: Stop) -> Attractor:
+def _look(motion: Simulator, points: int, contact: int, stop: StopName) -> Attractor:
     """Take the next window of a motion and say what it looks like."""
     part = motion.record(_impacts_for(motion, points, contact, stop))
     section = section_of(motion, [part], contact, stop, points, part.end)
@@ -331,7 +332,7 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
                 yield (name if len(contacts) == 1 else f"{name}{number}"), on
 
 
-def _impacts_for(motion: Simulator, points: int, contact: int, stop: Stop) -> int:
+def _impacts_for(motion: Simulator, points: int, contact: int, stop: StopName) -> int:
     """Impacts at all stops that hold so many points of the section, from a look ahead."""
     at, last = motion.at, motion.last
     count = 2 * points

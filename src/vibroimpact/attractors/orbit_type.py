@@ -19,8 +19,8 @@ from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.sections import Scale, Section
-from vibroimpact.simulation.simulate import RunEnd, Status, flight_limit_of, phases_of
-from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Impacts, Simulator
+from vibroimpact.simulation.simulate import RunEnd, Status, events_for, flight_limit_of, phases_of
+from vibroimpact.simulation.simulator import Impacts, Simulator
 
 # Elapsed time over forcing periods may miss an integer by the return tolerance and rounding.
 WHOLE_PERIODS = 1e-6
@@ -121,7 +121,7 @@ def multipliers(
     count = last - first
     result = motion.compiled.kernel.tangents(
         x, v, phases_of(mechanism, float(part.phase[first])), basis, math.inf,
-        flight_limit_of(motion.compiled), EVENTS_PER_IMPACT * count + 64, count,
+        flight_limit_of(motion.compiled), events_for(count), count,
     )  # fmt: skip
     if RunEnd(result["why"]) is not RunEnd.IMPACTS:
         return None

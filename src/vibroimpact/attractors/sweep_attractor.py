@@ -15,9 +15,9 @@ from vibroimpact._core.checks import check_choice, check_count, check_kind, vect
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.sections import Section, check_stop, impact_section
-from vibroimpact.simulation.simulator import Stop
 
 SystemOf = Callable[[float], System]
 
@@ -38,7 +38,7 @@ def sweep_attractor(
     *,
     settle: int = 1000,
     keep: int = 500,
-    stop: Stop = "A",
+    stop: StopName = "A",
     contact: int = 0,
 ) -> list[Step]:
     """Follow an attractor along a parameter, in the order given.
@@ -125,7 +125,7 @@ def _is_record(system: object) -> bool:
 
 
 def carried(
-    mechanism: Mechanism, state: State, contact: int, stop: Stop, *, on_stop: bool
+    mechanism: Mechanism, state: State, contact: int, stop: StopName, *, on_stop: bool
 ) -> State:
     """Place a state where a system allows it: on its stop, if it stood on one.
 
@@ -144,7 +144,7 @@ def carried(
     u = float(np.dot(law.row, state.position))
     target = _nearest(law, u)
     if on_stop:
-        target = law.upper if stop == "A" else law.lower
+        target = Stop.at(stop, contact).limit(mechanism.contacts)
     if abs(target - u) <= _rounding(law, state):
         return state
     lift = np.array(linear.solve_definite(mechanism.mass, [[x] for x in law.row]))[:, 0]

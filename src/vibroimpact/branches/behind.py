@@ -13,7 +13,6 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import Section
-from vibroimpact.simulation.simulator import Stop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,15 +41,21 @@ def swept(branch: Branch, state: State, values: Floats) -> xr.Dataset:
     import xarray as xr
 
     family = branch.family
-    contact, side = family.signature.impacts[0]
-    stop: Stop = "A" if side > 0 else "B"
+    first = family.signature.impacts[0]
 
     def system(value: float) -> System:
         return with_parameter(family.system, branch.parameter, value)
 
     def followed(values: Floats, state: State) -> list[Step]:
         return sweep_attractor(
-            system, None, values, state, settle=SETTLED, keep=KEPT, stop=stop, contact=contact
+            system,
+            None,
+            values,
+            state,
+            settle=SETTLED,
+            keep=KEPT,
+            stop=first.name,
+            contact=first.contact,
         )
 
     up = followed(values, state)

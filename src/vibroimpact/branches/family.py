@@ -190,7 +190,7 @@ class OrbitFamily(OrbitProblem):
         begun = self.signature.impacts[: len(self.impacts)]
         compiled = self.compiled(p)
         contacts = compiled.mechanism.contacts
-        laws = [contacts[c].restitutions[side > 0] for c, side in begun]
+        laws = [stop.restitution(contacts) for stop in begun]
         plastic = [k for k, restitution in enumerate(laws) if restitution == 0.0]
         if not plastic:
             return {}

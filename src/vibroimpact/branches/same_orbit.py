@@ -18,8 +18,8 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint
-from vibroimpact.compile.prescribed import Impact
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry, least_cycles
@@ -28,7 +28,7 @@ from vibroimpact.orbits.problem import asymmetry, least_cycles
 class Loop(NamedTuple):
     """The impacts of an orbit and the states (x, v, theta) after them, shape (m, 2n + 1)."""
 
-    impacts: tuple[Impact, ...]
+    impacts: tuple[Stop, ...]
     states: Floats
 
 
@@ -81,7 +81,7 @@ def mirrored(loop: Loop) -> Loop:
     """The mirror image, half a forcing period later."""
     states = -loop.states
     states[:, -1] = loop.states[:, -1] + math.pi
-    return Loop(tuple((contact, -side) for contact, side in loop.impacts), states)
+    return Loop(tuple(stop.opposite for stop in loop.impacts), states)
 
 
 def _shifted(first: Loop, second: Loop, tolerance: float) -> bool:

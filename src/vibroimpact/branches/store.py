@@ -26,6 +26,7 @@ from vibroimpact.continuation import Curve, End, SpecialPoint, Stopped
 from vibroimpact.continuation.curve import Unresolved
 from vibroimpact.machines.json_text import chosen, text_of
 from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.problem import Signature
@@ -199,7 +200,7 @@ def _built(data: xr.Dataset, system: System | None) -> Branch:
     a = data.attrs
     name = str(a["parameter"])
     curve = _curve(data)
-    impacts = tuple((int(contact), int(side)) for contact, side in json.loads(a["impacts"]))
+    impacts = tuple(Stop(int(contact), int(side)) for contact, side in json.loads(a["impacts"]))
     family = OrbitFamily(
         chosen(a["system_numbers"], a["system"], name, float(a["system_value"]), system),
         Signature(impacts, int(a["cycles"]), bool(a["symmetric"])),

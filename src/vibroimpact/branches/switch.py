@@ -28,6 +28,7 @@ from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.stop_rules import RuleError, StopWhen, points_asked
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.walk import Begin, Tell, check_steps
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import Guess, repeated, rotated, unfolded, with_mirror
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
@@ -179,15 +180,15 @@ def _grown(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
     guess = Guess(np.insert(half, k + 1, inside, axis=0), np.insert(orbit.durations, k, touch.time))
     guess.durations[k + 1] -= touch.time
     impacts = list(orbit.signature.impacts[: len(half)])
-    impacts.insert(k + 1, (touch.contact, touch.side))
+    impacts.insert(k + 1, Stop(touch.contact, touch.side))
     signature = _with_mirror(orbit.signature, impacts)
     start = _ordinary(point, signature, guess, bounds)
     return start if isinstance(start, NoBranch) else _closing(start, k)
 
 
-def _with_mirror(like: Signature, impacts: list[tuple[int, int]]) -> Signature:
+def _with_mirror(like: Signature, impacts: list[Stop]) -> Signature:
     """The signature whose solved impacts are these, symmetric if the other one is."""
-    mirrored = [(c, -s) for c, s in impacts] if like.symmetric else []
+    mirrored = [stop.opposite for stop in impacts] if like.symmetric else []
     return Signature((*impacts, *mirrored), like.cycles, like.symmetric)
 
 

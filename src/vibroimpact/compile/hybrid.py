@@ -36,9 +36,10 @@ from vibroimpact.compile.coordinates import (
 )
 from vibroimpact.compile.decoupling import Decoupled, decoupled
 from vibroimpact.compile.rayleigh import proportion
-from vibroimpact.compile.reduction import Closed, Reduced, limit_of, reduce
+from vibroimpact.compile.reduction import Closed, Reduced, reduce
 from vibroimpact.compile.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
 from vibroimpact.model.mechanism import Mechanism, infinite
+from vibroimpact.model.stop import Stop
 
 STEP_BITS = 20  # of the step of the march, so that multiples of it are exact
 FEW = 2  # contacts, of which all closed sets are built at first
@@ -48,13 +49,13 @@ SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the 
 
 def code_of(closed: Closed) -> int:
     """Number of a closed set, as the kernel counts it: digits 1 (upper), 2 (lower) in base 3."""
-    return sum((1 if side > 0 else 2) * 3**contact for contact, side in closed)
+    return sum((stop.number + 1) * 3**stop.contact for stop in closed)
 
 
 def closed_from_code(code: int, contacts: int) -> Closed:
     """Inverse of :func:`code_of`."""
     digits = [(i, code // 3**i % 3) for i in range(contacts)]
-    return tuple((i, 1 if digit == 1 else -1) for i, digit in digits if digit)
+    return tuple(Stop(i, 1 if digit == 1 else -1) for i, digit in digits if digit)
 
 
 @dataclass(frozen=True)
@@ -133,12 +134,15 @@ class Hybrid:
     def _sides(self) -> list[list[int]]:
         """Of every contact, those where it has a stop."""
         contacts = self.mechanism.contacts
-        return [[s for s in (1, -1) if not infinite(limit_of(c, s))] for c in contacts]
+        return [
+            [s for s in (1, -1) if not infinite(Stop(i, s).limit(contacts))]
+            for i in range(len(contacts))
+        ]
 
     def _possible(self, sides: list[list[int]]) -> list[Closed]:
         """Every set of contacts that can be closed together, on these sides."""
         sets = [
-            tuple((i, s) for i, s in enumerate(choice) if s)
+            tuple(Stop(i, s) for i, s in enumerate(choice) if s)
             for choice in itertools.product(*([0, *some] for some in sides))
         ]
         return [s for s in sets if s and self._shape(s) is not None]

@@ -28,9 +28,9 @@ from vibroimpact.compile.coordinates import STEP_ANGLE, dense, dense_rate
 from vibroimpact.compile.reduction import reduce
 from vibroimpact.model.mechanism import Mechanism, infinite
 from vibroimpact.model.parameters import expanded
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
-Impact = tuple[int, int]  # (contact, side): side +1 is the upper stop A, -1 the lower stop B
 COASTING = -1  # ends a segment without an impact
 PARAMETER_ORDERS = (0, 1, 3, 7)  # f, f', f'', f''' among the coefficients of a jet
 PROPORTIONAL = 1e-12  # rounding of derivatives of frequencies that have a constant ratio
@@ -75,7 +75,7 @@ class Prescribed:
     omega: float
     omega_orders: Floats
     rate: float
-    stops: tuple[Impact, ...]
+    stops: tuple[Stop, ...]
     kernel: _kernel.Prescribed
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -86,13 +86,11 @@ class Prescribed:
         """Entries of zeta, 2n + 1."""
         return 2 * self.degrees + 1
 
-    def stop_numbers(self, impacts: list[Impact]) -> list[int]:
+    def stop_numbers(self, impacts: list[Stop]) -> list[int]:
         """Numbers by which the kernel knows the stops."""
         return [self.stops.index(impact) for impact in impacts]
 
-    def linearise(
-        self, states: ArrayLike, durations: ArrayLike, impacts: list[Impact]
-    ) -> Linearised:
+    def linearise(self, states: ArrayLike, durations: ArrayLike, impacts: list[Stop]) -> Linearised:
         """Each flight and the impact that ends it, with first derivatives."""
         out = self.kernel.linearise(
             _contiguous(states), _contiguous(durations), self.stop_numbers(impacts)
@@ -155,7 +153,7 @@ def _array(values: Vector | list[Vector]) -> Floats:
 
 def _stops(
     m: Mechanism, free: linear.Matrix, rate: float
-) -> tuple[tuple[Impact, ...], list[tuple[Floats, ...]]]:
+) -> tuple[tuple[Stop, ...], list[tuple[Floats, ...]]]:
     """Every finite limit of every contact as (row, limit, impulse, 1 + restitution)."""
     names, laws = [], []
     for i, contact in enumerate(m.contacts):
@@ -170,7 +168,7 @@ def _stops(
             (-1, 1), (contact.lower, contact.upper), contact.restitutions, strict=True
         ):
             if not infinite(limit):
-                names.append((i, side))
+                names.append(Stop(i, side))
                 laws.append(tuple(map(_array, (on_y, [limit], impulse, [1.0 + restitution]))))
     return tuple(names), laws
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 from vibroimpact._core import linear
 from vibroimpact._core.linear import Matrix, Vector, apply, product, transpose
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.stop import Stop
 
-Closed = tuple[tuple[int, int], ...]  # (contact, side) of the contacts held closed
+Closed = tuple[Stop, ...]  # those whose contacts are held closed
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,6 @@ class Reduced:
     cosines: Matrix
 
 
-def limit_of(contact: Contact, side: int) -> float:
-    """The stop of a contact on one side, infinite where there is none."""
-    return contact.upper if side > 0 else contact.lower
-
-
 def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
     """Project onto what the closed contacts allow; None where they are dependent."""
     n = m.degrees
@@ -47,7 +43,7 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
             return None
         basis = found
         lift = linear.solve_definite(m.mass, transpose(rows))
-        limits = [[limit_of(m.contacts[i], side)] for i, side in closed]
+        limits = [[stop.limit(m.contacts)] for stop in closed]
         offset = [
             row[0] for row in product(lift, linear.solve_definite(product(rows, lift), limits))
         ]

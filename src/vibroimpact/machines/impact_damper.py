@@ -21,6 +21,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +215,7 @@ class ImpactDamper:
         check_stop_name(stop)
         place = real("x1", x1)
         speeds = real("v1", v1), real("v2", v2)
-        side = 1.0 if stop == "A" else -1.0
+        side = float(Stop.at(stop).side)
         return State((place, place + side * self.half_clearance), speeds, phase)
 
 

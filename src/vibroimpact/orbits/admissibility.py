@@ -29,8 +29,9 @@ from numpy.polynomial import chebyshev
 
 from vibroimpact._core.chebyshev import fitted, real_zeros_of
 from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.compile.prescribed import Impact, Linearised, Prescribed
+from vibroimpact.compile.prescribed import Linearised, Prescribed
 from vibroimpact.model.mechanism import infinite
+from vibroimpact.model.stop import Stop
 
 # Of the largest u' in a window. It moves an extremum of the gap by as much, and its value by the
 # square of that; where two extrema are about to merge by the power 3/2, 3e-14.
@@ -63,9 +64,8 @@ class Nearest(NamedTuple):
         return Place(self.contact, self.side, self.segment, self.own)
 
     def __str__(self) -> str:
-        stop = "upper" if self.side > 0 else "lower"
         return (
-            f"the gap at the {stop} stop of contact {self.contact} is {self.gap:.6g} in flight "
+            f"the gap at {Stop(self.contact, self.side).words} is {self.gap:.6g} in flight "
             f"{self.segment}, {self.time:.6g} after its start"
         )
 
@@ -87,8 +87,8 @@ def least_gaps(
     compiled: Prescribed,
     states: Floats,
     durations: Floats,
-    ends: Sequence[Impact],
-    begun: Sequence[Impact],
+    ends: Sequence[Stop],
+    begun: Sequence[Stop],
 ) -> dict[Place, Nearest]:
     """The nearest approach to each stop in each flight.
 
@@ -116,8 +116,8 @@ def _windows(
     compiled: Prescribed,
     states: Floats,
     durations: Floats,
-    ends: Sequence[Impact],
-    begun: Sequence[Impact],
+    ends: Sequence[Stop],
+    begun: Sequence[Stop],
 ) -> _Flights:
     flights = compiled.flights(states, durations)
     counts = np.array([len(starts) for starts, _ in flights])
@@ -184,7 +184,7 @@ def _values(flights: _Flights, series: Floats, window: Integers, times: Floats) 
 
 def why_inadmissible(
     parts: Linearised,
-    impacts: Sequence[Impact],
+    impacts: Sequence[Stop],
     durations: Floats,
     gaps: Mapping[Place, Nearest],
     sizes: Floats,
@@ -206,6 +206,6 @@ def why_inadmissible(
     for k, (contact, side) in enumerate(impacts):
         at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
         if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k) in behind):
-            stop = f"the {'upper' if side > 0 else 'lower'} stop of contact {contact}"
+            stop = Stop(contact, side).words
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
     return str(min(gaps[place] for place in crossed)) if crossed else ""

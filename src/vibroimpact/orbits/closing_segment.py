@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import Impact
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import Run, RunEnd, Status
 
@@ -31,20 +31,21 @@ RESTING = "the motion chatters or sticks in every period: such orbits have no si
 class EndLoop(NamedTuple):
     """Impacts that repeat, forcing cycles; states after them (m, 2n + 1), flight times (m,)."""
 
-    impacts: tuple[Impact, ...]
+    impacts: tuple[Stop, ...]
     cycles: int
     states: Floats
     durations: Floats
 
 
-def segments_of(run: Run) -> tuple[Floats, Floats, list[Impact]]:
+def segments_of(run: Run) -> tuple[Floats, Floats, list[Stop]]:
     """States after the impacts (m, 2n + 1) with growing phase, times, stops of a run's impacts."""
     at = np.flatnonzero(run.status == Status.IMPACT)
     omega = mechanism_of(run.system).omega
     phase = run.start.phase + omega * run.time[at]
     states = np.column_stack([run.position[at], run.velocity_after[at], phase])
     sides = np.where(run.stop[at] == 0, 1, -1)
-    return states, run.time[at], list(zip(run.contact[at].tolist(), sides.tolist(), strict=True))
+    stops = map(Stop, run.contact[at].tolist(), sides.tolist())
+    return states, run.time[at], list(stops)
 
 
 def cycles_of(system: System, span: float) -> int:
@@ -53,7 +54,7 @@ def cycles_of(system: System, span: float) -> int:
     return max(1, round(span * omega / (2.0 * math.pi))) if omega else 0
 
 
-def loop_at_end(run: Run, sequence: tuple[Impact, ...] | None, cycles: int | None) -> EndLoop | str:
+def loop_at_end(run: Run, sequence: tuple[Stop, ...] | None, cycles: int | None) -> EndLoop | str:
     """The loop at the end of a run; a sentence where there is none.
 
     Parameters
@@ -114,7 +115,7 @@ def _nearest_loop(run: Run, cycles: int | None) -> tuple[int, int] | None:
     return (best[1], last) if best else None
 
 
-def _last_time(stops: list[Impact], sequence: tuple[Impact, ...]) -> tuple[int, int] | None:
+def _last_time(stops: list[Stop], sequence: tuple[Stop, ...]) -> tuple[int, int] | None:
     """(first, last) impact where a sequence, and its first stop once more, ends last."""
     count, wanted = len(sequence), [*sequence, *sequence[:1]]
     begins = [k for k in range(len(stops) - count) if stops[k : k + count + 1] == wanted]

@@ -21,8 +21,8 @@ from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
-from vibroimpact.compile.prescribed import Impact
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import cycles_of, loop_at_end
 from vibroimpact.orbits.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
@@ -52,7 +52,7 @@ def find_orbit(
     system: System,
     guess: Orbit | SymmetricOrbit | Run | State | Guess,
     *,
-    impacts: Sequence[Impact | str] | None = None,
+    impacts: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
     symmetric: bool | None = None,
 ) -> Orbit:
@@ -123,21 +123,21 @@ def find_orbit(
     return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
 
 
-def _sequence(impacts: Any) -> tuple[Impact, ...]:
+def _sequence(impacts: Any) -> tuple[Stop, ...]:
     if not isinstance(impacts, Sequence) and not (isinstance(impacts, np.ndarray) and impacts.ndim):
         raise refusal("impacts", impacts, "a sequence of stops")
     return tuple(impact_of("impacts", given) for given in impacts)
 
 
-def impact_of(name: str, given: Any) -> Impact:
+def impact_of(name: str, given: Any) -> Stop:
     """A stop as (contact, side), or an error that names the argument."""
     if isinstance(given, str) and given in ("A", "B"):
-        return 0, 1 if given == "A" else -1
+        return Stop.at(given)
     listed = isinstance(given, Sequence) or (isinstance(given, np.ndarray) and given.ndim)
     pair = tuple(given) if listed else ()
     if len(pair) != 2 or not all(isinstance(part, int | np.integer) for part in pair):
         raise refusal(name, given, '"A", "B" or (contact, side), two integers')
-    return int(pair[0]), int(pair[1])
+    return Stop(int(pair[0]), int(pair[1]))
 
 
 def _checked(guess: Any) -> Guess:
@@ -166,7 +166,7 @@ def _unwound(guess: Guess, cycles: int) -> Guess:
 def _from_orbit(
     system: System,
     guess: Orbit,
-    sequence: tuple[Impact, ...] | None,
+    sequence: tuple[Stop, ...] | None,
     cycles: int | None,
     symmetric: bool | None,
 ) -> Orbit:
@@ -190,7 +190,9 @@ def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
     s = orbit.state
     states = np.array([[*s.position, *s.velocity, s.phase]])
     durations = np.array([math.pi / orbit.damper.omega])
-    return solve(orbit.damper, Signature(((0, 1), (0, -1)), 1, True), Guess(states, durations))
+    return solve(
+        orbit.damper, Signature((Stop(0, 1), Stop(0, -1)), 1, True), Guess(states, durations)
+    )
 
 
 def converged(orbit: Any) -> Orbit:
@@ -323,7 +325,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
 # ---- signatures read off a motion ----------------------------------------------------------------
 
 
-def _run_from(system: System, state: State, sequence: tuple[Impact, ...] | None) -> Run:
+def _run_from(system: System, state: State, sequence: tuple[Stop, ...] | None) -> Run:
     if sequence is not None:
         return simulate(system, state, impacts=2 * len(sequence) + 1)
     return simulate(system, state, impacts=SETTLING)
@@ -332,7 +334,7 @@ def _run_from(system: System, state: State, sequence: tuple[Impact, ...] | None)
 def _from_run(
     system: System,
     run: Run,
-    sequence: tuple[Impact, ...] | None,
+    sequence: tuple[Stop, ...] | None,
     cycles: int | None,
     symmetric: bool | None,
 ) -> Orbit:
@@ -346,13 +348,13 @@ def _from_run(
 
 
 def _nothing(
-    system: System, sequence: tuple[Impact, ...] | None, cycles: int | None, status: str
+    system: System, sequence: tuple[Stop, ...] | None, cycles: int | None, status: str
 ) -> Orbit:
     """An orbit that was not found: what was asked for, or else some stop and a whole period."""
     m = mechanism_of(system)
     side = 1 if math.isfinite(m.contacts[0].upper) else -1
     least = least_cycles(m)
-    impacts = ((0, side),) if sequence is None else sequence
+    impacts = (Stop(0, side),) if sequence is None else sequence
     if not forcing_repeats(m, least):
         raise InvalidParameterError(
             f"forces: {[f.omega for f in m.forces]} have no common period: no motion is periodic."

@@ -22,8 +22,9 @@ from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.compile.prescribed import COASTING, Impact, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import COASTING, Prescribed, compile_prescribed
 from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import converged, later, unfolded
 from vibroimpact.orbits.multipliers import solved_coordinate
 from vibroimpact.orbits.orbit import Orbit
@@ -212,7 +213,7 @@ def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
     return compile_prescribed(orbit.system, parameter)
 
 
-def _section(orbit: Orbit, impact: Impact) -> tuple[int, ...]:
+def _section(orbit: Orbit, impact: Stop) -> tuple[int, ...]:
     left_out = solved_coordinate(orbit.mechanism, impact)
     return tuple(i for i in range(orbit.problem.size) if i != left_out)
 
@@ -222,10 +223,10 @@ def _map(
     parameter: str,
     states: Floats,
     durations: Floats,
-    ends: list[Impact],
+    ends: list[Stop],
     kept: tuple[tuple[int, ...], tuple[int, ...]],
     signs: Floats,
-    begun: Impact | None = None,
+    begun: Stop | None = None,
 ) -> SegmentMap:
     compiled = _compiled(orbit, parameter)
     first = begun or orbit.signature.impacts[0]

@@ -21,18 +21,19 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.compile.prescribed import Impact, Linearised
+from vibroimpact.compile.prescribed import Linearised
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.problem import OrbitProblem
 
 
-def solved_coordinate(m: Mechanism, impact: Impact) -> int:
+def solved_coordinate(m: Mechanism, impact: Stop) -> int:
     """The position that a section leaves out: the last with the row's largest entry."""
     row = np.abs(m.contacts[impact[0]].row)
     return int(len(row) - 1 - np.argmax(row[::-1]))
 
 
-def section_basis(m: Mechanism, impact: Impact, j: int, size: int) -> tuple[Floats, list[int]]:
+def section_basis(m: Mechanism, impact: Stop, j: int, size: int) -> tuple[Floats, list[int]]:
     """(E, kept): tangents of the section of an impact, and the entries of zeta that coordinate it.
 
     ``j`` is the position left out; ``size`` is 2n + 1, or 2n without forcing.

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import Impact
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.closing_segment import segments_of
 from vibroimpact.orbits.find import Guess
@@ -63,9 +63,9 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
 
 
 @lru_cache(maxsize=4096)
-def beginnings(impacts: tuple[Impact, ...]) -> tuple[int, ...]:
+def beginnings(impacts: tuple[Stop, ...]) -> tuple[int, ...]:
     """Where a sequence can begin to read as its first rotation, upper stops before lower."""
-    around = [(contact, -side) for contact, side in impacts]
+    around = [stop.opposite for stop in impacts]
     rotations = [around[k:] + around[:k] for k in range(len(around))]
     first = min(rotations)
     return tuple(k for k, rotation in enumerate(rotations) if rotation == first)
@@ -82,7 +82,7 @@ class KnownLoops:
 
     def __init__(self, widths: Floats) -> None:
         self._widths = widths
-        self._known: dict[tuple[int, tuple[Impact, ...]], Floats] = {}
+        self._known: dict[tuple[int, tuple[Stop, ...]], Floats] = {}
 
     def add(self, signature: Signature, states: Floats) -> None:
         """Remember a loop by the states after its impacts, shape (m, 2n + 1)."""
@@ -109,6 +109,6 @@ class KnownLoops:
         return np.column_stack([states[:, :-1] / self._widths, phase])
 
 
-def _key(signature: Signature, first: int) -> tuple[int, tuple[Impact, ...]]:
+def _key(signature: Signature, first: int) -> tuple[int, tuple[Stop, ...]]:
     impacts = signature.impacts
     return signature.cycles, impacts[first:] + impacts[:first]

@@ -17,6 +17,7 @@ from vibroimpact.compile.prescribed import Linearised
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System
 from vibroimpact.orbits.admissibility import (
     Nearest,
@@ -112,7 +113,7 @@ class Orbit:
         counts = Counter(self.signature.impacts)
         contacts = range(len(self.mechanism.contacts))
         return symbol_word(
-            self.signature.cycles, [[counts[(c, side)] for side in (1, -1)] for c in contacts]
+            self.signature.cycles, [[counts[Stop(c, side)] for side in (1, -1)] for c in contacts]
         )
 
     @property
@@ -154,7 +155,7 @@ class Orbit:
         m = self.mechanism
         damping = linear.solve_definite(m.mass, m.damping)
         decay = math.exp(-self.period * sum(row[i] for i, row in enumerate(damping)))
-        loss = [m.contacts[c].restitutions[side > 0] ** 2 for c, side in self.signature.impacts]
+        loss = [stop.restitution(m.contacts) ** 2 for stop in self.signature.impacts]
         expected = decay * math.prod(loss)
         error = abs(complex(np.prod(self.multipliers)) - expected)
         return error / expected if expected > 0.0 else error

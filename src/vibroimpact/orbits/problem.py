@@ -26,14 +26,10 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import (
-    Impact,
-    Linearised,
-    Prescribed,
-    compile_prescribed,
-)
+from vibroimpact.compile.prescribed import Linearised, Prescribed, compile_prescribed
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
 Key = TypeVar("Key")
@@ -59,12 +55,15 @@ class Signature:
         Whether the second half is the mirror image of the first.
     """
 
-    impacts: tuple[Impact, ...]
+    impacts: tuple[Stop, ...]
     cycles: int
     symmetric: bool = False
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "impacts", tuple(Stop(*impact) for impact in self.impacts))
+
     @property
-    def solved(self) -> tuple[Impact, ...]:
+    def solved(self) -> tuple[Stop, ...]:
         """The impacts that end the segments that are solved for."""
         count = len(self.impacts) // 2 if self.symmetric else len(self.impacts)
         around = (*self.impacts, self.impacts[0])
@@ -73,7 +72,7 @@ class Signature:
     @property
     def mirrored(self) -> Signature:
         """The signature of the mirror image."""
-        return Signature(tuple((c, -s) for c, s in self.impacts), self.cycles, self.symmetric)
+        return Signature(tuple(s.opposite for s in self.impacts), self.cycles, self.symmetric)
 
 
 def check_signature(m: Mechanism, signature: Signature) -> None:
@@ -147,11 +146,11 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
     return ""
 
 
-def why_none(m: Mechanism, impacts: Iterable[Impact]) -> str:
+def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
     """Why no motion with these impacts is periodic: energy is lost; "" where there may be one."""
     if m.forces or np.linalg.eigvalsh(m.damping).min() < 0.0:
         return ""
-    if all(m.contacts[contact].restitutions[side > 0] == 1.0 for contact, side in impacts):
+    if all(stop.restitution(m.contacts) == 1.0 for stop in impacts):
         return ""
     return "no orbit: without forcing every impact loses energy, so that none comes back"
 
@@ -183,7 +182,7 @@ class OrbitProblem:
     signature: Signature
     parameter: str
     mechanism: Mechanism = field(init=False)
-    impacts: tuple[Impact, ...] = field(init=False)
+    impacts: tuple[Stop, ...] = field(init=False)
     _compiled: dict[float, Prescribed] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -169,10 +169,7 @@ class OrbitSearch:
 
 def sequence_of(orbit: Orbit) -> str:
     """The impacts in order: A and B for contact 0, A1 and B1 for contact 1, and so on."""
-    return "".join(
-        ("A" if side > 0 else "B") + (str(contact) if contact else "")
-        for contact, side in orbit.signature.impacts
-    )
+    return "".join(stop.label for stop in orbit.signature.impacts)
 
 
 def _numbers(values: list[int] | list[bool]) -> NDArray[np.int32]:

@@ -21,9 +21,10 @@ from scipy.optimize import linprog
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import Impact, compile_prescribed
+from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.mechanism import Mechanism, infinite, stop_sizes
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import simulate
 
@@ -36,7 +37,7 @@ WIDER = 1.5  # the box about what was seen
 class Face:
     """A stop that can be reached: its number and sides, and the centre of its face."""
 
-    impact: Impact
+    impact: Stop
     row: Floats
     limit: float
     centre: Floats
@@ -94,9 +95,9 @@ def starts_of(system: System) -> Starts:
     return Starts(m, faces, middle - half, middle + half)
 
 
-def _stops(m: Mechanism) -> list[Impact]:
+def _stops(m: Mechanism) -> list[Stop]:
     return [
-        (i, side)
+        Stop(i, side)
         for i, contact in enumerate(m.contacts)
         for side, limit in ((1, contact.upper), (-1, contact.lower))
         if not infinite(limit)
@@ -116,14 +117,13 @@ def _size(m: Mechanism) -> float:
 def _gaps(m: Mechanism) -> tuple[Floats, Floats]:
     """(G, g) with G x <= g where no gap is negative."""
     rows, limits = [], []
-    for i, side in _stops(m):
-        contact = m.contacts[i]
-        rows.append(side * np.array(contact.row))
-        limits.append(side * (contact.upper if side > 0 else contact.lower))
+    for stop in _stops(m):
+        rows.append(stop.side * np.array(m.contacts[stop.contact].row))
+        limits.append(stop.side * stop.limit(m.contacts))
     return np.array(rows), np.array(limits)
 
 
-def _face(m: Mechanism, impact: Impact) -> Face | None:
+def _face(m: Mechanism, impact: Stop) -> Face | None:
     """The face of a stop; None where other stops hide it."""
     contact = m.contacts[impact[0]]
     row, limit = np.array(contact.row), contact.upper if impact[1] > 0 else contact.lower

@@ -19,10 +19,10 @@ from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import (
-    RECORDS_PER_IMPACT,
     RunEnd,
     begin,
     check_counts,
+    events_for,
     flight_limit_of,
     phases_of,
 )
@@ -97,7 +97,7 @@ def map_derivative(
         out = compiled.kernel.tangents(
             list(state.position), list(state.velocity), phases_of(mechanism, state.phase),
             np.ascontiguousarray(seeds), t_max, flight_limit_of(compiled),
-            RECORDS_PER_IMPACT * int(impacts) + 64, int(impacts),
+            events_for(int(impacts)), int(impacts),
         )  # fmt: skip
         end = RunEnd(out["why"])
         if end is not RunEnd.MISSING or not compiled.add_code(out["code"]):

@@ -28,8 +28,8 @@ from vibroimpact._core.checks import check_count
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
-from vibroimpact.simulation.simulate import RunEnd, flight_limit_of
-from vibroimpact.simulation.simulator import EVENTS_PER_IMPACT, Simulator
+from vibroimpact.simulation.simulate import RunEnd, events_for, flight_limit_of
+from vibroimpact.simulation.simulator import Simulator
 
 BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
 FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here 18 %
@@ -146,7 +146,7 @@ def lyapunov_exponent(
 def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     """Estimate from where a motion stands; the motion stays there."""
     block = max(1, impacts // BLOCKS)
-    events = EVENTS_PER_IMPACT * impacts + 64
+    events = events_for(impacts)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
     result = kernel.lyapunov(motion.at, math.inf, limit, events, impacts, block)
     while RunEnd(result["why"]) is RunEnd.MISSING and motion.compiled.add_code(result["code"]):

@@ -19,9 +19,10 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
-from vibroimpact.simulation.simulator import Impacts, Simulator, Stop
+from vibroimpact.simulation.simulator import Impacts, Simulator
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +123,7 @@ class Section(SectionPoints):
     """
 
     contact: int
-    stop: Stop
+    stop: StopName
     status: Codes
 
     def __repr__(self) -> str:
@@ -213,7 +214,7 @@ def impact_section(
     *,
     points: int = 2000,
     settle: int = 1000,
-    stop: Stop = "A",
+    stop: StopName = "A",
     contact: int = 0,
 ) -> Section:
     """Record the states just after the impacts at one stop.
@@ -342,7 +343,7 @@ def stroboscopic_section(
     )  # fmt: skip
 
 
-def take(motion: Simulator, points: int, contact: int, stop: Stop) -> Section:
+def take(motion: Simulator, points: int, contact: int, stop: StopName) -> Section:
     """Take the next points of a motion at one stop."""
     parts: list[Impacts] = []
     found, spent, end = 0, 0, RunEnd.IMPACTS
@@ -359,7 +360,7 @@ def take(motion: Simulator, points: int, contact: int, stop: Stop) -> Section:
 
 
 def section_of(
-    motion: Simulator, parts: list[Impacts], contact: int, stop: Stop, points: int, end: RunEnd
+    motion: Simulator, parts: list[Impacts], contact: int, stop: StopName, points: int, end: RunEnd
 ) -> Section:
     """Select the impacts at one stop among recorded ones, at most so many."""
     n = motion.compiled.mechanism.degrees
@@ -392,7 +393,7 @@ def section_of(
     )
 
 
-def check_stop(system: System, contact: Any, stop: Stop) -> None:
+def check_stop(system: System, contact: Any, stop: StopName) -> None:
     """Refuse a stop that the system does not have."""
     contacts = mechanism_of(system).contacts
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
@@ -400,8 +401,7 @@ def check_stop(system: System, contact: Any, stop: Stop) -> None:
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
         raise refusal("contact", contact, known)
     check_stop_name(stop)
-    chosen = contacts[contact]
-    if math.isinf(chosen.upper if stop == "A" else chosen.lower):
+    if math.isinf(Stop.at(stop, contact).limit(contacts)):
         raise InvalidParameterError(
             f"stop = {stop!r}: contact {contact} has no such stop; use the other one."
         )

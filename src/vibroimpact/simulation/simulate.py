@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 SILENT_PERIODS = 10_000  # forcing periods without an event after which a run is called silent
 SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forcing
-RECORDS_PER_IMPACT = 4  # room for releases and grazes beside the impacts asked for
 
 
 class Status(IntEnum):
@@ -299,6 +298,11 @@ def check_counts(impacts: Any, t_max: float) -> None:
         raise refusal("t_max", t_max, "> 0")
 
 
+def events_for(impacts: int) -> int:
+    """Events that a record of so many impacts has room for: releases and grazes beside them."""
+    return 4 * impacts + 64
+
+
 def record_bytes(m: Mechanism) -> int:
     """Memory for the record of an event: five vectors of n, kept twice while they are joined."""
     return 2 * 8 * (6 * m.degrees + len(m.forces) + 8)
@@ -355,7 +359,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     first = np.array(at.y)
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
-    events = min(RECORDS_PER_IMPACT * remaining + 64, memory_of_machine() // size)
+    events = min(events_for(remaining), memory_of_machine() // size)
     while why is RunEnd.MISSING:
         part = compiled.kernel.simulate(at, t_max, flight_limit_of(compiled), events, remaining)
         parts.append(part)

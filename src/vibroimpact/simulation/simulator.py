@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +12,19 @@ from numpy.typing import NDArray
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import (
     Flights,
     RunEnd,
     Status,
     begin,
+    events_for,
     flight_limit_of,
     rounded_times,
 )
 
-Stop = Literal["A", "B"]
-
 CHUNK = 4096  # events of a record at a time
-EVENTS_PER_IMPACT = 4  # room for releases and grazes beside the impacts asked for
 COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
 
 
@@ -52,9 +51,9 @@ class Impacts:
         """Time since the start of the motion."""
         return self.high + self.low
 
-    def at(self, contact: int, stop: Stop) -> NDArray[np.intp]:
+    def at(self, contact: int, stop: StopName) -> NDArray[np.intp]:
         """Return the indices of the impacts at one stop."""
-        wanted = (self.contact == contact) & (self.side == (1 if stop == "A" else -1))
+        wanted = (self.contact == contact) & (self.side == Stop.at(stop).side)
         return np.flatnonzero(wanted)
 
 
@@ -86,14 +85,14 @@ class Simulator:
         """Run over so many impacts without a record."""
         if impacts == 0:
             return RunEnd.IMPACTS
-        limit, events = flight_limit_of(self.compiled), EVENTS_PER_IMPACT * impacts + 64
+        limit, events = flight_limit_of(self.compiled), events_for(impacts)
         kernel = self.compiled.kernel
         result = self._call(lambda at: kernel.advance(at, math.inf, limit, events, impacts))
         return _why(result)[0]
 
     def record(self, impacts: int) -> Impacts:
         """Record the next impacts."""
-        limit, events = flight_limit_of(self.compiled), EVENTS_PER_IMPACT * impacts + 64
+        limit, events = flight_limit_of(self.compiled), events_for(impacts)
         kernel = self.compiled.kernel
         part = self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
         n = self.compiled.mechanism.degrees

@@ -15,9 +15,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.attractors.matching import TOLERANCE
 from vibroimpact.model.state import STATE, State
+from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import check_stop
-from vibroimpact.simulation.simulator import Stop
 from vibroimpact.sweeps.analyses.label_attractors import Found, label_attractors
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
@@ -35,7 +35,7 @@ POINTS = 8  # of each member: what the rule of matching.py needs
 
 @interruptible(LOST)
 def basins(
-    system: System, *, over: Mapping[str, ArrayLike], start: State, stop: Stop = "A",
+    system: System, *, over: Mapping[str, ArrayLike], start: State, stop: StopName = "A",
     contact: int = 0, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute which starts on a grid of two state coordinates lead to which attractor.

@@ -18,8 +18,8 @@ from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.model.state import STATE, State
+from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
-from vibroimpact.simulation.simulator import Stop
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.observer import Section, Stroboscopic, key_of
 from vibroimpact.sweeps.options import (
@@ -40,7 +40,7 @@ WAYS = ("up", "down", "both")
 @interruptible(LOST)
 def bifurcation_sweep(
     system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts | ListedStarts,
-    way: Way = "both", stop: Stop = "A", contact: int = 0, points: int = 60,
+    way: Way = "both", stop: StopName = "A", contact: int = 0, points: int = 60,
     at_phase: float | None = None, observe: Observe = (), **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute section points along a parameter, followed up and down or from many starts.

@@ -30,9 +30,9 @@ from vibroimpact.attractors.classify import Attractor, classify
 from vibroimpact.attractors.matching import TOLERANCE, Known, known, proportional
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import Scale
-from vibroimpact.simulation.simulator import Stop
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
 from vibroimpact.sweeps.states import States
@@ -96,7 +96,7 @@ class Labels:
 
 def label_attractors(
     system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *, contact: int,
-    stop: Stop, tolerance: float = TOLERANCE, most: int = 64,
+    stop: StopName, tolerance: float = TOLERANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[Found, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
@@ -163,7 +163,7 @@ class Search:
 
     labels: Labels
     contact: int
-    stop: Stop
+    stop: StopName
     tolerance: float
     most: int
     classes: dict[int, Class] = field(default_factory=dict)

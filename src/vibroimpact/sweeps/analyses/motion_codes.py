@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Integers
 from vibroimpact.attractors.orbit_type import symbol_word
+from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.simulation.lyapunov import LEAST_GROWTH
-from vibroimpact.simulation.simulator import Stop
 from vibroimpact.sweeps.member_status import NOT_COMPUTED
 
 NOT_PERIODIC, CHAOTIC, NO_IMPACTS = -1, -2, -3
@@ -111,9 +111,9 @@ def symbols_of(members: xr.Dataset) -> Integers:
     return np.concatenate(columns, axis=-1, dtype=np.int64)
 
 
-def column_of(contact: int, stop: Stop, width: int) -> int:
+def column_of(contact: int, stop: StopName, width: int) -> int:
     """Where a symbol of so many numbers has the impacts at a stop."""
-    return 1 + contact + (0 if stop == "A" else width // 2)
+    return 1 + contact + Stop.at(stop).number * (width // 2)
 
 
 def symbol(numbers: Integers) -> str:

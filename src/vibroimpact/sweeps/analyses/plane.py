@@ -16,8 +16,8 @@ from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import TOLERANCE, different, distinct, scale_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
+from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
-from vibroimpact.simulation.simulator import Stop
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, column_of, motions, symbols_of
 from vibroimpact.sweeps.observers.observer import Section
 from vibroimpact.sweeps.options import (
@@ -118,7 +118,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
 @interruptible(LOST)
 def multistability(
     system: System, *, over: Mapping[str, ArrayLike], start: Many,
-    stop: Stop = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
+    stop: StopName = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Count the attractors that some starts meet at every point of a grid of parameters.
 
@@ -177,7 +177,7 @@ def multistability(
 
 
 def _counted(
-    system: System, members: xr.Dataset, over: list[str], contact: int, stop: Stop,
+    system: System, members: xr.Dataset, over: list[str], contact: int, stop: StopName,
     tolerance: float,
 ) -> xr.DataArray:  # fmt: skip
     """Attractors met at every point of the parameters."""

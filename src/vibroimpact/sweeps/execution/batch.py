@@ -26,7 +26,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.simulate import RECORDS_PER_IMPACT, RunEnd, begin
+from vibroimpact.simulation.simulate import RunEnd, begin, events_for
 from vibroimpact.sweeps.observers.observer import (
     Observer,
     Outcome,
@@ -277,9 +277,7 @@ def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
     at, end = begin(compiled, state), members.settle[row] + members.observe[row]
     most = members.most_impacts
     while True:
-        why, code, _ = compiled.kernel.advance(
-            at, end, math.inf, RECORDS_PER_IMPACT * most + 64, most
-        )
+        why, code, _ = compiled.kernel.advance(at, end, math.inf, events_for(most), most)
         if why != RunEnd.MISSING or not compiled.add_code(code):
             return codes
         codes.append(code)

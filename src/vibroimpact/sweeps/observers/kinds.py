@@ -14,8 +14,8 @@ from vibroimpact._core.checks import check_count, check_stop_name, share, vector
 from vibroimpact._core.checks import real as real_number
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.stop import StopName
 from vibroimpact.simulation.sections import check_stop
-from vibroimpact.simulation.simulator import Stop
 from vibroimpact.sweeps.observers.variables import (
     CONTACT,
     COORDINATE,
@@ -66,7 +66,7 @@ class Section:
     points: int = 100
     stride: int = 1
     contact: int = 0
-    stop: Stop = "A"
+    stop: StopName = "A"
     label: str = ""
 
     def __post_init__(self) -> None:
@@ -374,7 +374,7 @@ class Rotation:
     name: ClassVar[str] = "rotation"
     stride: int = 1
     contact: int = 0
-    stop: Stop = "A"
+    stop: StopName = "A"
     tolerance: float = 1e-6
     label: str = ""
 

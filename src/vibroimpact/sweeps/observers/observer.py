@@ -17,6 +17,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._core.types import Arrays
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.stop import Stop
 from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
 from vibroimpact.sweeps.observers.kinds import (
     Extremes,
@@ -140,7 +141,7 @@ def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
             continue
         options.pop("label", None)
         if "stop" in options:
-            options["side"] = 1 if options.pop("stop") == "A" else -1
+            options["side"] = Stop.at(options.pop("stop")).side
         if "points" in options:
             options["last"] = options.pop("points")
         spec[one.name] = options

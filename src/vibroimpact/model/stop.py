@@ -1,0 +1,72 @@
+"""Stops: which contact, and which of its two ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+from vibroimpact.model.mechanism import Contact
+
+StopName = Literal["A", "B"]  # of a contact that is known: A is the upper stop, B the lower
+
+
+class Stop(NamedTuple):
+    """A stop of a mechanism.
+
+    Attributes
+    ----------
+    contact
+        Number of the contact.
+    side
+        +1 for its upper stop, A; -1 for its lower stop, B.
+    """
+
+    contact: int
+    side: int
+
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
+    @classmethod
+    def at(cls, name: str, contact: int = 0) -> Stop:
+        """The stop "A" or "B" of a contact."""
+        return cls(contact, 1 if name == "A" else -1)
+
+    @property
+    def upper(self) -> bool:
+        """Whether it is the upper one."""
+        return self.side > 0
+
+    @property
+    def name(self) -> StopName:
+        """A or B."""
+        return "A" if self.upper else "B"
+
+    @property
+    def label(self) -> str:
+        """A or B, with the number of the contact but for the first."""
+        return self.name + (str(self.contact) if self.contact else "")
+
+    @property
+    def number(self) -> int:
+        """0 for A, 1 for B: ``Run.stop``, and digits of the codes of closed sets less one."""
+        return 0 if self.upper else 1
+
+    @property
+    def opposite(self) -> Stop:
+        """The other stop of its contact."""
+        return Stop(self.contact, -self.side)
+
+    @property
+    def words(self) -> str:
+        """As in the upper stop of contact 0."""
+        return f"the {'upper' if self.upper else 'lower'} stop of contact {self.contact}"
+
+    def limit(self, contacts: Sequence[Contact]) -> float:
+        """Where it stands: infinite if there is none."""
+        contact = contacts[self.contact]
+        return contact.upper if self.upper else contact.lower
+
+    def restitution(self, contacts: Sequence[Contact]) -> float:
+        """Its coefficient of restitution."""
+        return contacts[self.contact].restitutions[self.upper]
