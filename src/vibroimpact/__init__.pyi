@@ -26,11 +26,12 @@ from vibroimpact.branches.switch import NoBranch as NoBranch
 from vibroimpact.branches.switch import switch_branch as switch_branch
 from vibroimpact.closed_forms.bifurcations import Bifurcation as Bifurcation
 from vibroimpact.closed_forms.bifurcations import symmetric_bifurcations as symmetric_bifurcations
+from vibroimpact.closed_forms.section_jacobian import section_jacobian as section_jacobian
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as SymmetricOrbit
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
-from vibroimpact.machines.impact_damper import Scales as Scales
+from vibroimpact.machines.machine import Scales as Scales
 from vibroimpact.model.mechanism import Contact as Contact
 from vibroimpact.model.mechanism import Harmonic as Harmonic
 from vibroimpact.model.mechanism import Mechanism as Mechanism
@@ -49,7 +50,6 @@ from vibroimpact.orbits.search import find_orbits as find_orbits
 from vibroimpact.orbits.search_result import OrbitSearch as OrbitSearch
 from vibroimpact.simulation.derivatives import MapDerivative as MapDerivative
 from vibroimpact.simulation.derivatives import map_derivative as map_derivative
-from vibroimpact.simulation.derivatives import section_jacobian as section_jacobian
 from vibroimpact.simulation.lyapunov import LyapunovEstimate as LyapunovEstimate
 from vibroimpact.simulation.lyapunov import lyapunov_exponent as lyapunov_exponent
 from vibroimpact.simulation.sections import Section as Section

@@ -14,16 +14,16 @@ from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, un
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
-from vibroimpact.machines import published
-from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import STATE
+from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
-from vibroimpact.plotting.units import of_name, units_of
+from vibroimpact.plotting.units import units_of
 
 EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
 STATED = (*STATE, "on_stop", "perturb")
@@ -46,8 +46,9 @@ def add_branch(parser: argparse.ArgumentParser) -> None:
     common.add_start(parser)
     group = parser.add_argument_group(
         "branch",
-        "Of a damper without a state to start from: of its symmetric orbit, at --omega or else in "
-        "the middle of the range. Else: of the orbit that the motion from the start settles to.",
+        "Of a machine whose symmetric orbit has a closed form, without a state to start from: of "
+        "that orbit. Else: of the orbit that the motion from the start settles to. A frequency that "
+        "nothing fixes is in the middle of the range.",
     )
     group.add_argument(
         "--parameter", default="omega", metavar="NAME",
@@ -106,7 +107,9 @@ def _described(branch: Branch) -> str:
     ends = common.ranges_in_si(branch.family.system, {name: branch.extent})
     if not ends:
         return str(branch)
-    places = ((p.label, units.told(of_name(name), p.parameter)) for p in branch.special_points)
+    places = (
+        (p.label, units.told(units.quantity_of(name), p.parameter)) for p in branch.special_points
+    )
     points = [f"{label} at {place}" for label, place in places]
     return f"{branch}\n  in SI units: {', '.join([ends, *points])}"
 
@@ -130,17 +133,18 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
 def _case_of(arguments: argparse.Namespace) -> Case:
     """The system; a frequency that nothing fixes is the middle of its range."""
     if not arguments.config:
-        check_choice("parameter", arguments.parameter, common.PARAMETERS)
-    sets = [f"impact-damper/{name}" for name in published.parameter_sets()]
-    free = arguments.omega is None and not arguments.config
-    if free and arguments.parameter == "omega" and arguments.case in (None, *sets):
-        arguments.omega = sum(arguments.range) / 2.0
+        check_choice("parameter", arguments.parameter, common.parameters_in(arguments))
+        common.check_case(arguments)
+        fixed = common.given(arguments, common.parameters_in(arguments))
+        free = "omega" not in {*fixed, *common.parameters_of_case(arguments)}
+        if free and arguments.parameter == "omega":
+            arguments.omega = sum(arguments.range) / 2.0
     return common.case_of(arguments)
 
 
 def _orbit(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
     stated = common.given(arguments, STATED) or (case.start and not arguments.orbit)
-    if isinstance(case.system, ImpactDamper) and not stated:
+    if has_symmetric_orbits(type(case.system)) and not stated:
         return _symmetric(case.system, arguments.orbit)
     state = common.start_of(arguments, case)
     found = find_orbit(case.system, state)
@@ -149,13 +153,13 @@ def _orbit(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
     return found
 
 
-def _symmetric(damper: ImpactDamper, sign: str | None) -> SymmetricOrbit:
+def _symmetric(system: System, sign: str | None) -> SymmetricOrbit:
     """The orbit with a sign; by default the stable one, or else the first."""
-    found = symmetric_orbits(damper)
+    found = symmetric_orbits_of(system)
     wanted = [orbit for orbit in found if not sign or orbit.sign == common.SIGNS[sign]]
     if not wanted:
         raise common.Failure(
-            f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) of the "
+            f"no symmetric 1-1-1 orbit exists at omega = {mechanism_of(system).omega}: condition (16) of the "
             "paper fails. Give another --omega, or --position and --velocity."
         )
     return next((orbit for orbit in wanted if orbit.stable), wanted[0])

@@ -7,24 +7,25 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact.cli.output import DATA
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
-from vibroimpact.machines import published
-from vibroimpact.machines.impact_damper import ImpactDamper
-from vibroimpact.machines.toml_file import Case, read_case
+from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
+from vibroimpact.machines.machine import Machine, parameters_of
+from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
+from vibroimpact.machines.toml_file import PHYSICAL, Case, read_case
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import STATE, State
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
-from vibroimpact.plotting.units import Units, of_name, units_of
+from vibroimpact.plotting.units import Units, units_of
 
-System = ImpactDamper | Mechanism
-PARAMETERS = tuple(f for f in inspect.signature(ImpactDamper).parameters if f != "scales")
+System = Machine | Mechanism
 ORBIT = "the stable orbit, or else the first"
 ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
 SIGNS = {"plus": 1, "minus": -1}
@@ -91,92 +92,132 @@ def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]
 
 
 def add_system(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say which system: a named case, a file, parameters."""
+    """Add the options that say which system: a machine, a case of it, a file, parameters."""
+    name = parser.get_default("machine")
+    machine, cases = machine_of(name), ", ".join(cases_of(name))
+    physical = f", of a [{PHYSICAL}] file too: {machine.SCALING}" if machine.SCALING else ""
     group = parser.add_argument_group(
         "system",
-        "A named case or a file, and parameters, which replace those of the case. All numbers "
-        "given here are scaled, of a [physical] file too: t = T sqrt(K / M1), x = K X / F0. What "
-        "is printed or drawn in SI units says its units.",
+        f"A named case or a file, and parameters of {name}, which replace those of the case. All "
+        f"numbers given here are scaled{physical}. What is printed or drawn in SI units says its "
+        "units.",
     )
     group.add_argument(
         "case", nargs="?", metavar="CASE",
-        help="impact-damper/A, B or C: a set of the paper; impact-damper/2c: one of its panels",
+        help=f"a machine, whose parameters are the options then: {', '.join(MACHINES)} (default: "
+        f"{DEFAULT})" + f"; or a published case of it: {name}/{cases}" * bool(cases),
     )  # fmt: skip
     group.add_argument("--config", metavar="FILE", help="a system in TOML: docs/cli.md")
-    add_arguments_of(group, ImpactDamper, PARAMETERS)
+    add_arguments_of(group, machine, parameters_of(machine))
+    parser.set_defaults(check=check_case)
+
+
+def parameters_in(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Names of the parameters that the command line has options for."""
+    return parameters_of(machine_of(arguments.machine))
+
+
+def check_case(arguments: argparse.Namespace) -> None:
+    """Refuse a case that there is not, or that was not seen to name the machine."""
+    if arguments.case and case_named(arguments.case)[0] != arguments.machine:
+        raise InvalidParameterError(
+            f"case = {arguments.case}: must stand before the options, which are those of "
+            f"{arguments.machine} here."
+        )
 
 
 def case_of(arguments: argparse.Namespace) -> Case:
     """The system that was asked for."""
-    parameters = given(arguments, PARAMETERS)
+    parameters = given(arguments, parameters_in(arguments))
     if arguments.case and arguments.config:
         raise InvalidParameterError(
             f"case = {arguments.case}, config = {arguments.config}: only one may be given."
         )
     if arguments.config:
         return _changed(read_case(arguments.config), parameters)
-    known = _named(arguments.case) if arguments.case else {}
-    return Case(_damper(known | parameters))
+    check_case(arguments)
+    return Case(_built(arguments.machine, {**parameters_of_case(arguments), **parameters}))
+
+
+def parameters_of_case(arguments: argparse.Namespace) -> Mapping[str, float]:
+    """The parameters that the case fixes."""
+    return case_named(arguments.case)[1] if arguments.case else {}
 
 
 def _changed(case: Case, parameters: dict[str, Any]) -> Case:
     if not parameters:
         return case
-    if not isinstance(case.system, ImpactDamper):
+    if not isinstance(case.system, Machine):
         raise InvalidParameterError(
             f"{option(next(iter(parameters)))}: is no parameter of a [mechanism]. Change the file."
         )
-    return replace(case, system=replace(case.system, **parameters))
+    return replace(case, system=replace(cast(Any, case.system), **parameters))
 
 
-def _named(name: str) -> dict[str, Any]:
-    sets = {f"impact-damper/{key}": value for key, value in published.parameter_sets().items()}
-    panels = {f"impact-damper/{panel.name}": panel for panel in published.panels()}
-    if name in sets:
-        return asdict(sets[name].parameters)
-    if name in panels and isinstance(panels[name].omega, float):
-        panel = panels[name]
-        return _named(f"impact-damper/{panel.set}") | {"omega": panel.omega}
-    raise InvalidParameterError(
-        f"case = {name!r}: must be one of {', '.join(sets)}, or a panel at one omega such as "
-        "impact-damper/2c. Or give parameters or --config."
-    )
-
-
-def _damper(parameters: dict[str, Any]) -> ImpactDamper:
+def _built(name: str, parameters: dict[str, Any]) -> Machine:
+    machine = machine_of(name)
     required = [
-        name for name, p in inspect.signature(ImpactDamper).parameters.items()
+        name for name, p in inspect.signature(machine).parameters.items()
         if p.default is p.empty
     ]  # fmt: skip
-    missing = [option(name) for name in required if name not in parameters]
+    missing = [option(one) for one in required if one not in parameters]
     if missing:
+        case = next((f"a case such as {name}/{one}, or " for one in cases_of(name)), "")
         raise InvalidParameterError(
             f"{', '.join(missing)}: missing. Give {'it' if len(missing) == 1 else 'them'}"
-            f"{'' if len(missing) == 1 else ', or a case such as impact-damper/A, or --config'}."
+            f"{'' if len(missing) == 1 else f', or {case}--config'}."
         )
-    return ImpactDamper(**parameters)
+    return machine(**parameters)
 
 
 # ---- the start -----------------------------------------------------------------------------------
 
 
-def add_start(parser: argparse.ArgumentParser, default: str = ORBIT) -> None:
-    """Add the options that say where to start, and what is taken without them."""
+def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None:
+    """Add the options that say where to start.
+
+    Parameters
+    ----------
+    parser
+        The command.
+    at_orbit
+        Whether a symmetric orbit in closed form is the start where none is given.
+    """
+    machine = machine_of(parser.get_default("machine"))
+    known = has_symmetric_orbits(machine)
     group = parser.add_argument_group(
         "start",
-        "A state (--position and --velocity), or a symmetric orbit of the damper. Without any: the "
-        f"start of the file, or else {default}.",
+        f"A state (--position and --velocity){', or a symmetric orbit' if known else ''}. Without "
+        f"any: the start of the file, or else {ORBIT if known and at_orbit else _free(machine)}.",
     )
     group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ..., scaled")
     group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ..., scaled")
     group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
-    group.add_argument("--on-stop", choices=("A", "B"), help="put x2 there; --position is x1 alone")
+    places, speeds = (" ".join(names) for names in _left_free(machine))
     group.add_argument(
-        "--orbit",
-        choices=tuple(SIGNS),
-        help="the orbit with this sign in equation (14) of the paper: docs/theory.md, [14]",
-    )
+        "--on-stop", choices=("A", "B"),
+        help=f"on this stop; then --position is {places or 'left out'}, and --velocity {speeds}",
+    )  # fmt: skip
+    parser.set_defaults(orbit=None)
+    if known:
+        group.add_argument(
+            "--orbit", choices=tuple(SIGNS),
+            help="the orbit with this sign in equation (14) of the paper: docs/theory.md, [14]",
+        )  # fmt: skip
     group.add_argument("--perturb", type=float, metavar="AMOUNT", help="added to the phase")
+
+
+def _free(machine: type[Machine]) -> str:
+    """The start of a machine's own in words, as its docstring says."""
+    words = (inspect.getdoc(machine.free_start) or "").partition("\n")[0].rstrip(".")
+    return words[:1].lower() + words[1:]
+
+
+def _left_free(system: object) -> tuple[list[str], list[str]]:
+    """The positions and velocities that a start on a stop is given by."""
+    on_stop = getattr(system, "on_stop", None)
+    names = inspect.signature(on_stop).parameters if on_stop else ()
+    return [n for n in names if n[0] == "x"], [n for n in names if n[0] == "v"]
 
 
 def start_of(arguments: argparse.Namespace, case: Case) -> State:
@@ -190,33 +231,50 @@ def _explicit(arguments: argparse.Namespace, case: Case) -> State | None:
     stop = arguments.on_stop
     if not state and not stop:
         return None
-    if arguments.orbit or not {"position", "velocity"} <= set(state):
-        raise InvalidParameterError(
-            f"start = {' '.join(map(option, state)) or '--on-stop'}: a state is --position and "
-            "--velocity, with --phase or --on-stop if wanted, and without --orbit."
-        )
-    if not stop:
-        return State(**state)
-    place, speed = state["position"], state["velocity"]
-    if not isinstance(case.system, ImpactDamper) or len(place) != 1 or len(speed) != 2:
-        raise InvalidParameterError(
-            f"on_stop = {stop}: needs an impact damper, --position X1 and --velocity V1 V2."
-        )
-    return case.system.on_stop(
-        stop, x1=place[0], v1=speed[0], v2=speed[1], phase=state.get("phase", 0.0)
+    if stop and not arguments.orbit:
+        return _on_stop(stop, state, case.system)
+    if stop or arguments.orbit or not {"position", "velocity"} <= set(state):
+        raise _unstated(state)
+    return State(**state)
+
+
+def _unstated(state: Iterable[str]) -> InvalidParameterError:
+    return InvalidParameterError(
+        f"start = {' '.join(map(option, state)) or '--on-stop'}: a state is --position and "
+        "--velocity, with --phase or --on-stop if wanted, and without --orbit."
     )
+
+
+def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
+    """A state on a stop, from the coordinates that the stop leaves free."""
+    places, speeds = _left_free(system)
+    values = [state.get("position", []), state.get("velocity", [])]
+    if not speeds or [len(one) for one in values] != [len(places), len(speeds)]:
+        if not state.keys() - {"phase"}:
+            raise _unstated(state)
+        position = f"--position {' '.join(places).upper()} and " if places else ""
+        raise InvalidParameterError(
+            f"on_stop = {stop}: needs {position}--velocity {' '.join(speeds).upper()}."
+            if speeds
+            else f"on_stop = {stop}: is not known of this system. Give --position, --velocity."
+        )
+    named = dict(zip([*places, *speeds], [*values[0], *values[1]], strict=True))
+    put: Callable[..., State] = cast(Any, system).on_stop
+    return put(stop, **named, phase=state.get("phase", 0.0))
 
 
 def _default(arguments: argparse.Namespace, case: Case) -> State:
     if case.start and not arguments.orbit:
         return case.start
-    if not isinstance(case.system, ImpactDamper):
+    if not isinstance(case.system, Machine):
         raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
-    orbits = symmetric_orbits(case.system)
+    if not has_symmetric_orbits(type(case.system)):
+        return case.system.free_start()
+    orbits = symmetric_orbits_of(case.system)
     if not orbits:
         raise InvalidParameterError(
-            f"omega = {case.system.omega}: no symmetric orbit exists here to start from. "
-            "Give --position and --velocity."
+            f"omega = {mechanism_of(case.system).omega}: no symmetric orbit exists here to start "
+            "from. Give --position and --velocity."
         )
     if arguments.orbit:
         return next(o.state for o in orbits if o.sign == SIGNS[arguments.orbit])
@@ -229,17 +287,26 @@ def _default(arguments: argparse.Namespace, case: Case) -> State:
 def in_si(system: System, state: State, time: float | None = None) -> str:
     """A line with a state in SI units, and one with the system; none for a nondimensional one."""
     units = units_of(system)
-    if not units.si or not isinstance(system, ImpactDamper):
+    if not units.si or not isinstance(system, Machine):
         return ""
     at = "" if time is None else f" at t = {units.told('time', time)}"
-    cycles = system.omega * units.factor("frequency") / (2.0 * math.pi)
-    return (
-        f"\nin SI units: {state_in(units, state)}{at}"
-        f"\n  forcing {units.told('force', system.force)} at "
-        f"{units.told('frequency', system.omega)} ({cycles:.6g} Hz), natural frequency "
-        f"{units.told('frequency', system.omega_n)}, half clearance "
-        f"{units.told('length', system.half_clearance)}"
-    )
+    parameters = _parameters_in_si(system, units)
+    return f"\nin SI units: {state_in(units, state)}{at}\n  {parameters}"
+
+
+def _parameters_in_si(system: Machine, units: Units) -> str:
+    """The force first, then what else has a unit, in the words of pictures."""
+    told = {
+        name: units.told(one.quantity, value)
+        for name, one in units.parameters.items()
+        if (value := getattr(system, name)) is not None
+    }
+    words = []
+    if {"force", "omega"} <= told.keys():
+        cycles = mechanism_of(system).omega * units.factor("frequency") / (2.0 * math.pi)
+        words = [f"forcing {told.pop('force')} at {told.pop('omega')} ({cycles:.6g} Hz)"]
+    words += [f"{parameter_label(name, None).partition(' $')[0]} {x}" for name, x in told.items()]
+    return ", ".join(words)
 
 
 def state_in(units: Units, state: State) -> str:
@@ -251,7 +318,7 @@ def state_in(units: Units, state: State) -> str:
 def ranges_in_si(system: object, axes: Mapping[str, tuple[float, float]]) -> str:
     """Ranges of parameters or of coordinates of the start in SI units; none of plain numbers."""
     units = units_of(system)
-    measured = {name: of_name(name) for name in axes}
+    measured = {name: units.quantity_of(name) for name in axes}
     return ", ".join(
         f"{name} {low * units.factor(measured[name]):.6g} to {units.told(measured[name], high)}"
         for name, (low, high) in axes.items()

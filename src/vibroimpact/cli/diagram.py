@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> str:
     targets = common.targets_of(arguments)
     over = members.over_of(arguments, 1)
     case = members.case_of(arguments, over)
-    start = members.start_of(arguments, case)
+    start = members.start_of(arguments, case, over)
     compute: Callable[..., xr.Dataset] = partial(
         bifurcation_sweep, case.system, observe=members.observed(arguments),
         **common.given(arguments, SECTION),

@@ -17,7 +17,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.cli import common
 from vibroimpact.cli.members import GRID, RANGE
 from vibroimpact.cli.output import rehearse_picture, write
-from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.state import State
 from vibroimpact.plotting import plot_along, plot_plane
@@ -77,7 +77,7 @@ def add_over(parser: argparse.ArgumentParser, text: str) -> None:
 
 def add_start(parser: argparse.ArgumentParser) -> None:
     """Add the options that say where to start."""
-    common.add_start(parser, "both masses of a damper in the middle, the free one with velocity 1")
+    common.add_start(parser, at_orbit=False)
 
 
 def _add_random(parser: argparse.ArgumentParser) -> None:
@@ -185,9 +185,10 @@ def _ends(members: xr.Dataset) -> str:
 
 
 def _system(case: Case, over: dict[str, Floats]) -> str:
-    """A line that says what moves; of a damper with the range of each parameter in the grid."""
+    """A line that says what moves; of a machine with the range of each parameter in the grid."""
     text = str(case.system)
-    for name in set(over) & set(common.PARAMETERS) if isinstance(case.system, ImpactDamper) else ():
+    named = parameters_of(type(case.system)) if isinstance(case.system, Machine) else ()
+    for name in set(over) & set(named):
         ends = f"{name} from {over[name][0]:g} to {over[name][-1]:g}"
         text = re.sub(rf"\b{name}=[^,)]+", ends, text)
     return text

@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = argparse.Namespace()
     words = _joined(sys.argv[1:] if argv is None else argv)
     try:
-        arguments = parser(words[0] if words else "").parse_args(words)
+        arguments = parser().parse_args(words)
         sys.stdout.write(arguments.run(arguments) + "\n")
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
@@ -63,11 +63,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     return DONE
 
 
-def parser(command: str | None = None) -> argparse.ArgumentParser:
-    """The parser of the whole command line, or with the options of one command only.
-
-    A command is imported for its options: without any, ``--help`` has a list of all at once.
-    """
+def parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line; a command is imported when it is parsed."""
     top = argparse.ArgumentParser(
         prog="vibroimpact",
         description="Exact simulation and analysis of vibro-impact mechanisms.",
@@ -75,17 +72,15 @@ def parser(command: str | None = None) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     top.add_argument("--version", action=_Version, nargs=0, help="the version of the package")
-    commands = top.add_subparsers(metavar="COMMAND", required=True)
+    commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Command)
     for name, text in COMMANDS.items():
-        child = commands.add_parser(
+        commands.add_parser(
             name,
             help=text,
             description=f"{text[0].upper()}{text[1:]}.",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        if command in (None, name):
-            _complete(child, module_of(name))
     return top
 
 
@@ -94,11 +89,31 @@ def module_of(command: str) -> Any:
     return import_module(f"vibroimpact.cli.{command.replace('-', '_')}")
 
 
-def _complete(child: argparse.ArgumentParser, module: Any) -> None:
-    child.epilog = f"example:\n{module.EXAMPLE}"
-    child._negative_number_matcher = NEGATIVE_NUMBER
-    module.add_options(child)
-    child.set_defaults(run=module.run)
+class _Command(argparse.ArgumentParser):
+    """The parser of a command; which options it has depends on the machine that is named."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse with the options of the machine; words that are left over are returned."""
+        words = list(args or ())
+        self._complete(words)
+        found, extra = super().parse_known_args(words, namespace)
+        check = self.get_default("check")
+        if extra and check and found.case == words[0]:
+            check(found)  # of a machine that there is not no option is known: that comes first
+        return found, extra
+
+    def _complete(self, words: Sequence[str]) -> None:
+        if self.epilog:
+            return
+        from vibroimpact.cli.machines import machine_in_words  # loads numpy
+
+        module = module_of((self.prog or "").split()[-1])
+        self.epilog = f"example:\n{module.EXAMPLE}"
+        self._negative_number_matcher = NEGATIVE_NUMBER
+        self.set_defaults(run=module.run, machine=machine_in_words(words))
+        module.add_options(self)
 
 
 class _Version(argparse.Action):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
@@ -12,9 +12,13 @@ import numpy as np
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.cli import common
-from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.toml_file import Case
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.sweeps.axes import corners
 from vibroimpact.sweeps.observers.observer import Observer, observer_of
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.states import names_of_state
@@ -25,7 +29,6 @@ Parse = Callable[[str, str], T]  # of NAME=..., and the option that it was given
 GRID = "NAME=LOW:HIGH:COUNT"
 RANGE = "NAME=LOW:HIGH"
 MOST = 10**7  # values of an axis
-MIDDLE = State((0.0, 0.0), (0.0, 1.0))  # of a damper: free of its stops at any clearance
 STATED = (*STATE, "on_stop", "orbit")
 
 
@@ -42,25 +45,46 @@ def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str
 
 
 def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
-    """The system; a parameter of a damper that only the grid fixes is in the middle of its axis."""
+    """The system; a parameter of a machine that only the grid fixes is in the middle of its axis."""
     if not arguments.config:
-        _check_names("over", over, common.PARAMETERS)
+        _check_names("over", over, common.parameters_in(arguments))
         for name in over:
             if getattr(arguments, name) is None:
                 setattr(arguments, name, float((over[name].min() + over[name].max()) / 2.0))
     return common.case_of(arguments)
 
 
-def base_of(arguments: argparse.Namespace, case: Case) -> State:
-    """The state that was asked for."""
-    if common.given(arguments, STATED) or case.start or not isinstance(case.system, ImpactDamper):
+def base_of(
+    arguments: argparse.Namespace, case: Case, over: Mapping[str, Floats] | None = None
+) -> State:
+    """The state that was asked for, or else a start of the machine's own."""
+    if common.given(arguments, STATED) or case.start or not isinstance(case.system, Machine):
         return common.start_of(arguments, case)
-    return MIDDLE if arguments.perturb is None else MIDDLE.perturbed(arguments.perturb)
+    start = _free_start(case.system, over or {})
+    return start if arguments.perturb is None else start.perturbed(arguments.perturb)
 
 
-def start_of(arguments: argparse.Namespace, case: Case) -> Start:
+def _free_start(machine: Machine, over: Mapping[str, Floats]) -> State:
+    """A start that lies behind no stop at the corners of the grid, if one of these does."""
+    try:
+        systems = [cast(Machine, with_parameters(machine, corner)) for corner in corners(over)]
+        mechanisms = [mechanism_of(system) for system in systems]
+    except InvalidParameterError:
+        return machine.free_start()  # the sweep refuses these values, and says why
+    starts = [one.free_start() for one in (machine, *systems)]
+    clear = (start for start in starts if all(_is_clear(start, m) for m in mechanisms))
+    return next(clear, starts[0])
+
+
+def _is_clear(start: State, mechanism: Mechanism) -> bool:
+    """Whether a start lies between all stops."""
+    places = [(contact, np.dot(contact.row, start.position)) for contact in mechanism.contacts]
+    return all(contact.lower <= place <= contact.upper for contact, place in places)
+
+
+def start_of(arguments: argparse.Namespace, case: Case, over: Mapping[str, Floats]) -> Start:
     """One start or many."""
-    base = base_of(arguments, case)
+    base = base_of(arguments, case, over)
     random = common.given(arguments, ["starts", "seed"])
     if arguments.grid:
         if random or arguments.vary:

@@ -24,7 +24,7 @@ from vibroimpact.normal_forms import (
     resonances,
 )
 from vibroimpact.orbits.maps import SegmentMap, solved_map
-from vibroimpact.plotting.units import Units, of_name, units_of
+from vibroimpact.plotting.units import Units, units_of
 
 EXAMPLE = "  vibroimpact normal-form impact-damper/A --range 0.9 1.2 --at NS1"
 BORN = {
@@ -91,7 +91,7 @@ def _in_si(units: Units, facts: Facts) -> Facts:
     """The place and the widths in SI units, of a damper with physical scales."""
     if not units.si:
         return {}
-    across = of_name(facts["parameter"])
+    across = units.quantity_of(facts["parameter"])
     names, widths = facts["coordinates"], facts.get("half_width_law", [])
     root = units.factor(across) ** 0.5
     return {
@@ -99,9 +99,10 @@ def _in_si(units: Units, facts: Facts) -> Facts:
             "value": facts["value"] * units.factor(across),
             "unit": units.unit(across),
             "half_width_law": [
-                w * units.factor(of_name(n)) / root for n, w in zip(names, widths, strict=False)
+                w * units.factor(units.quantity_of(n)) / root
+                for n, w in zip(names, widths, strict=False)
             ],
-            "half_width_units": [units.unit(of_name(n)) or "rad" for n in names],
+            "half_width_units": [units.unit(units.quantity_of(n)) or "rad" for n in names],
         }
     }
 

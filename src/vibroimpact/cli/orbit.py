@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact import _kernel
+from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
@@ -30,7 +31,7 @@ def run(arguments: argparse.Namespace) -> str:
     targets = common.targets_of(arguments)
     damper = common.case_of(arguments).system
     if not isinstance(damper, ImpactDamper):
-        raise InvalidParameterError("system = [mechanism]: must be an impact damper.")
+        raise InvalidParameterError(f"system = {shown(damper)}: must be an impact damper.")
     orbits = symmetric_orbits(damper)
     if not orbits:
         raise common.Failure(

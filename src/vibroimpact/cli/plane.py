@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> str:
     many = arguments.starts is not None or arguments.grid
     over = members.over_of(arguments, None if many else 2)
     case = members.case_of(arguments, over)
-    start = members.start_of(arguments, case)
+    start = members.start_of(arguments, case, over)
     looks = common.given(arguments, LOOKS)
     if len(over) == 1 and (unused := sorted(looks.keys() - {"variable"})):
         raise InvalidParameterError(f"{unused[0]}: is for planes. Give --over twice.")

@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> str:
     targets = common.targets_of(arguments)
     over = members.over_of(arguments)
     case = members.case_of(arguments, over)
-    start = members.start_of(arguments, case)
+    start = members.start_of(arguments, case, over)
     compute: Callable[..., xr.Dataset] = partial(
         sweep, case.system, observe=members.observed(arguments) or "symbol"
     )

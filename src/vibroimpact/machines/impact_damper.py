@@ -9,6 +9,7 @@ Stop A is x2 - x1 = +half_clearance (the paper's section), stop B is x2 - x1 = -
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from vibroimpact._core.checks import (
     check_kind,
@@ -19,47 +20,10 @@ from vibroimpact._core.checks import (
     positive,
     real,
 )
+from vibroimpact.machines.machine import Machine, Scales, measured
 from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
-
-
-@dataclass(frozen=True, slots=True)
-class Scales:
-    """Physical units of the nondimensional system: multiply by these to get back.
-
-    Parameters
-    ----------
-    time
-        Seconds per unit of t.
-    length
-        Metres per unit of x.
-    mass
-        Kilograms of the main mass.
-    """
-
-    time: float = 1.0
-    length: float = 1.0
-    mass: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name in ("time", "length", "mass"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
-
-    @property
-    def velocity(self) -> float:
-        """Metres per second per unit of velocity."""
-        return self.length / self.time
-
-    @property
-    def frequency(self) -> float:
-        """Radians per second per unit of angular frequency."""
-        return 1.0 / self.time
-
-    @property
-    def force(self) -> float:
-        """Newtons per unit of force."""
-        return self.mass * self.length / self.time**2
 
 
 @names_arguments(
@@ -67,8 +31,8 @@ class Scales:
     friction=FRICTIONLESS,
     stiffness="Give omega_n. Stops are rigid.",
 )
-@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
-class ImpactDamper:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImpactDamper(Machine):
     """Two-degree-of-freedom impact damper, nondimensional.
 
     Parameters
@@ -109,13 +73,15 @@ class ImpactDamper:
     5.235988
     """
 
+    SCALING: ClassVar[str] = "t = T sqrt(K / M1), x = K X / F0"
+
     mass_ratio: float
-    omega_n: float
+    omega_n: float = field(metadata=measured("frequency"))
     zeta: float
     restitution: float
-    half_clearance: float
-    omega: float
-    force: float = 1.0
+    half_clearance: float = field(metadata=measured("length"))
+    omega: float = field(metadata=measured("frequency"))
+    force: float = field(default=1.0, metadata=measured("force"))
     scales: Scales = field(default=Scales(), compare=False)
 
     def __post_init__(self) -> None:
@@ -200,6 +166,10 @@ class ImpactDamper:
             ),
         )
 
+    def free_start(self) -> State:
+        """Both masses in the middle, the free one with velocity 1: free at any clearance."""
+        return State((0.0, 0.0), (0.0, 1.0))
+
     def on_stop(self, stop: str, *, x1: float, v1: float, v2: float, phase: float) -> State:
         """A state in which the free mass stands on stop "A" or "B".
 
@@ -217,9 +187,3 @@ class ImpactDamper:
         speeds = real("v1", v1), real("v2", v2)
         side = float(Stop.at(stop).side)
         return State((place, place + side * self.half_clearance), speeds, phase)
-
-
-def scales_of(system: object) -> Scales | None:
-    """The physical scales of a system; None of one that is nondimensional."""
-    scales = getattr(system, "scales", None)
-    return scales if isinstance(scales, Scales) and scales != Scales() else None

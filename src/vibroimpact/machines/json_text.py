@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.impact_damper import ImpactDamper, Scales
+from vibroimpact.machines.machine import SCALES, Scales
+from vibroimpact.machines.registry import machine_of_class, name_of
 from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System
@@ -20,8 +21,8 @@ def text_of(system: System) -> str:
 
 
 def _numbers(system: System) -> dict[str, Any]:
-    if isinstance(system, ImpactDamper):
-        return asdict(system)
+    if name_of(system):
+        return asdict(cast(Any, system))
     if not isinstance(system, Mechanism):
         return {}
     return {
@@ -47,10 +48,9 @@ def system_of(text: str) -> System | None:
     """The system of :func:`text_of`; None for one that is code."""
     numbers = json.loads(text)
     kind = numbers.pop("type")
-    if kind == "ImpactDamper":
-        return ImpactDamper(**(numbers | {"scales": Scales(**numbers["scales"])}))
     if kind != "Mechanism":
-        return None
+        machine = machine_of_class(kind) if numbers else None  # a class of the user has none
+        return cast(System, machine(**_with_scales(numbers))) if machine else None
     contacts = [
         Contact(**(pair | {"restitution": tuple(pair["restitution"])}))
         for pair in numbers.pop("contacts")
@@ -58,6 +58,11 @@ def system_of(text: str) -> System | None:
     forces = [Harmonic(**line) for line in numbers.pop("forces")]
     names = tuple(numbers.pop("contact_names"))
     return Mechanism(contacts=tuple(contacts), forces=tuple(forces), contact_names=names, **numbers)
+
+
+def _with_scales(numbers: dict[str, Any]) -> dict[str, Any]:
+    scales = numbers.get(SCALES)
+    return numbers | {SCALES: Scales(**scales)} if scales else numbers
 
 
 def chosen(stored: str, described: str, name: str, value: float, given: System | None) -> System:

@@ -76,6 +76,16 @@ def panels() -> tuple[Panel, ...]:
     return tuple(_panel(row) for row in _read()["panels"])
 
 
+def cases() -> dict[str, dict[str, float]]:
+    """Return parameters by name: the sets without omega, and the panels at one omega."""
+    sets = {name: asdict(each.parameters) for name, each in parameter_sets().items()}
+    return sets | {
+        panel.name: sets[panel.set] | {"omega": panel.omega}
+        for panel in panels()
+        if isinstance(panel.omega, float)
+    }
+
+
 def _read() -> dict[str, Any]:
     text = files(__package__).joinpath("impact_damper_sets.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)

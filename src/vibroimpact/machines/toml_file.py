@@ -12,16 +12,20 @@ from typing import Any
 
 from vibroimpact._core.checks import unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.machine import Machine
+from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
 from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
 from vibroimpact.model.state import State
+
+MECHANISM, PHYSICAL = "mechanism", "physical"
+TABLES = (*SHORT_TABLES, MECHANISM, *MACHINES)
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
     """A system and, where the file gives one, a start."""
 
-    system: ImpactDamper | Mechanism
+    system: Machine | Mechanism
     start: State | None = None
 
 
@@ -31,11 +35,12 @@ def read_case(path: str | os.PathLike[str]) -> Case:
     Parameters
     ----------
     path
-        The file. One table gives the system: ``[damper]`` (the parameters of
-        :class:`~vibroimpact.ImpactDamper`), ``[physical]`` (those of ``from_physical``) or
-        ``[mechanism]`` (those of :class:`~vibroimpact.Mechanism`, with ``[[mechanism.forces]]``
-        and ``[[mechanism.contacts]]``). A table ``[start]`` (those of
-        :class:`~vibroimpact.State`) is optional.
+        The file. One table gives the system: that of a machine, such as ``[impact-damper]`` with
+        the parameters of :class:`~vibroimpact.ImpactDamper`; ``[impact-damper.physical]`` with
+        those of ``from_physical``; or ``[mechanism]`` with those of
+        :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]`` and
+        ``[[mechanism.contacts]]``. The tables of the damper are also called ``[damper]`` and
+        ``[physical]``. A table ``[start]`` (those of :class:`~vibroimpact.State`) is optional.
 
     Raises
     ------
@@ -43,17 +48,43 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         No such file, no TOML, an unknown or missing table or name, a value out of range.
     """
     tables = _read_toml(Path(path))
-    systems = sorted(set(tables) & set(_SYSTEMS))
-    unknown = sorted(set(tables) - set(_SYSTEMS) - {"start"})
+    systems = sorted(set(tables) & set(TABLES))
+    unknown = sorted(set(tables) - set(TABLES) - {"start"})
     if len(systems) != 1 or unknown:
         raise InvalidParameterError(
             f"config = {path}: holds {', '.join(tables) or 'nothing'}; must hold one of "
-            f"{', '.join(f'[{name}]' for name in _SYSTEMS)}, and [start] if wanted."
+            f"{', '.join(f'[{name}]' for name in TABLES)}, and [start] if wanted."
         )
-    name = systems[0]
-    system = _built(path, f"[{name}]", _SYSTEMS[name], _parts(path, name, tables[name]))
+    system = _system(path, systems[0], tables[systems[0]])
     start = tables.get("start")
     return Case(system, None if start is None else _built(path, "[start]", State, start))
+
+
+def machine_in(path: str | os.PathLike[str]) -> str | None:
+    """The name of the machine in a file; None without any, or if the file cannot be read."""
+    try:
+        tables = _read_toml(Path(path))
+    except InvalidParameterError:
+        return None
+    names = (SHORT_TABLES.get(table, table).partition(".")[0] for table in tables)
+    return next((name for name in names if name in MACHINES), None)
+
+
+def _system(path: Any, name: str, table: Any) -> Any:
+    """The system of a table."""
+    if name == MECHANISM:
+        return _built(path, f"[{name}]", Mechanism, _parts(path, table))
+    machine, _, physical = SHORT_TABLES.get(name, name).partition(".")
+    make: Callable[..., Any] = machine_of(machine)
+    if isinstance(table, dict) and [*table] == [PHYSICAL]:
+        physical, name, table = PHYSICAL, f"{name}.{PHYSICAL}", table[PHYSICAL]
+    if physical:
+        if not hasattr(make, "from_physical"):
+            raise InvalidParameterError(
+                f"config = {path}: [{name}]: is not known in SI units. Give [{machine}], scaled."
+            )
+        make = make.from_physical
+    return _built(path, f"[{name}]", make, table)
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
@@ -70,17 +101,12 @@ def _read_toml(path: Path) -> dict[str, Any]:
         ) from error
 
 
-_SYSTEMS: Mapping[str, Callable[..., Any]] = {
-    "damper": ImpactDamper,
-    "physical": ImpactDamper.from_physical,
-    "mechanism": Mechanism,
-}
 _PARTS: Mapping[str, Callable[..., Any]] = {"forces": Harmonic, "contacts": Contact}
 
 
-def _parts(path: Any, name: str, table: Any) -> Any:
-    """A table of a mechanism with its forces and contacts built, any other as it is."""
-    if name != "mechanism" or not isinstance(table, dict):
+def _parts(path: Any, table: Any) -> Any:
+    """The table of a mechanism with its forces and contacts built."""
+    if not isinstance(table, dict):
         return table
     return table | {key: _several(path, key, table[key]) for key in _PARTS if key in table}
 

@@ -29,7 +29,7 @@ def mechanism_of(system: System) -> Mechanism:
         return known[1]
     mechanism = getattr(system, "mechanism", None)
     if not isinstance(mechanism, Mechanism):
-        raise refusal("system", system, "a Mechanism or have one, as ImpactDamper does")
+        raise refusal("system", system, "a Mechanism or have one, as a property mechanism")
     if getattr(getattr(system, "__dataclass_params__", None), "frozen", False):
         _keep(system, mechanism)
     return mechanism

@@ -13,7 +13,7 @@ Method      From random starts on every stop (starts.py) motions are simulated f
             are one if their sequences are, up to where they begin, and their states within SAME of
             the box; of a family of orbits with the same sequence one is listed. In a symmetric
             system the mirror image of an orbit is an orbit too.                            (2)
-            The closed-form symmetric orbits of the impact damper are guesses as well.
+            Symmetric orbits that are known in closed form are guesses as well.
 Accuracy    of each orbit, that of find_orbit. Nothing says that the list is complete: more starts,
             another seed and an unchanged list are the evidence there is.
 Fails       never; guesses that lead nowhere are counted
@@ -31,8 +31,7 @@ import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_kind
 from vibroimpact._core.progress import Progress
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
-from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import (
     SAME,
@@ -151,9 +150,9 @@ class _Sweep:
         self.turn = _mirror_turn(self.system, self.cycles)
 
     def try_closed_forms(self) -> None:
-        """Enter the symmetric orbits of the impact damper, admissible or not."""
-        if isinstance(self.system, ImpactDamper) and self.impacts >= 2:  # at A and at B
-            for closed in symmetric_orbits(self.system):
+        """Enter the symmetric orbits that have closed forms, admissible or not."""
+        if self.impacts >= 2:  # at A and at B
+            for closed in symmetric_orbits_of(self.system):
                 self._enter(of_symmetric(closed))
 
     def try_motion(self, rng: np.random.Generator, number: int) -> None:

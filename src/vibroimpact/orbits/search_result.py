@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.machines.impact_damper import Scales, scales_of
+from vibroimpact.machines.machine import Scales, scales_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
@@ -86,7 +86,7 @@ class OrbitSearch:
         )
 
     def table(self) -> str:
-        """The orbits, one in a line; clearances are in metres of a damper with physical scales."""
+        """The orbits, one in a line; clearances are in metres of a system with physical scales."""
         least = "clearance [m]" if scales_of(self.system) else "clearance"
         heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", least, "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]

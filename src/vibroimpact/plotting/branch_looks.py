@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from vibroimpact.plotting import style, units
+from vibroimpact.machines.machine import Measure
+from vibroimpact.plotting import style
+from vibroimpact.plotting.units import Units
 
 MARKERS = {
     "SN": ">",
@@ -29,10 +31,11 @@ PARAMETERS = {
 }  # fmt: skip
 
 
-def parameter_label(name: str, of: units.Units | None = None) -> str:
+def parameter_label(name: str, of: Units | None = None) -> str:
     """A parameter in words and as a symbol, with its unit; a path into a mechanism as written."""
-    text = PARAMETERS.get(name) or name.replace("$", r"\$")
-    return of.label(text, units.PARAMETERS.get(name, "")) if of else text
+    own = of.parameters.get(name, Measure()).label if of else ""
+    text = own or PARAMETERS.get(name) or name.replace("$", r"\$")
+    return of.label(text, of.quantity_of(name)) if of else text
 
 
 def marker_of(kind: str) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
-from vibroimpact.plotting.units import PARAMETERS, units_of
+from vibroimpact.plotting.units import units_of
 
 CRITICAL = 1e-4  # from the unit circle: a multiplier that makes a special point
 SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: where they are drawn
@@ -84,7 +84,7 @@ def _paths(ax: Axes, branch: Branch) -> None:
     points = profile(branch)
     units, name = units_of(branch.family.system), branch.parameter
     values = _sorted(_multipliers(branch, points))
-    parameter = points.parameter * units.factor(PARAMETERS.get(name, ""))
+    parameter = points.parameter * units.factor(units.quantity_of(name))
     norm = Normalize(float(parameter.min()), float(parameter.max()))
     look: dict[str, Any] = {"cmap": COLOURS, "norm": norm, "linewidths": 1.6, "zorder": 3}
     middle = (parameter[1:] + parameter[:-1]) / 2.0

@@ -28,7 +28,7 @@ from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import coordinate_label
-from vibroimpact.plotting.units import OF_ORBITS, PARAMETERS, Units, of_coordinate, units_of
+from vibroimpact.plotting.units import OF_ORBITS, Units, of_coordinate, units_of
 from vibroimpact.plotting.variables import check_dataset
 
 LINES = {Stability.STABLE: "-", Stability.UNSTABLE: (0, (4.0, 2.0)), Stability.INADMISSIBLE: ":"}
@@ -109,7 +109,7 @@ def plot_branches(
         )
     (name,) = names
     units = units_of(*(branch.family.system for branch in branches))
-    view = _View(variable, stop, units.factor(PARAMETERS.get(name, "")),
+    view = _View(variable, stop, units.factor(units.quantity_of(name)),
                  units.factor(_measured(variable)))  # fmt: skip
     colours = style.series(len(branches))
     rows = -(-len(branches) // COLUMNS)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import units_of
 from vibroimpact.simulation.simulate import Run, latest
@@ -39,10 +39,10 @@ def plot_history(
 
     Notes
     -----
-    For an :class:`ImpactDamper` both stops are drawn as they move, x1 + delta (A) and x1 - delta
-    (B), and the free mass between them. For other systems the impacts are marked on the
-    coordinates that take part. A damper made by ``from_physical`` is drawn in seconds and metres;
-    t0 and t1 are nondimensional.
+    Of a mass in a slot of another one, as in :class:`ImpactDamper`, both stops are drawn as they
+    move, x1 + delta (A) and x1 - delta (B), and the free mass between them. For other systems the
+    impacts are marked on the coordinates that take part. A system made by ``from_physical`` is
+    drawn in seconds and metres; t0 and t1 are nondimensional.
     """
     t, places = sampled(run, t0, t1)
     inside = run.impacts & (run.time >= t[0]) & (run.time <= t[-1])
@@ -50,12 +50,11 @@ def plot_history(
     t, places = t * units.scales.time, places * units.scales.length
     at = run.time * units.scales.time, run.position * units.scales.length
     with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
-        if isinstance(run.system, ImpactDamper):
-            delta = run.system.half_clearance * units.scales.length
-            _damper(ax, run, delta, t, places, inside, at)
+        if delta := _half_slot(run.system) * units.scales.length:
+            _mass_in_slot(ax, run, delta, t, places, inside, at)
             ax.set_ylabel(units.label("$x_1,\\ x_2$", "length"))
         else:
-            _any_system(ax, run, t, places, inside, at)
+            _any_system(ax, run, units.scales.length, t, places, inside, at)
             ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "length"))
         ax.set(xlabel=units.label("time $t$", "time"), xlim=(t[0], t[-1]))
         style.legend_outside(ax, columns=6)
@@ -84,7 +83,17 @@ def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
     return start, min(end, last)
 
 
-def _damper(
+def _half_slot(system: System) -> float:
+    """Half of the play |x2 - x1| <= delta of two masses; 0 of any other system."""
+    mechanism = mechanism_of(system)
+    if mechanism.degrees != 2 or len(mechanism.contacts) != 1:
+        return 0.0
+    (contact,) = mechanism.contacts
+    slot = contact.row == (-1.0, 1.0) and contact.lower == -contact.upper
+    return contact.upper if slot else 0.0
+
+
+def _mass_in_slot(
     ax: Axes, run: Run, delta: float, t: NDArray[np.float64], places: NDArray[np.float64],
     inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> None:  # fmt: skip
@@ -103,13 +112,13 @@ def _damper(
 
 
 def _any_system(
-    ax: Axes, run: Run, t: NDArray[np.float64], places: NDArray[np.float64],
+    ax: Axes, run: Run, length: float, t: NDArray[np.float64], places: NDArray[np.float64],
     inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> None:  # fmt: skip
     time, position = at
     for i, place in enumerate(places.T):
         ax.plot(t, place, color=COLOURS[i % len(COLOURS)], label=f"$x_{{{i + 1}}}$")
-    _fixed_stops(ax, run)
+    _fixed_stops(ax, run.system, length)
     for index, _, colour, marker in STOPS:
         for i in range(run.position.shape[1]):
             moved = run.velocity_after[:, i] != run.velocity_before[:, i]
@@ -118,10 +127,10 @@ def _any_system(
                     markersize=4.0, zorder=3)  # fmt: skip
 
 
-def _fixed_stops(ax: Axes, run: Run) -> None:
+def _fixed_stops(ax: Axes, system: System, length: float) -> None:
     """Stops of contacts that involve one coordinate only stand still: draw them."""
-    for contact in getattr(run.system, "contacts", ()):
+    for contact in mechanism_of(system).contacts:
         entries = [r for r in contact.row if r]
         for stop in (contact.lower, contact.upper):
             if len(entries) == 1 and np.isfinite(stop):
-                ax.axhline(stop / entries[0], color=style.GREY, linewidth=2.0, zorder=0)
+                ax.axhline(stop / entries[0] * length, color=style.GREY, linewidth=2.0, zorder=0)

@@ -1,7 +1,7 @@
 """Units of what is drawn and told: SI where the system has physical scales, else none.
 
 A number of the scaled system times the factor of what it measures is the number in SI units, with
-the scales of the damper:
+the scales of the machine:
 
     factor = mass^a length^b time^c                                                          (1)
 
@@ -10,12 +10,14 @@ What a variable of a sweep measures is its attribute ``quantity``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import xarray as xr
 
-from vibroimpact.machines.impact_damper import Scales, scales_of
 from vibroimpact.machines.json_text import system_of
+from vibroimpact.machines.machine import Measure, Scales, measures_of, scales_of
 from vibroimpact.sweeps.states import COORDINATE
 
 QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
@@ -27,18 +29,16 @@ QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
     "force": ("N", (1, 1, -2)),
     "power": ("W", (1, 2, -3)),
 }
-PARAMETERS = {
-    "omega": "frequency", "omega_n": "frequency", "half_clearance": "length", "force": "force",
-}  # fmt: skip
 COORDINATES = {"x": "length", "v": "velocity"}
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
 
 class Units(NamedTuple):
-    """The scales of a system, and whether what is shown of it is in SI units."""
+    """The scales of a system, whether what is shown of it is in SI units, and its parameters."""
 
     scales: Scales
     si: bool
+    parameters: Mapping[str, Measure] = MappingProxyType({})
 
     def factor(self, quantity: str) -> float:
         """(1); of a number without dimension, and of a nondimensional system, 1."""
@@ -64,38 +64,39 @@ class Units(NamedTuple):
     def drawn(self, dataset: xr.Dataset, *names: str) -> xr.Dataset:
         """A dataset with its coordinates, and those variables that it has, in these units."""
         for name in (*map(str, dataset.coords), *names):
-            factor = self.factor(measured(dataset, name)) if name in dataset.variables else 1.0
+            factor = self.factor(self._measured(dataset, name)) if name in dataset else 1.0
             if factor != 1.0:
                 array = dataset[name].variable.copy(data=dataset[name].values * factor)
                 put = dataset.assign_coords if name in dataset.coords else dataset.assign
                 dataset = put({name: array})
         return dataset
 
+    def quantity_of(self, name: str) -> str:
+        """What a parameter or a coordinate measures; "" for a plain number or an angle."""
+        if COORDINATE.fullmatch(name):
+            return of_coordinate(name)
+        return self.parameters.get(name, Measure()).quantity
+
+    def _measured(self, dataset: xr.Dataset, name: str) -> str:
+        """What a variable, a parameter or a start of a sweep measures; "" for a plain number."""
+        if stated := dataset[name].attrs.get("quantity"):
+            return str(stated)
+        known = name in dataset.coords or COORDINATE.fullmatch(name)
+        return self.quantity_of(name) if known else ""
+
 
 def units_of(*systems: object) -> Units:
     """The units of pictures of some systems: SI if all have the same scales."""
     found = {scales_of(system) for system in systems}
     scales = found.pop() if len(found) == 1 else None
-    return Units(scales or Scales(), scales is not None)
+    parameters = {name: one for system in systems for name, one in measures_of(system).items()}
+    return Units(scales or Scales(), scales is not None, parameters)
 
 
 def units_of_sweep(members: xr.Dataset) -> Units:
     """The units of a dataset whose attributes say which system it is of."""
     text = members.attrs.get("system_numbers")
     return units_of(system_of(text) if text else None)
-
-
-def measured(dataset: xr.Dataset, name: str) -> str:
-    """What a variable, a parameter or a start of a sweep measures; "" for a plain number."""
-    if stated := dataset[name].attrs.get("quantity"):
-        return str(stated)
-    known = name in dataset.coords or COORDINATE.fullmatch(name)
-    return of_name(name) if known else ""
-
-
-def of_name(name: str) -> str:
-    """What a parameter or a coordinate measures; "" for a plain number or an angle."""
-    return of_coordinate(name) if COORDINATE.fullmatch(name) else PARAMETERS.get(name, "")
 
 
 def of_coordinate(name: str) -> str:

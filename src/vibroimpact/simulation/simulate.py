@@ -280,7 +280,7 @@ def begin(compiled: Compiled, state: State) -> Any:
                 raise InvalidParameterError(
                     f"position = {state.position}: lies {-gaps[i]:.6g} behind the {name} stop "
                     f"{limit:.6g} of contact {i}; gaps must be >= 0. Move the state into the "
-                    "clearance, or put it on the stop (ImpactDamper.on_stop)."
+                    "clearance, or put it on the stop (its method on_stop)."
                 )
     return report["at"]
 

@@ -1,0 +1,28 @@
+"""Closed forms by machine: general analyses ask here what is known of a system.
+
+A machine with closed-form orbits is one line of ``SYMMETRIC``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.machines.impact_damper import ImpactDamper
+
+SYMMETRIC: dict[type, Callable[[Any], tuple[SymmetricOrbit, ...]]] = {
+    ImpactDamper: symmetric_orbits,
+}
+
+
+def has_symmetric_orbits(machine: type) -> bool:
+    """Whether closed forms of symmetric orbits are known of a class of systems."""
+    return any(issubclass(machine, known) for known in SYMMETRIC)
+
+
+def symmetric_orbits_of(system: object) -> tuple[SymmetricOrbit, ...]:
+    """The symmetric orbits in closed form; none where there are or where none are known."""
+    found = (orbits for known, orbits in SYMMETRIC.items() if isinstance(system, known))
+    orbits = next(found, None)
+    return orbits(system) if orbits else ()

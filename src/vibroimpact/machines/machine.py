@@ -1,0 +1,114 @@
+"""What a machine is: a system by name, with parameters, and what it may offer beside a mechanism.
+
+A machine is one file of this folder: a frozen, keyword-only dataclass that inherits
+:class:`Machine`, checks its values in ``__post_init__``, and has a ``mechanism``. Its fields are
+its parameters: for sweeps and branches, for TOML and JSON, and as options of the command line with
+the words of its docstring. Beside :class:`Machine` it may have
+
+- a field ``scales``, :class:`Scales`, and a class method ``from_physical`` that fills it: results
+  are then printed and drawn in SI units;
+- a method ``on_stop(stop, *, x1, ..., v1, ..., phase)``: a state on stop "A" or "B", from the
+  coordinates that the stop leaves free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import ClassVar, NamedTuple
+
+from vibroimpact._core.checks import positive
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.state import State
+
+SCALES = "scales"  # the field that is no parameter
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Physical units of the nondimensional system: multiply by these to get back.
+
+    Parameters
+    ----------
+    time
+        Seconds per unit of t.
+    length
+        Metres per unit of x.
+    mass
+        Kilograms of the main mass.
+    """
+
+    time: float = 1.0
+    length: float = 1.0
+    mass: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("time", "length", "mass"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+
+    @property
+    def velocity(self) -> float:
+        """Metres per second per unit of velocity."""
+        return self.length / self.time
+
+    @property
+    def frequency(self) -> float:
+        """Radians per second per unit of angular frequency."""
+        return 1.0 / self.time
+
+    @property
+    def force(self) -> float:
+        """Newtons per unit of force."""
+        return self.mass * self.length / self.time**2
+
+
+class Machine:
+    """A system by name."""
+
+    __slots__ = ("__weakref__",)  # so that the mechanism is built once: model/system.py
+
+    SCALING: ClassVar[str] = ""
+    """How ``from_physical`` scales, for texts: such as "t = T sqrt(K / M), x = K X / F0"."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Masses, springs, forces and stops."""
+        raise NotImplementedError
+
+    def free_start(self) -> State:
+        """All coordinates and velocities zero."""
+        zero = (0.0,) * self.mechanism.degrees
+        return State(zero, zero)
+
+
+# ---- parameters ----------------------------------------------------------------------------------
+
+
+class Measure(NamedTuple):
+    """What a parameter measures, a key of plotting/units.py, and its name in pictures."""
+
+    quantity: str = ""
+    label: str = ""
+
+
+def measured(quantity: str, label: str = "") -> Mapping[str, Measure]:
+    """Metadata of a field: what it measures; where pictures have no word for it, its name."""
+    return {"measure": Measure(quantity, label)}
+
+
+def measures_of(system: object) -> dict[str, Measure]:
+    """What the parameters of a system measure; nothing is said of numbers without dimension."""
+    if not is_dataclass(system):
+        return {}
+    return {f.name: f.metadata["measure"] for f in fields(system) if "measure" in f.metadata}
+
+
+def parameters_of(machine: type[Machine]) -> tuple[str, ...]:
+    """Names of the parameters of a class of machines."""
+    return tuple(f.name for f in fields(machine) if f.init and f.name != SCALES)  # type: ignore[arg-type]
+
+
+def scales_of(system: object) -> Scales | None:
+    """The physical scales of a system; None of one that is nondimensional."""
+    scales = getattr(system, "scales", None)
+    return scales if isinstance(scales, Scales) and scales != Scales() else None

@@ -1,0 +1,89 @@
+"""The machines there are: one line each. Nothing is imported before it is asked for.
+
+General code never names a machine: it takes a system from the user, or its class from here by the
+name that stands on the command line, in a file, in a store.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from vibroimpact._core.errors import InvalidParameterError
+
+if TYPE_CHECKING:
+    from vibroimpact.machines.machine import Machine
+
+Cases = Mapping[str, Mapping[str, float]]
+
+
+class Entry(NamedTuple):
+    """Where a machine is: its class, and a function that returns published cases of it.
+
+    Attributes
+    ----------
+    place
+        "module:Class" in this folder.
+    cases
+        "module:function"; the function returns parameters by name of the case. "" without any.
+    """
+
+    place: str
+    cases: str = ""
+
+
+MACHINES = {
+    "impact-damper": Entry("impact_damper:ImpactDamper", "published:cases"),
+}
+DEFAULT = "impact-damper"  # where the command line names none
+SHORT_TABLES = {"damper": "impact-damper", "physical": "impact-damper.physical"}  # in TOML
+
+
+def machine_of(name: str) -> type[Machine]:
+    """The class of a machine by its name."""
+    return cast("type[Machine]", _object(MACHINES[name].place))
+
+
+def name_of(system: object) -> str | None:
+    """The name of the machine that a system is; None for any other system."""
+    ours = {f"{__package__}.{entry.place}": name for name, entry in MACHINES.items()}
+    places = (f"{kind.__module__}:{kind.__qualname__}" for kind in type(system).__mro__)
+    return next((ours[place] for place in places if place in ours), None)
+
+
+def machine_of_class(name: str) -> type[Machine] | None:
+    """The machine whose class has this name; None if there is none."""
+    found = (key for key, entry in MACHINES.items() if entry.place.endswith(f":{name}"))
+    return next(map(machine_of, found), None)
+
+
+def cases_of(name: str) -> Cases:
+    """The published cases of a machine: parameters by name of the case."""
+    cases = MACHINES[name].cases
+    return cast(Cases, _object(cases)()) if cases else {}
+
+
+def case_named(text: str) -> tuple[str, Mapping[str, float]]:
+    """The machine and the parameters of NAME, which fixes none, or NAME/CASE.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such machine, or no such case; the message lists what there is.
+    """
+    name, _, case = text.partition("/")
+    if text == name and name in MACHINES:
+        return name, {}
+    if name in MACHINES and case in cases_of(name):
+        return name, cases_of(name)[case]
+    named = "; ".join(f"{one}/{', '.join(cases_of(one))}" for one in MACHINES if cases_of(one))
+    raise InvalidParameterError(
+        f"case = {text!r}: must be one of {', '.join(MACHINES)}, or a case such as {named}. Or "
+        "give --config."
+    )
+
+
+def _object(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(f"{__package__}.{module}"), name)
