@@ -28,6 +28,9 @@ DAMPER = {
     "mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, "restitution": 0.8, "half_clearance": 5.0,
     "omega": 1.2,
 }  # fmt: skip
+OSCILLATOR = {
+    "zeta": 0.05, "omega": 1.2, "restitution": 0.8, "clearance": 1.0, "lower_clearance": 1.0,
+}  # fmt: skip
 SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.0,
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
@@ -121,6 +124,17 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ImpactDamper.from_physical": (vi.ImpactDamper.from_physical, SI),
         "ImpactDamper.on_stop": (
             damper.on_stop, {"stop": "A", "x1": 0.0, "v1": 0.0, "v2": -1.0, "phase": 0.0},
+        ),
+        "ImpactOscillator": (
+            vi.ImpactOscillator, OSCILLATOR | {"force": 1.0, "scales": vi.Scales()},
+        ),
+        "ImpactOscillator.from_physical": (
+            vi.ImpactOscillator.from_physical,
+            {"M": 1.0, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.0, "restitution": 0.5,
+             "D_lower": 1.0},
+        ),
+        "ImpactOscillator.on_stop": (
+            vi.ImpactOscillator(**OSCILLATOR).on_stop, {"stop": "B", "v1": 1.0, "phase": 0.0},
         ),
         "Scales": (vi.Scales, {"time": 1.0, "length": 1.0, "mass": 1.0}),
         "Contact": (
@@ -347,7 +361,8 @@ NONSENSE = {
     "a list of texts": ["a"], "a dataset": xr.Dataset(),
 }  # fmt: skip
 NAMES = [
-    "ImpactDamper", "ImpactDamper.from_physical", "ImpactDamper.on_stop", "Scales", "Contact",
+    "ImpactDamper", "ImpactDamper.from_physical", "ImpactDamper.on_stop", "ImpactOscillator",
+    "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "Scales", "Contact",
     "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family", "ExplicitMap",
     "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised", "ExplicitMap.forms",
     "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian", "ExplicitMap.watch",

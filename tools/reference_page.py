@@ -20,7 +20,10 @@ from vibroimpact import plotting
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 GROUPS = {
-    "Systems": ["ImpactDamper", "Scales", "Mechanism", "Contact", "Harmonic", "State"],
+    "Systems": [
+        *("ImpactDamper", "ImpactOscillator", "Scales"),
+        *("Mechanism", "Contact", "Harmonic", "State"),
+    ],
     "Simulation": ["simulate", "Run", "RunEnd", "Status"],
     "Sections and following": [
         *(

@@ -31,6 +31,7 @@ from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as Symmetri
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
+from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.machine import Scales as Scales
 from vibroimpact.model.mechanism import Contact as Contact
 from vibroimpact.model.mechanism import Harmonic as Harmonic

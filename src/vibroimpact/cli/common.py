@@ -305,8 +305,13 @@ def _parameters_in_si(system: Machine, units: Units) -> str:
     if {"force", "omega"} <= told.keys():
         cycles = mechanism_of(system).omega * units.factor("frequency") / (2.0 * math.pi)
         words = [f"forcing {told.pop('force')} at {told.pop('omega')} ({cycles:.6g} Hz)"]
-    words += [f"{parameter_label(name, None).partition(' $')[0]} {x}" for name, x in told.items()]
+    words += [f"{_words(name, units)} {x}" for name, x in told.items()]
     return ", ".join(words)
+
+
+def _words(name: str, units: Units) -> str:
+    """A parameter in the words of pictures, without its symbol and unit."""
+    return parameter_label(name, units).partition(" [")[0].partition(" $")[0]
 
 
 def state_in(units: Units, state: State) -> str:

@@ -35,6 +35,7 @@ class Entry(NamedTuple):
 
 MACHINES = {
     "impact-damper": Entry("impact_damper:ImpactDamper", "published:cases"),
+    "impact-oscillator": Entry("impact_oscillator:ImpactOscillator"),
 }
 DEFAULT = "impact-damper"  # where the command line names none
 SHORT_TABLES = {"damper": "impact-damper", "physical": "impact-damper.physical"}  # in TOML

@@ -1,0 +1,229 @@
+"""The impact oscillator: a forced mass on a spring and a dashpot that meets one stop, or two.
+
+    x'' + 2 zeta x' + x = force cos(theta),  theta' = omega                            (1)
+    x <= clearance,  and with two stops  -lower_clearance <= x                         (2)
+    x' -> -restitution x'  where (2) holds with equality                               (3)
+
+Lengths are scaled by the deflection under a static force of unit amplitude, time by the natural
+frequency. Stop A is x = clearance, stop B is x = -lower_clearance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from vibroimpact._core.checks import (
+    check_kind,
+    check_stop_name,
+    fraction,
+    names_arguments,
+    nonnegative,
+    positive,
+    real,
+    real_or_infinite,
+)
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.scalars import is_infinite
+from vibroimpact.machines.machine import Machine, Scales, measured
+from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
+from vibroimpact.model.state import State
+
+SCALED = "It is 1: time is scaled. Give SI values to ImpactOscillator.from_physical."
+
+
+@names_arguments(
+    omega_n=SCALED,
+    stiffness=SCALED,
+    mass=SCALED,
+    half_clearance="Give clearance, and the same as lower_clearance for stops on both sides.",
+    friction=FRICTIONLESS,
+)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImpactOscillator(Machine):
+    """Forced linear oscillator with one stop or two, nondimensional.
+
+    Parameters
+    ----------
+    zeta
+        Damping ratio, >= 0; above 1 the oscillator is overdamped.
+    omega
+        Forcing frequency over the natural frequency, > 0.
+    restitution
+        Coefficient of restitution in [0, 1], of every stop.
+    clearance
+        Distance from the unforced rest position x = 0 up to stop A: any finite number. With 0 the
+        mass just touches the stop, below 0 the spring presses it against the stop.
+    lower_clearance
+        Distance from x = 0 down to stop B, above -clearance; without it there is no stop B.
+    force
+        Force amplitude, > 0; only the clearances over ``force`` matter.
+    scales
+        Units, if the oscillator was made by :meth:`from_physical`.
+
+    Raises
+    ------
+    InvalidParameterError
+        A value outside its range; the message names value, range and remedy.
+
+    Notes
+    -----
+    Phases of states are theta of force cos(theta). With ``lower_clearance = clearance`` the
+    oscillator is symmetric under (x, v, theta) -> (-x, -v, theta + pi); to vary both clearances at
+    once, vary ``force``: motions scale as x -> s x with (clearances, force) -> (s, s).
+
+    An orbit with one impact of speed V per n forcing periods T = 2 pi n / omega has multipliers
+    with the product restitution^2 exp(-2 zeta T).
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> oscillator = vi.ImpactOscillator(zeta=0.02, omega=2.0, restitution=0.8, clearance=0.0)
+    >>> orbit = vi.find_orbit(oscillator, vi.State((-1.0,), (0.0,)))
+    >>> orbit.symbol, orbit.stable
+    ('1-1-0', True)
+    """
+
+    SCALING: ClassVar[str] = "t = T sqrt(K / M), x = K X / F0"
+
+    zeta: float
+    omega: float = field(metadata=measured("frequency"))
+    restitution: float
+    clearance: float = field(metadata=measured("length", "clearance $s$"))
+    lower_clearance: float | None = field(
+        default=None, metadata=measured("length", "lower clearance $s_B$")
+    )
+    force: float = field(default=1.0, metadata=measured("force"))
+    scales: Scales = field(default=Scales(), compare=False)
+
+    def __post_init__(self) -> None:
+        checks = {
+            "zeta": nonnegative("zeta", self.zeta),
+            "omega": positive("omega", self.omega, "The force must be periodic."),
+            "restitution": fraction("restitution", self.restitution),
+            "clearance": real("clearance", self.clearance),
+            "lower_clearance": _distance("lower_clearance", self.lower_clearance),
+            "force": positive("force", self.force),
+        }
+        for name, value in checks.items():
+            object.__setattr__(self, name, value)
+        check_kind("scales", self.scales, Scales, "Scales")
+        if not -self._below < self.clearance:
+            raise InvalidParameterError(
+                f"clearance = {self.clearance}, lower_clearance = {self.lower_clearance}: their sum "
+                "must be > 0. The mass moves between the stops."
+            )
+
+    @classmethod
+    def from_physical(
+        cls,
+        *,
+        M: float,
+        K: float,
+        C: float,
+        F0: float,
+        Omega: float,
+        D: float,
+        restitution: float,
+        D_lower: float | None = None,
+    ) -> ImpactOscillator:
+        """Scale an oscillator given in SI units; :attr:`scales` leads back.
+
+        Parameters
+        ----------
+        M
+            Mass [kg], > 0.
+        K, C
+            Stiffness [N/m], > 0, and damping [N s/m], >= 0.
+        F0, Omega
+            Force amplitude [N], > 0, and angular frequency [rad/s], > 0.
+        D
+            Distance from the unforced rest position up to stop A [m], any finite number.
+        restitution
+            Coefficient of restitution in [0, 1].
+        D_lower
+            Distance down to stop B [m], above -D; without it there is no stop B.
+
+        Notes
+        -----
+        t = T sqrt(K / M), x = K X / F0: then zeta = C / (2 sqrt(K M)), clearance = K D / F0.
+
+        A base that moves as Y cos(Omega T), and the stops with it, acts as F0 = M Omega^2 Y on the
+        coordinate relative to the base.
+        """
+        given = {"M": M, "K": K, "F0": F0, "Omega": Omega}
+        m, k, f0, big_omega = (positive(name, x) for name, x in given.items())
+        c, d, below = nonnegative("C", C), real("D", D), _distance("D_lower", D_lower)
+        rate = (k / m) ** 0.5
+        return cls(
+            zeta=c / (2.0 * (k * m) ** 0.5),
+            omega=big_omega / rate,
+            restitution=restitution,
+            clearance=k * d / f0,
+            lower_clearance=None if below is None else k * below / f0,
+            scales=Scales(time=1.0 / rate, length=f0 / k, mass=m),
+        )
+
+    @property
+    def _below(self) -> float:
+        """Distance down to stop B, infinite without one."""
+        return math.inf if self.lower_clearance is None else self.lower_clearance
+
+    @property
+    def period(self) -> float:
+        """Forcing period 2 pi / omega."""
+        return 2.0 * math.pi / self.omega
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The oscillator as a mass, a spring, a dashpot and a contact."""
+        stops = Contact((1.0,), -self._below, self.clearance, self.restitution)
+        return Mechanism(
+            mass=[[1.0]],
+            damping=[[2.0 * self.zeta]],
+            stiffness=[[1.0]],
+            forces=(Harmonic(self.omega, (0.0,), (self.force,)),),
+            contacts=(stops,),
+        )
+
+    def free_start(self) -> State:
+        """At rest: midway between two stops; with one, at 0, or at clearance - 1 if that is lower."""
+        if self.lower_clearance is None:
+            return State((min(0.0, self.clearance - 1.0),), (0.0,))
+        return State(((self.clearance - self.lower_clearance) / 2.0,), (0.0,))
+
+    def on_stop(self, stop: str, *, v1: float, phase: float) -> State:
+        """A state in which the mass stands on stop "A" or "B".
+
+        Parameters
+        ----------
+        stop
+            "A" (x = clearance) or "B" (x = -lower_clearance).
+        v1
+            Velocity of the mass.
+        phase
+            Phase theta of the force cos(theta) at this instant, radians.
+
+        Raises
+        ------
+        InvalidParameterError
+            Stop "B" of an oscillator without ``lower_clearance``.
+        """
+        check_stop_name(stop)
+        speed, theta = real("v1", v1), real("phase", phase)
+        if stop == "A":
+            return State((self.clearance,), (speed,), theta)
+        if self.lower_clearance is None:
+            raise InvalidParameterError('stop = "B": is not there. Give lower_clearance.')
+        return State((-self.lower_clearance,), (speed,), theta)
+
+
+def _distance(name: str, value: float | None) -> float | None:
+    """A distance to a stop; None where there is no stop, which infinity stands for too."""
+    if value is None:
+        return None
+    number = real_or_infinite(name, value, "a finite number, or left out where there is no stop")
+    if is_infinite(number) and number > 0.0:
+        return None
+    return real(name, number, "a finite number, or left out where there is no stop")
