@@ -189,7 +189,7 @@ def _numbers(parts: list[str], text: str, option: str, form: str) -> list[float]
 OPTIONS: dict[str, tuple[Callable[[str], Any], str]] = {  # by type: how it is read, what it is
     "int": (int, "a whole number"),
     "float": (float, "a number"),
-    "Stop": (str, "A or B"),
+    "StopName": (str, "A or B"),
     "str": (str, "a name"),
     "tuple[float, ...]": (lambda text: [float(x) for x in text.split("/")], "numbers, as 1/-1"),
 }
