@@ -9,7 +9,6 @@ import sys
 import threading
 import time
 import traceback
-import warnings
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -214,68 +213,37 @@ def test_what_a_lost_cluster_raises_is_said_in_a_sentence_and_other_errors_stay(
 
 
 def test_a_client_that_looks_for_its_scheduler_is_not_waited_for():
-    searching = SimpleNamespace(status="connecting", nthreads=lambda: pytest.fail("was asked"))
+    searching = SimpleNamespace(status="connecting")  # nothing else of it is touched
     with pytest.raises(vi.VibroImpactError, match=LOST):
-        backend.Watch(searching).threads()
+        backend.completed(distributed, searching, [])
 
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(backend, "LOOK", 0.01)
-    monkeypatch.setattr(backend, "PATIENCE", 0.1)
 
 
-@pytest.fixture
-def when_told(impatient, monkeypatch: pytest.MonkeyPatch):  # noqa: ARG001
-    """Give what to do when the user is told something; what was told comes back."""
-
-    def listen(act):
-        told: list[str] = []
-        monkeypatch.setattr(
-            warnings, "showwarning", lambda text, *_: (told.append(str(text)), act())
-        )
-        return told
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        yield listen
-
-
-def swept_until_no_worker(client, **options):
+def swept_until_no_worker(client, then, **options):
     """A sweep whose worker is taken away when 8 members, 4 tiles, are done."""
-    take = after(8, lambda: without_workers(client))
-    return swept(backend="dask", client=client, tile=2, progress=take, **options)
+
+    def act():
+        without_workers(client)
+        threading.Timer(0.1, then).start()
+
+    return swept(backend="dask", client=client, tile=2, progress=after(8, act), **options)
 
 
-def test_without_workers_the_user_is_told_once_and_the_sweep_goes_on_with_the_next(
-    lone, when_told, tmp_path: Path
-):
-    told = when_told(threading.Timer(0.3, lone.cluster.scale, (1,)).start)
-    found = swept_until_no_worker(lone, store=tmp_path / "sweep.zarr")
-    assert len(told) == 1
-    assert "no worker for 0.1 s. The sweep waits, and goes on by itself" in told[0]
+def test_a_sweep_without_workers_goes_on_with_the_next(lone, tmp_path: Path):
+    found = swept_until_no_worker(
+        lone, lambda: lone.cluster.scale(1), store=tmp_path / "sweep.zarr"
+    )
     xr.testing.assert_identical(found.load(), swept())
 
 
-def test_patience_begins_anew_after_every_look_that_finds_a_worker(monkeypatch: pytest.MonkeyPatch):
-    clock, workers = SimpleNamespace(strftime=time.strftime), {}
-    monkeypatch.setattr(backend, "time", clock)
-
-    def look(now, **crew):
-        clock.monotonic, workers["now"] = lambda: now, crew
-        return watch.threads()
-
-    clock.monotonic = lambda: 0.0
-    watch = backend.Watch(SimpleNamespace(status="running", nthreads=lambda: workers["now"]))
-    assert [look(50.0, one=1, two=4), look(100.0)] == [5, 0]  # a warning would be an error here
-    with pytest.warns(UserWarning, match="no worker for 60 s"):
-        look(111.0)
-
-
-def test_a_cluster_that_is_lost_while_the_sweep_waits_ends_it(lone, when_told):
-    when_told(lone.close)
+@pytest.mark.usefixtures("impatient")
+def test_a_cluster_that_is_lost_while_the_sweep_waits_ends_it(lone):
     with pytest.raises(vi.VibroImpactError, match=f"{LOST}; nothing is kept. With a store"):
-        swept_until_no_worker(lone)
+        swept_until_no_worker(lone, lone.close)
 
 
 @pytest.fixture
@@ -287,13 +255,8 @@ def heard():
 
 
 @pytest.mark.usefixtures("heard")
-def test_ctrl_c_ends_a_sweep_that_waits_for_workers_and_the_store_resumes(
-    lone, when_told, tmp_path: Path
-):
+def test_ctrl_c_ends_a_sweep_that_waits_for_workers_and_the_store_resumes(lone, tmp_path: Path):
     store = tmp_path / "sweep.zarr"
-    later = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
-    told = when_told(later.start)
     with pytest.raises(KeyboardInterrupt, match="interrupted; 4 of 24 tiles are in"):
-        swept_until_no_worker(lone, store=store)
-    assert "Ctrl-C ends it" in told[0]
+        swept_until_no_worker(lone, lambda: os.kill(os.getpid(), signal.SIGINT), store=store)
     assert_resumes(store, 8)

@@ -3,7 +3,7 @@
 Method      a tile goes to a worker with the numbers it needs, and its results come back to this
             process, which alone writes; a few tiles per worker thread are under way at a time.
             What a worker that died had begun is done again by another. Where there is no worker,
-            the sweep waits for one, and says so.
+            the sweep waits for one.
 Fails       a tile under which workers die again and again ends the sweep, and so does a scheduler
             that is lost or a client that is closed
 """
@@ -11,10 +11,7 @@ Fails       a tile under which workers die again and again ends the sweep, and s
 from __future__ import annotations
 
 import asyncio
-import time
-import warnings
-from collections.abc import Coroutine, Generator, Iterator, Sequence
-from concurrent.futures import wait
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import islice
 from typing import Any
@@ -36,7 +33,6 @@ from vibroimpact.sweeps.plan import Plan
 AHEAD = 3  # tiles per worker thread that are under way: a worker never waits for this process
 RETRIES = 3  # of a tile whose task failed
 LOOK = 1.0  # seconds between two looks at the cluster while no tile comes
-PATIENCE = 60.0  # seconds without a worker after which the user is told
 
 LOST = "backend = 'dask': the connection to the cluster was lost"
 CANCELLED = "backend = 'dask': the cluster has cancelled the tasks"
@@ -57,17 +53,15 @@ def compute_tiles(
     todo = iter(tiles)
     under_way: dict[Any, Tile] = {}
     with _connected(distributed, client, workers) as cluster, explained(distributed, cluster):
-        done, watch = distributed.as_completed(loop=cluster.loop), Watch(cluster)
         try:
             while True:
-                room = AHEAD * max(watch.threads(), 1) - len(under_way)
+                room = AHEAD * max(sum(cluster.nthreads().values()), 1) - len(under_way)
                 for tile in islice(todo, max(room, 0)):
-                    task = _submitted(cluster, plan.block(tile.place))
-                    under_way[task] = tile
-                    done.add(task)
+                    under_way[_submitted(cluster, plan.block(tile.place))] = tile
                 if not under_way:
                     return
-                yield watch.result(_next_of(done, under_way))
+                for task in completed(distributed, cluster, list(under_way)):
+                    yield under_way.pop(task), task.result()
         finally:
             with suppress(Exception):  # of a cluster that is lost nothing is left to cancel
                 cluster.cancel(list(under_way))
@@ -136,45 +130,13 @@ def _task(block: Plan, version: str) -> Arrays:
     return compute(block)
 
 
-async def _next_of(done: Any, under_way: dict[Any, Tile]) -> Done:
-    """The next tile that is done, with its results; runs in the thread of the client."""
-    task = await anext(done)
-    arrays = await task
-    return under_way.pop(task), arrays
-
-
-class Watch:
-    """Waits for results, and looks whether the cluster is there."""
-
-    def __init__(self, cluster: Any) -> None:
-        self.cluster, self.seen, self.told = cluster, time.monotonic(), False
-
-    def result(self, coroutine: Coroutine[Any, Any, Done]) -> Done:
-        """What a coroutine of the client's thread returns."""
-        result = asyncio.run_coroutine_threadsafe(coroutine, self.cluster.loop.asyncio_loop)
-        while not wait([result], LOOK).done:
-            self.threads()
-        return result.result()
-
-    def threads(self) -> int:
-        """Threads of all workers; the user is told, once, when there are none for long."""
-        if self.cluster.status != "running":
-            raise ClusterLostError(LOST)
-        threads: int = sum(self.cluster.nthreads().values())
-        if threads:
-            self.seen = time.monotonic()
-        elif not self.told and time.monotonic() - self.seen > PATIENCE:
-            self._tell()
-        return threads
-
-    def _tell(self) -> None:
-        self.told = True
-        warnings.warn(
-            f"backend = 'dask': at {time.strftime('%H:%M')} the cluster has had no worker for "
-            f"{PATIENCE:g} s. The sweep waits, and goes on by itself when workers come. "
-            "Ctrl-C ends it and says what is kept.",
-            stacklevel=2,
-        )
+def completed(distributed: Any, cluster: Any, tasks: list[Any]) -> Iterable[Any]:
+    """Wait for the first tasks that are done; a cluster that is lost is not waited for."""
+    while cluster.status == "running":
+        with cluster.as_current(), suppress(distributed.TimeoutError):
+            done: set[Any] = distributed.wait(tasks, LOOK, "FIRST_COMPLETED").done
+            return done
+    raise ClusterLostError(LOST)
 
 
 @contextmanager
