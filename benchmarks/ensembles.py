@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import comparison, double_roots, machine, operations, overhead, peak, scaling
+from benchmarks import comparison, double_roots, machine, overhead, scaling
 from benchmarks.case import SET_A, Floats, random_starts
 from benchmarks.peers import (
     compiled,
@@ -44,9 +44,6 @@ METHODS: tuple[Method, ...] = (
     diffrax_dopri8.Diffrax(),
     scipy_dop853.SciPy(),
 )
-COUNTED = (ensemble.RunMembers().name, library.Engine().name)
-"""Methods that do the operations of operations.py."""
-
 OBSERVED = (("symbol",), ("symbol", "lyapunov"))
 
 
@@ -107,33 +104,24 @@ QUICK = Effort(
 
 @machine.one_core()
 def peers(effort: Effort, rng: np.random.Generator) -> dict[str, Any]:
-    """Every method on the same starts, and the share of the core's peak."""
+    """Every method on the same starts."""
     starts = random_starts(SET_A, effort.starts, rng)
     steady = library.settled(starts, SET_A, effort.settling)
     flights = double_roots.construct(SET_A, effort.double_roots, rng)
-    peaks = peak.measured()
-    listed = ", ".join(f"{target} {rate:.1f}" for target, rate in peaks.items())
-    print(f"peak, 10^9 multiplications and additions per second: {listed}")
-    found: dict[str, Any] = {"peak": peaks}
+    found: dict[str, Any] = {}
     for motion, rows, some in (("random starts", starts, flights), ("steady motion", steady, None)):
         print(f"\n{motion}, {effort.impacts} impacts each")
-        found[motion] = _compared(effort, rows, some, max(peaks.values()))
+        found[motion] = _compared(effort, rows, some)
     return found
 
 
 def _compared(
-    effort: Effort, starts: Floats, flights: list[double_roots.DoubleRoot] | None, top: float
-) -> dict[str, Any]:
+    effort: Effort, starts: Floats, flights: list[double_roots.DoubleRoot] | None
+) -> list[comparison.Row]:
     rows = comparison.check(METHODS, REFERENCE, starts[: effort.compared], flights)
     comparison.measure(rows, BASELINE, starts, effort.impacts, effort.rounds)
     print(comparison.table(list(rows.values()), effort.double_roots))
-    flops = operations.per_impact(starts[: effort.compared], SET_A, effort.impacts)
-    print(f"operations per impact: {flops:.0f}")
-    for row in rows.values():
-        if row.method in COUNTED:
-            share = peak.share(flops, row.nanoseconds_per_impact, top)
-            print(f"{row.method}: {share:.0%} of the peak")
-    return {"rows": list(rows.values()), "operations": flops}
+    return list(rows.values())
 
 
 def curves(effort: Effort, rng: np.random.Generator) -> dict[str, Any]:

@@ -105,7 +105,7 @@ def test_the_bifurcations_of_the_closed_form_are_found_by_continuation(
 
 
 def auto_points(branch: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    for point in branch["point"]:
+    for point in (dict(zip(branch["columns"], row, strict=True)) for row in branch["points"]):
         if point["V1"] > 1e-3 and point["V2"] > 1e-3:
             yield point
 

@@ -54,16 +54,12 @@ def test_every_part_runs_and_writes_its_numbers_and_picture(
 ) -> None:
     methods = (RunMembers(), ensembles.REFERENCE, ensembles.BASELINE)
     monkeypatch.setattr(ensembles, "METHODS", methods)
-    # the program that counts is one of test_engine.py, and slow to compile
-    monkeypatch.setattr(ensembles.operations, "per_impact", lambda *_: 500.0)
     file, picture = tmp_path / "numbers.json", tmp_path / "curves.svg"
     assert ensembles.main(["--quick", "--json", str(file), "--plot", str(picture)]) == 0
     found = json.loads(file.read_text())
-    assert all(rate > 0.0 for rate in found["peak"].values())
-    assert "baseline" in found["peak"]
     for motion in ("random starts", "steady motion"):
-        assert [row["method"] for row in found[motion]["rows"]] == [m.name for m in methods]
-        assert all(row["nanoseconds_per_impact"] > 0.0 for row in found[motion]["rows"])
+        assert [row["method"] for row in found[motion]] == [m.name for m in methods]
+        assert all(row["nanoseconds_per_impact"] > 0.0 for row in found[motion])
     curves = {point["against"] for point in found["points"]}
     assert curves == {"degrees of freedom", "contacts", "members", "threads", "structure"}
     assert [plane["observers"] for plane in found["planes"]] == ["symbol", "symbol, lyapunov"]

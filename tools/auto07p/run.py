@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import shutil
@@ -85,10 +86,12 @@ def branch_lines(name: str, system: str, free: str, branch: Any) -> list[str]:
     """The labelled points of a branch: AUTO's type, the parameter, times, speeds, phases."""
     out = ["", "[[branch]]", f'name = "{name}"', f'free = "{free}"']
     out += [f"{k} = {v}" for k, v in SYSTEMS[system].items() if k != free]
+    columns = ("type", free, *MEASURED)
+    out += [f"columns = {json.dumps(columns)}", "points = ["]
     for solution in branch():
-        out += ["", "[[branch.point]]", f'type = "{solution["TY"]}"']
-        out += [f"{key} = {float(solution[key])!r}" for key in (free, *MEASURED)]
-    return out
+        numbers = [float(solution[key]) for key in columns[1:]]
+        out.append(f"  {json.dumps([solution['TY'], *numbers])},")
+    return [*out, "]"]
 
 
 def tables(auto: Any) -> list[str]:
