@@ -413,3 +413,12 @@ def test_reproduce_refuses_a_file_in_the_place_of_its_folder(
     Path("folder").write_text("mine")
     message = refused(["reproduce", "impact-damper", "--out", "folder"], capsys)
     assert "is not a folder" in message
+
+
+def test_without_the_package_of_publications_reproduce_says_how_to_get_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("vibroimpact.cli.reproduce.entry_points", lambda group: [])  # noqa: ARG005
+    assert cli.main(["reproduce", "impact-damper", "--out", "folder"]) == cli.FAILED
+    assert "no publications are installed" in (message := capsys.readouterr().err)
+    assert "pip install ./papers" in message
