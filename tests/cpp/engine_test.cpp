@@ -3,8 +3,8 @@
 //     engine_test FILE hash EVENTS     FNV-1a hash of every event of every start
 //     engine_test FILE lanes EVENTS    packs as wide as registers are (with -DEVERY_WIDTH: of 2, 4, 8),
 //                                      also of jets, against the scalar engine, bit by bit
-//     engine_test FILE jet EVENTS      jets against the product of saltation matrices
-//     engine_test FILE count EVENTS    operations per event
+//     engine_test FILE jet EVENTS      jets against the product of saltation matrices, and
+//     engine_test FILE count EVENTS    operations per event: with -DJETS_AND_COUNTS, in one build
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -190,6 +190,7 @@ int compare_all_packs(const system_type& system, const starts_type& starts, int 
 #endif
 }
 
+#if defined(JETS_AND_COUNTS)
 // From stop to stop: d y after one impact = J (1 - f h / (h f)) exp(B t) d y before, f = y' there.
 void saltate(const vi::hybrid<flow>& system, const vi::event<double, shape>& e,
              vi::vec<double, n>& tangent) {
@@ -276,6 +277,7 @@ int count(const system_type& system, const starts_type& starts, int events) {
                               (static_cast<double>(starts.size()) * events));
     return 0;
 }
+#endif
 
 } // namespace
 
@@ -287,8 +289,10 @@ int main(int argc, char** argv) {
     const std::string what = argv[2];
     const int events = std::atoi(argv[3]);
     if (what == "lanes") return compare_all_packs(system, starts, events);
+#if defined(JETS_AND_COUNTS)
     if (what == "jet") return compare_jets(system, starts, events);
     if (what == "count") return count(system, starts, events);
+#endif
     hash(system, starts, events);
     return 0;
 }

@@ -61,9 +61,9 @@ class Build:
 
 
 BUILDS = {
-    # on x86-64 without fma: done in whole numbers; of engine_test with packs of every width
-    "gcc": Build(("g++", "-O1", "-DEVERY_WIDTH")),
-    "gcc, avx2": Build(("g++", "-O3", *flags_of("avx2")), "avx2", on_arm=False),
+    # on x86-64 without fma: done in whole numbers; of engine_test packs of every width, jets, counts
+    "gcc": Build(("g++", "-O0", "-DEVERY_WIDTH", "-DJETS_AND_COUNTS")),
+    "gcc, avx2": Build(("g++", "-O2", *flags_of("avx2")), "avx2", on_arm=False),
     "gcc, avx512": Build(("g++", "-O1", *flags_of("avx512")), "avx512", on_arm=False),
     "gcc, neon": Build(
         ("aarch64-linux-gnu-g++", "-O1", "-static"),
