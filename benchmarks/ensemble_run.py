@@ -21,7 +21,8 @@ from benchmarks.case import Floats
 from benchmarks.equality import ImpactsDifferError
 from benchmarks.structures import Ensemble
 from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
-from vibroimpact.sweeps.observers.observer import Observer, Outcome
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers.observer import Observer
 
 Arrays = dict[str, Any]
 

@@ -22,7 +22,7 @@ from benchmarks.case import SET_A
 from benchmarks.equality import ImpactsDifferError
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
-from vibroimpact.sweeps.observers.observer import resolve
+from vibroimpact.sweeps.observers.selection import resolve
 from vibroimpact.sweeps.sweep import plan_of
 
 RANGES = {"omega": (0.9, 1.1), "half_clearance": (1.0, 10.0)}

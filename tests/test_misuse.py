@@ -394,7 +394,7 @@ def test_every_public_name_is_called(table: tuple[dict[str, Call], dict[str, Any
     called = {name.partition(".")[0].partition(",")[0] for name in NAMES}
     assert {*vi.__all__} - RESULTS - ENUMS_AND_ERRORS <= called
     assert {*plotting.__all__} <= called
-    from vibroimpact.sweeps.observers.observer import OBSERVERS
+    from vibroimpact.sweeps.observers.table import OBSERVERS
 
     kinds = {kind.__name__ for kind in OBSERVERS.values()} - WITHOUT_ARGUMENTS
     assert {f"observe.{kind}" for kind in kinds} <= {*NAMES}

@@ -61,19 +61,19 @@ from vibroimpact.simulation.simulate import Run as Run
 from vibroimpact.simulation.simulate import RunEnd as RunEnd
 from vibroimpact.simulation.simulate import Status as Status
 from vibroimpact.simulation.simulate import simulate as simulate
+from vibroimpact.sweeps import observers
 from vibroimpact.sweeps.analyses.basins import attractor_state as attractor_state
 from vibroimpact.sweeps.analyses.basins import basins as basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep as bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability as multistability
 from vibroimpact.sweeps.analyses.plane import plane as plane
 from vibroimpact.sweeps.listed_starts import ListedStarts as ListedStarts
-from vibroimpact.sweeps.observers import kinds
 from vibroimpact.sweeps.rerun import rerun_sweep as rerun_sweep
 from vibroimpact.sweeps.starts import GridStarts as GridStarts
 from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
 from vibroimpact.sweeps.sweep import sweep as sweep
 
-observe = kinds
+observe = observers
 stop = stop_rules
 
 __version__: str

@@ -137,6 +137,11 @@ class StopSign:
 
     def is_set(self) -> bool: ...
 
+def observers() -> dict[str, tuple[dict[str, tuple[Any, ...]], tuple[str, ...]]]:
+    """
+    Observers by name: their options, each with its kind and range, and their tables.
+    """
+
 def obey(sign: StopSign) -> None:
     """Let this thread obey a sign, which has to outlive it."""
 

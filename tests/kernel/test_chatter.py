@@ -19,7 +19,7 @@ from support.systems import PAPER_SETS, ball, oscillator, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.sweeps.execution.batch import batch_of
-from vibroimpact.sweeps.observers.observer import Final, Impacts
+from vibroimpact.sweeps.observers import Final, Impacts
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "chatter.toml"
 

@@ -14,7 +14,7 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.sweeps.execution.batch import batch_of
-from vibroimpact.sweeps.observers.observer import Final, Lyapunov, Symbol
+from vibroimpact.sweeps.observers import Final, Lyapunov, Symbol
 
 if TYPE_CHECKING:
     from pathlib import Path

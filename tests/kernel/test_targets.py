@@ -23,7 +23,8 @@ from support.members import cases, chain
 import vibroimpact as vi
 from vibroimpact import _cpu, _kernel
 from vibroimpact.compile.hybrid import Hybrid
-from vibroimpact.sweeps.observers.observer import OBSERVERS, Outcome
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers.table import OBSERVERS
 
 SEED = 20211121
 INF, NAN = math.inf, math.nan

@@ -11,7 +11,7 @@ import vibroimpact as vi
 from support.systems import ball, oscillator, paper_damper, random_mechanism
 from vibroimpact.simulation.simulate import Status
 from vibroimpact.sweeps.execution.batch import Batch, Members, batch_of, run_members
-from vibroimpact.sweeps.observers.observer import resolve
+from vibroimpact.sweeps.observers.selection import resolve
 
 Arrays = dict[str, Any]
 

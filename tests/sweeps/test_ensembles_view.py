@@ -62,7 +62,7 @@ def test_a_plane_has_the_symbols_that_classify_finds() -> None:
 
 
 def test_a_plane_takes_other_options_of_the_symbol() -> None:
-    from vibroimpact.sweeps.observers.observer import Symbol
+    from vibroimpact.sweeps.observers import Symbol
 
     over = {"omega": [1.1, 1.2], "half_clearance": [5.0]}
     strict = Symbol(tolerance=1e-15)

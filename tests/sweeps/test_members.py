@@ -18,7 +18,9 @@ from vibroimpact.compile.tables import Stacks, kernel_arguments
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
-from vibroimpact.sweeps.observers.observer import Final, Impacts, Observer, Outcome, Shares
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers import Final, Impacts, Shares
+from vibroimpact.sweeps.observers.observer import Observer
 
 Values = dict[str, np.ndarray]
 DAMPER = paper_damper("A", 1.1)

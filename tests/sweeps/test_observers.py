@@ -15,12 +15,8 @@ from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.simulation.simulate import Status
-from vibroimpact.sweeps.observers.observer import (
-    Extremes,
-    Outcome,
-    Rms,
-    Section,
-)
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers import Extremes, Rms, Section
 
 CASES = cases()
 FORCED = [name for name in CASES if name != "ball"]

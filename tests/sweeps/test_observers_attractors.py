@@ -14,7 +14,7 @@ from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.sweeps.observers.observer import Section, Settling, Symbol
+from vibroimpact.sweeps.observers import Section, Settling, Symbol
 
 CASES = cases()
 

@@ -14,7 +14,8 @@ from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.machines.published import parameter_sets
-from vibroimpact.sweeps.observers.observer import Outcome, Rotation
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers import Rotation
 
 MIDDLE = vi.State((0.0, 0.0), (0.0, 1.0))
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

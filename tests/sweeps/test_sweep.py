@@ -25,7 +25,7 @@ from vibroimpact.sweeps.execution.tiles import (
     tile_shape,
     tiles_of,
 )
-from vibroimpact.sweeps.observers.observer import Outcome
+from vibroimpact.sweeps.member_status import Outcome
 
 DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))

@@ -17,7 +17,7 @@ import xarray as xr
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.sweeps.observers.observer import OBSERVERS
+from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.schema import END
 
 pytest.importorskip("zarr", reason="the extra `store` is not installed")

@@ -1,4 +1,4 @@
-// The systems of a batch, built from arrays into memory that is lent: no heap, no library.
+// The systems of a batch, built from arrays into borrowed memory: no heap, no library.
 //
 // Method      assemble.hpp, with the numbers where arrays.hpp says
 // Assumes     arrays as _kernel.Batch checks them
@@ -17,7 +17,8 @@ struct system_room {
     hybrid<Flow>* system;
     mode<double, Flow>* modes;
     map_type *from_free, *to_free;
-    watched *extremes, *averages;
+    watched* rows;       // of all observers, those of a mode together
+    long long row_count; // of a mode
 };
 
 template <class Shape>
@@ -72,12 +73,12 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
     if (m == 0) set_terms(*room.system, to, free);
     room.from_free[m] = map_between<D>(free, here, n);
     room.to_free[m] = map_between<D>(here, free, n);
-    for (long long r = 0; r < b.extremes_count; ++r)
-        set_watched(room.extremes[m * b.extremes_count + r], b.extremes_rows + r * b.degrees, here,
-                    flow);
-    for (long long r = 0; r < b.averages_count; ++r)
-        set_watched(room.averages[m * b.averages_count + r], b.averages_rows + r * b.degrees, here,
-                    flow);
+    auto* row = room.rows + m * room.row_count;
+    b.observers.each_wanted([&](const auto& one) {
+        if constexpr (requires { one.rows; })
+            for (long long r = 0; r < one.rows.count; ++r)
+                set_watched(*row++, one.rows.numbers + r * b.degrees, here, flow);
+    });
 }
 
 // What the modes of system s share. Its modes need not be there yet.

@@ -151,7 +151,7 @@ struct onlooker {
 
     VI_HD bool see(const event<double, Shape>& e, const trajectory<double, Shape>& at,
                    const clock& now) {
-        all.see(system, e, at, now);
+        all.on_event(system, e, at, now);
         return now.time() < until;
     }
     VI_HD bool see(const event<jet<double, W>, Shape>& e, trajectory<jet<double, W>, Shape>& at,
@@ -225,17 +225,6 @@ VI_HD inline member_end finish_with_tangents(const hybrid<Flow>& system, motion<
     const run_end end = detail::run_building(system, j, limits_of(w), see, build);
     m = {detail::values(j.at, system.dimension(), system.contacts()), j.so_far};
     return end_of_member(end);
-}
-
-// When a member settled on the orbit that `orbit` saw: run `again`, from its start. NaN: on none.
-template <class Flow, class Build>
-VI_HD inline double
-settling_time(const hybrid<Flow>& system, motion<double, Flow>& again, const window& w,
-              const last_impacts<typename Flow::shape_type>& orbit, long impacts, Build& build) {
-    if (orbit.none()) return not_a_number();
-    settling<Flow> see{system, orbit, impacts};
-    detail::run_building(system, again, limits_of(w), see, build);
-    return see.last_outside;
 }
 
 } // namespace vi

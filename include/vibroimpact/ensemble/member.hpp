@@ -1,30 +1,58 @@
 // A member of a batch between its start and its row of results.
 //
-// Method      board() takes it to its start, the host runs it (ensemble.hpp), leave() writes down
-//             what its observers have seen
-// Assumes     its system is built, the free mode at least
+// Method      load_member() takes it to its start, the host runs it (ensemble.hpp), finish_member()
+//             writes down what its observers have seen
+// Assumes     its system is built, the free mode at least; rows of results hold what stands for none
 // Fails       member_end
 #pragma once
 
 #include "vibroimpact/engine/start.hpp"
-#include "vibroimpact/ensemble/results.hpp"
+#include "vibroimpact/ensemble/build.hpp"
+#include "vibroimpact/ensemble/ensemble.hpp"
 
 namespace vi {
 
-// Memory that the observers of one member need: places for b.last points of the section, then
-// b.strobe_last of the stroboscopic one, and b.longest impacts.
-template <class Flow>
-struct member_room {
-    section_point<typename Flow::shape_type>* points;
-    kept_impact<typename Flow::shape_type>* kept;
-};
-
 // A member under way.
 template <class Flow>
-struct passage {
+struct member_state {
     motion<double, Flow> now{};
     vi::window window{};
     vi::observers<Flow> observers{};
+};
+
+// A member after its run, as observers write its row of results.
+template <class Flow, class Build>
+struct finished_member {
+    using Shape = typename Flow::shape_type;
+    const batch_arrays& batch;
+    const hybrid<Flow>& system;
+    const vi::window& window;
+    Build& build;
+
+    long long row;
+    double period;                       // of the forcing; a unit of time without
+    double duration;                     // observed; NaN where there was none
+    long impacts;                        // in all
+    const trajectory<double, Shape>& at; // where it ended
+    const double* exponents;             // of its tangents
+
+    VI_HD long long degrees() const { return batch.degrees; }
+
+    // Position, velocity, and phase of the first forcing line, of a state in some mode.
+    VI_CALL void write_state(int mode, const vec<double, Flow::max_dimension>& y, double* x,
+                             double* v, double* phase) const {
+        const auto p = coordinates_of(batch, mode, batch.system[row]);
+        const int n = system.dimension();
+        for (int i = 0; i < p.degrees; ++i) {
+            x[i] = position_of(p, i, y, n);
+            v[i] = velocity_of(p, i, y, n);
+        }
+        *phase = p.lines > 0 ? phase_of(p, 0, y, n) : 0.0;
+    }
+
+    // The same motion from its start, shown to an observer of runs (engine/run.hpp).
+    template <class Observer>
+    VI_HD void run_again(Observer& observer) const;
 };
 
 namespace detail {
@@ -43,73 +71,20 @@ VI_HD inline double forcing_of(const batch_arrays& b, long long s) {
     return b.lines ? b.omegas[s * b.lines] : 0.0;
 }
 
-// What the observer of symbols is to know of system s.
-template <class Shape>
-VI_HD inline void prepare_symbol(const batch_arrays& b, long long s, double tolerance,
-                                 long long returns, symbol<Shape>& out) {
-    out.tolerance = tolerance;
-    out.returns = static_cast<long>(returns);
-    out.omega = forcing_of(b, s);
-    out.rows = {coordinates_of(b, 0, s), b.lines ? out.omega : 1.0 / b.steps[s]};
-}
-
-// From the beginning of the window on, when the first forcing line has a phase that it has at the
-// start after so much of a turn.
-template <class Shape>
-VI_HD inline void prepare_stroboscopic(const batch_arrays& b, long long i, double settle,
-                                       stroboscopic<Shape>& out) {
-    out.period = 2.0 * pi / forcing_of(b, b.system[i]);
-    const double turn = (b.strobe_at - b.phases[i * b.lines]) / (2.0 * pi);
-    const double first = (turn - floor(turn)) * out.period;
-    const double skipped = floor((settle - first) / out.period);
-    out.first = first + skipped * out.period;
-    if (out.first < settle) out.first = first + (skipped + 1.0) * out.period;
-    out.last = static_cast<long>(b.strobe_last);
-}
-
-// Options of the observers that are wanted of a member whose window is known, and what they read.
-template <class Flow>
-VI_HD inline void prepare_observers(const batch_arrays& b, long long i,
-                                    const system_room<Flow>& built, const member_room<Flow>& lent,
-                                    const window& w, observers<Flow>& all) {
-    const long long s = b.system[i];
-    all.begin(static_cast<unsigned>(b.wanted));
-    all.settle = w.settle;
-    if (all.wants(sees_section))
-        all.section = {static_cast<int>(b.contact), static_cast<int>(b.stop),
-                       static_cast<long>(b.last), static_cast<long>(b.stride), lent.points};
-    if (all.wants(sees_symbol))
-        prepare_symbol(b, s, b.symbol_tolerance, b.symbol_returns, all.symbol);
-    if (all.wants(sees_settling)) {
-        prepare_symbol(b, s, b.settling_tolerance, b.settling_returns, all.settling.orbit);
-        all.settling.longest = static_cast<long>(b.longest);
-        all.settling.kept = lent.kept;
-    }
-    if (all.wants(sees_extremes))
-        all.extremes.watched = {built.extremes, static_cast<int>(b.extremes_count)};
-    if (all.wants(sees_averages))
-        all.averages.watched = {built.averages, static_cast<int>(b.averages_count)};
-    if (all.wants(sees_rotation)) {
-        all.rotation.contact = static_cast<int>(b.rotation_contact);
-        all.rotation.side = static_cast<int>(b.rotation_stop);
-        all.rotation.stride = static_cast<long>(b.rotation_stride);
-        all.rotation.tolerance = b.rotation_tolerance;
-        all.rotation.settle = w.settle;
-        all.rotation.observe = w.observe;
-    }
-    if (all.wants(sees_stroboscopic)) {
-        prepare_stroboscopic(b, i, w.settle, all.stroboscopic);
-        all.stroboscopic.points = lent.points + b.last;
-    }
-}
-
 } // namespace detail
+
+template <class Flow, class Build>
+template <class Observer>
+VI_HD inline void finished_member<Flow, Build>::run_again(Observer& observer) const {
+    motion<double, Flow> again{};
+    detail::start_member(batch, system, row, again.at);
+    detail::run_building(system, again, limits_of(window), observer, build);
+}
 
 // Take member i to its start; false if it ends there, behind a stop or beyond all sizes.
 template <class Flow>
-VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Flow>& built,
-                        const member_room<Flow>& lent, passage<Flow>& out) {
-    member_rows<Flow>(b, i).clear();
+VI_HD inline bool load_member(const batch_arrays& b, long long i, const system_room<Flow>& built,
+                              member_state<Flow>& out) {
     detail::start_member(b, *built.system, i, out.now.at);
     const bool diverged = has_diverged(built.system->modes[0], out.now.at.y);
     if (diverged || behind_stop(*built.system, out.now.at)) {
@@ -117,34 +92,40 @@ VI_HD inline bool board(const batch_arrays& b, long long i, const system_room<Fl
         b.end[i] = static_cast<signed char>(end);
         return false;
     }
+    const long long s = b.system[i];
     out.now.so_far = {};
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
-    detail::prepare_observers(b, i, built, lent, out.window, out.observers);
-    out.observers.depart(out.now.at);
+    const member_start<Flow> start{out.window.settle,
+                                   out.window.observe,
+                                   detail::forcing_of(b, s),
+                                   b.lines ? b.phases[i * b.lines] : 0.0,
+                                   b.steps[s],
+                                   coordinates_of(b, 0, s),
+                                   {built.rows, 0, built.row_count}};
+    out.observers.begin(b.observers, start, out.now.at);
     return true;
 }
 
-// Write down what was seen, if it is the whole window, and where the run ended; where settling is asked
-// for, member i is run again.
-template <class Flow, int W, class Build>
-VI_HD inline void leave(const batch_arrays& b, long long i, const hybrid<Flow>& system,
-                        const passage<Flow>& from, member_end end, const growth<W>& tangents,
-                        Build& build) {
-    const auto& all = from.observers;
+// Write down where and why the run of member i ended, and what was seen, if it is the whole window.
+template <class Flow, class Build>
+VI_HD inline void finish_member(const batch_arrays& b, long long i, const hybrid<Flow>& system,
+                                const member_state<Flow>& from, member_end end,
+                                const double* exponents, Build& build) {
     const double time = from.now.so_far.now.time(), omega = detail::forcing_of(b, b.system[i]);
-    const member_rows<Flow> rows(b, i);
+    const double observed = time - from.window.settle;
     b.time[i] = time;
     b.end[i] = static_cast<signed char>(end);
-    rows.write_final(from.now.at);
-    if (end != member_end::ok) return;
-    rows.write(all, omega > 0.0 ? 2.0 * pi / omega : 1.0, time - from.window.settle);
-    rows.write(tangents);
-    if (all.wants(sees_settling)) {
-        motion<double, Flow> again{};
-        detail::start_member(b, system, i, again.at);
-        b.settling[i] = settling_time(system, again, from.window, all.settling,
-                                      from.now.so_far.impacts, build);
-    }
+    const finished_member<Flow, Build> finished{b,
+                                                system,
+                                                from.window,
+                                                build,
+                                                i,
+                                                omega > 0.0 ? 2.0 * pi / omega : 1.0,
+                                                observed > 0.0 ? observed : not_a_number(),
+                                                from.now.so_far.impacts,
+                                                from.now.at,
+                                                exponents};
+    from.observers.write(b.observers, finished, end == member_end::ok);
 }
 
 } // namespace vi

@@ -11,19 +11,9 @@
 // Reference   search/first_root.hpp, which bounds u'' in the same way
 #pragma once
 
-#include "vibroimpact/observe/event_view.hpp"
+#include "vibroimpact/observe/observer.hpp"
 
 namespace vi {
-
-inline constexpr int most_watched = 16; // rows of one observer
-
-// Rows on the coordinates of every mode, with their derivatives, lent by the host: those of mode m
-// begin at m * count.
-template <class Flow>
-struct watched_rows {
-    const guard<double, Flow::max_dimension>* rows = nullptr;
-    int count = 0;
-};
 
 struct range {
     double low = infinity(), high = -infinity();
@@ -72,13 +62,27 @@ VI_HD inline void include_step(range& seen, taylor_polynomial u, double span) {
     }
 }
 
-template <class Flow>
-struct extremes {
-    watched_rows<Flow> watched{};
-    range of[most_watched];
+namespace observe {
 
-    VI_HD void see(const stretch<Flow>& s) {
-        const auto* rows = watched.rows + s.mode * watched.count;
+struct extremes {
+    static constexpr const char* name = "extremes";
+    static constexpr int most_rows = 16;
+    row_list rows{};
+    result_table ranges{}; // smallest and largest of every row
+
+    void options(const auto& to) { to.rows("rows", rows, most_rows); }
+    void tables(const batch_sizes&, const auto& to) { to("ranges", ranges, 2 * rows.count); }
+    template <class Flow>
+    struct observer;
+};
+
+template <class Flow>
+struct extremes::observer {
+    watched_rows<Flow> watched{};
+    range of[most_rows];
+
+    VI_HD void on_flight(const flight_segment<Flow>& s) {
+        const auto* rows = watched.of_mode(s.mode);
         march(s, [&](const auto& y, double span) {
             for (int i = 0; i < watched.count; ++i)
                 include_step(of[i],
@@ -86,6 +90,15 @@ struct extremes {
                              span);
         });
     }
+    VI_HD void write(const auto& m, const extremes& to) const {
+        double* row = to.ranges.row(m.row);
+        for (int k = 0; k < watched.count; ++k) {
+            const bool seen = of[k].low <= of[k].high;
+            row[2 * k] = seen ? of[k].low : not_a_number();
+            row[2 * k + 1] = seen ? of[k].high : not_a_number();
+        }
+    }
 };
 
+} // namespace observe
 } // namespace vi

@@ -9,10 +9,9 @@
 // Accuracy    what completed chatter still had to lose is neglected: by (3) of transition/rest.hpp it is
 //             below 2^-53 of the motion's energy
 // Reference   transition/impact_law.hpp
-
 #pragma once
 
-#include "vibroimpact/observe/event_view.hpp"
+#include "vibroimpact/observe/observer.hpp"
 
 namespace vi {
 
@@ -49,7 +48,7 @@ VI_HD inline double through_inverse(small_system<N> a, const vec<double, N>& c) 
 
 // (1)
 template <class Flow>
-VI_HD inline double impact_loss(const scene<Flow>& s) {
+VI_HD inline double impact_loss(const event_view<Flow>& s) {
     constexpr int N = Flow::max_contacts;
     const auto& system = s.system;
     small_system<N> jump{};
@@ -73,14 +72,27 @@ VI_HD inline double impact_loss(const scene<Flow>& s) {
 
 } // namespace detail
 
-struct impact_energy {
-    double lost = 0.0;
+namespace observe {
+
+struct power {
+    static constexpr const char* name = "power";
+    result_table loss{}; // per unit of time
+
+    void tables(const batch_sizes&, const auto& to) { to("loss", loss, 1); }
 
     template <class Flow>
-    VI_HD void see(const scene<Flow>& s) {
-        if (s.e.what == status::impact || s.e.what == status::simultaneous)
-            lost = lost + detail::impact_loss(s);
-    }
+    struct observer {
+        double lost = 0.0;
+
+        VI_HD void on_event(const event_view<Flow>& s) {
+            if (s.e.what == status::impact || s.e.what == status::simultaneous)
+                lost = lost + detail::impact_loss(s);
+        }
+        VI_HD void write(const auto& m, const power& to) const {
+            to.loss.put(m.row, lost / m.duration);
+        }
+    };
 };
 
+} // namespace observe
 } // namespace vi

@@ -29,9 +29,9 @@
 // Reference   [das2017]; [hopf1935]: chords of closed curves
 #pragma once
 
-#include "vibroimpact/observe/event_view.hpp"
+#include "vibroimpact/observe/observer.hpp"
 
-namespace vi {
+namespace vi::observe {
 
 // (4): an average over times t in (0, 1).
 struct bump_average {
@@ -48,6 +48,25 @@ struct bump_average {
 };
 
 struct rotation {
+    static constexpr const char* name = "rotation";
+    long contact = 0, stride = 1;
+    int stop = upper_side;
+    double tolerance = 0.0;
+    result_table number{}; // and its error
+
+    void options(const auto& to) {
+        to.count("stride", stride, 1, largest_count);
+        to.count("contact", contact, 0, no_limit);
+        to.stop("stop", stop);
+        to.share("tolerance", tolerance);
+    }
+    void tables(const batch_sizes&, const auto& to) { to("number", number, 2); }
+    template <class Flow>
+    struct observer;
+};
+
+template <class Flow>
+struct rotation::observer {
     static constexpr double measuring = 0.125;     // share of the window for (2)
     static constexpr double steepest = 0x1p6;      // g and 1 / g: a is rounding where u alternates
     static constexpr double lowest = -0.25;        // (3): the middle is that of [0, 1/2]
@@ -55,10 +74,8 @@ struct rotation {
     static constexpr double least_error = 0x1p-52; // rounding
     static constexpr long fewest = 8;
 
-    int contact = 0, side = upper_side;
-    long stride = 1;
-    double tolerance = 0.0;
-    double settle = 0.0, observe = 0.0; // the window
+    rotation declared{};
+    double settle = 0.0, length = 0.0; // the window
 
     long seen = 0, taken = 0;        // impacts at the stop, points
     double before = 0.0, last = 0.0; // speeds of two points
@@ -68,16 +85,27 @@ struct rotation {
     bool at_rest = false, torn = false;
     bump_average whole{}, halves[2];
 
-    template <class Flow>
-    VI_HD void see(const scene<Flow>& s) {
-        if (!counts_as_impact(s.e.what) || s.e.contact != contact || s.e.side != side) return;
-        if (seen++ % stride != 0) return;
+    VI_HD void prepare(const rotation& options, const member_start<Flow>& m) {
+        declared = options;
+        settle = m.settle;
+        length = m.observe;
+    }
+    VI_HD void on_event(const event_view<Flow>& s) {
+        if (!counts_as_impact(s.e.what) || s.e.contact != declared.contact ||
+            s.e.side != declared.stop)
+            return;
+        if (seen++ % declared.stride != 0) return;
         const double speed = abs(s.e.rate_before); // of completed chatter 0
-        if (++taken > 2) look(speed, (s.time - settle) / observe);
+        if (++taken > 2) look(speed, (s.time - settle) / length);
         before = last;
         last = speed;
     }
 
+    VI_HD void write(const auto& m, const rotation& to) const {
+        to.number.put(m.row, value(), error());
+    }
+
+private:
     VI_HD double value() const {
         const double rho = abs(whole.mean());
         return known() ? min(rho, 1.0 - rho) : not_a_number();
@@ -87,8 +115,6 @@ struct rotation {
         const double second = abs(halves[1].mean() - whole.mean());
         return known() ? max(max(first, second), least_error) : not_a_number();
     }
-
-private:
     VI_HD bool known() const {
         return !at_rest && !torn && halves[0].count >= fewest && halves[1].count >= fewest;
     }
@@ -101,7 +127,7 @@ private:
             squares_b = squares_b + b * b;
             return;
         }
-        const double same = tolerance * max(next, max(last, before));
+        const double same = declared.tolerance * max(next, max(last, before));
         at_rest = at_rest || (abs(a) <= same && abs(b) <= same);
         const bool first = g == 0.0;
         if (first) g = ratio();
@@ -124,4 +150,4 @@ private:
     }
 };
 
-} // namespace vi
+} // namespace vi::observe

@@ -4,37 +4,44 @@
 //             last of them
 #pragma once
 
-#include "vibroimpact/observe/event_view.hpp"
+#include "vibroimpact/observe/section_points.hpp"
 
-namespace vi {
+namespace vi::observe {
 
-template <class Shape>
-struct section_point {
-    vec<double, Shape::max_dimension> y; // in the coordinates of the mode that follows
-    int mode;
-    double time;
-};
-
-template <class Shape>
 struct section {
-    int contact = 0, side = upper_side;
-    long last = 0, stride = 1;
-    section_point<Shape>* points = nullptr; // room for `last`
-    long seen = 0;                          // impacts at the stop
+    static constexpr const char* name = "section";
+    long points = 1, stride = 1, contact = 0;
+    int stop = upper_side;
+    point_tables results{};
 
+    void options(const auto& to) {
+        to.count("points", points, 1, largest_count);
+        to.count("stride", stride, 1, largest_count);
+        to.count("contact", contact, 0, no_limit);
+        to.stop("stop", stop);
+    }
+    void tables(const batch_sizes& n, const auto& to) { results.declare(points, n, to); }
+    long long borrows() const { return points; }
     template <class Flow>
-    VI_HD void see(const scene<Flow>& s) {
-        if (!counts_as_impact(s.e.what) || s.e.contact != contact || s.e.side != side) return;
-        if (seen % stride == 0) points[seen / stride % last] = {s.at.y, s.at.mode, s.time};
-        ++seen;
-    }
-
-    VI_HD long taken() const { return (seen + stride - 1) / stride; }
-    VI_HD long kept() const { return taken() < last ? taken() : last; }
-    // The i-th kept point in order of time.
-    VI_HD const section_point<Shape>& operator[](long i) const {
-        return points[(taken() - kept() + i) % last];
-    }
+    struct observer;
 };
 
-} // namespace vi
+template <class Flow>
+struct section::observer : point_ring<Flow> {
+    section declared{};
+    long seen = 0; // impacts at the stop
+
+    VI_HD void prepare(const section& options, const member_start<Flow>&) {
+        declared = options;
+        this->room = options.points;
+    }
+    VI_HD void on_event(const event_view<Flow>& s) {
+        if (!counts_as_impact(s.e.what) || s.e.contact != declared.contact ||
+            s.e.side != declared.stop)
+            return;
+        if (seen++ % declared.stride == 0) this->keep({s.at.y, s.at.mode, s.time});
+    }
+    VI_HD void write(const auto& m, const section& to) const { this->write_points(m, to.results); }
+};
+
+} // namespace vi::observe

@@ -7,8 +7,7 @@
 //             tolerance * w * size, sine and cosine of each forcing line by tolerance     (2)
 #pragma once
 
-#include "vibroimpact/observe/event_view.hpp"
-#include "vibroimpact/system/mode_coordinates.hpp"
+#include "vibroimpact/observe/observer.hpp"
 
 namespace vi {
 
@@ -27,7 +26,7 @@ struct physical_state {
 
 template <class Flow>
 VI_HD inline physical_state<Flow::max_dimension> physical(const physical_rows& rows,
-                                                          const scene<Flow>& s) {
+                                                          const event_view<Flow>& s) {
     const auto& p = rows.free;
     const int n = s.system.dimension();
     const auto y = in_free_coordinates(s.system, s.at);

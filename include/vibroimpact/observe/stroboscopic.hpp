@@ -3,35 +3,54 @@
 // Method      at the times first + k period, k = 0, 1, ..., from the beginning of the window on; a
 //             ring keeps the last of them. An event at such a time comes before the state.
 // Accuracy    of a flight (flow/); the times to rounding
+// Fails       no points without forcing
 #pragma once
 
-#include "vibroimpact/observe/section.hpp"
+#include "vibroimpact/observe/section_points.hpp"
 
-namespace vi {
+namespace vi::observe {
 
-template <class Shape>
 struct stroboscopic {
-    double first = 0.0, period = infinity();
-    long last = 0;
-    section_point<Shape>* points = nullptr; // room for `last`
-    long taken = 0;
+    static constexpr const char* name = "stroboscopic";
+    long points = 1;
+    double phase = 0.0;
+    point_tables results{};
 
+    void options(const auto& to) {
+        to.count("points", points, 1, largest_count);
+        to.real("phase", phase);
+    }
+    void tables(const batch_sizes& n, const auto& to) { results.declare(points, n, to); }
+    long long borrows() const { return points; }
     template <class Flow>
-    VI_HD void see(const stretch<Flow>& s) {
+    struct observer;
+};
+
+template <class Flow>
+struct stroboscopic::observer : point_ring<Flow> {
+    double first = 0.0, period = infinity();
+
+    // The force has the phase after so much of a turn, and once every period from then on.
+    VI_HD void prepare(const stroboscopic& options, const member_start<Flow>& m) {
+        this->room = options.points;
+        period = 2.0 * pi / m.omega;
+        const double turn = (options.phase - m.phase) / (2.0 * pi);
+        const double earliest = (turn - floor(turn)) * period;
+        const double skipped = floor((m.settle - earliest) / period);
+        first = earliest + skipped * period;
+        if (first < m.settle) first = earliest + (skipped + 1.0) * period;
+    }
+    VI_HD void on_flight(const flight_segment<Flow>& s) {
         const auto& flow = s.system.modes[s.mode].flow;
-        for (;; ++taken) {
-            const double time = first + static_cast<double>(taken) * period;
+        for (;;) {
+            const double time = first + static_cast<double>(this->taken) * period;
             if (!(time < s.begin + s.duration)) return;
-            const double since = max(time - s.begin, 0.0);
-            points[taken % last] = {flow.flight(s.y, since), s.mode, time};
+            this->keep({flow.flight(s.y, max(time - s.begin, 0.0)), s.mode, time});
         }
     }
-
-    VI_HD long kept() const { return taken < last ? taken : last; }
-    // The i-th kept point in order of time.
-    VI_HD const section_point<Shape>& operator[](long i) const {
-        return points[(taken - kept() + i) % last];
+    VI_HD void write(const auto& m, const stroboscopic& to) const {
+        this->write_points(m, to.results);
     }
 };
 
-} // namespace vi
+} // namespace vi::observe

@@ -16,7 +16,7 @@
 
 #include "vibroimpact/observe/state.hpp"
 
-namespace vi {
+namespace vi::observe {
 
 template <int Contacts>
 struct periodic_symbol {
@@ -24,12 +24,29 @@ struct periodic_symbol {
     int n = 0, p[Contacts] = {}, q[Contacts] = {};
 };
 
-template <class Shape>
 struct symbol {
+    static constexpr const char* name = "symbol";
+    double tolerance = 0.0;
+    long returns = 1;
+    result_table numbers{}; // n, all p, all q
+
+    void options(const auto& to) {
+        to.share("tolerance", tolerance);
+        to.count("returns", returns, 1, largest_count);
+    }
+    void tables(const batch_sizes& n, const auto& to) {
+        to("numbers", numbers, 1 + 2 * n.contacts, 0.0);
+    }
+    template <class Flow>
+    struct observer;
+};
+
+template <class Flow>
+struct symbol::observer {
     static constexpr int most_impacts = 4096, most_periods = 32, word = 64;
     static constexpr int too_long = -1;
     static constexpr double largest = 32767.0; // of n; p and q stay below most_impacts
-    using repeated = periodic_symbol<Shape::max_contacts>;
+    using repeated = periodic_symbol<Flow::max_contacts>;
 
     double tolerance = 0.0;
     long returns = 0;
@@ -39,14 +56,19 @@ struct symbol {
     bool begun = false;
     int contact = 0, side = 0;
     double since = 0.0;
-    physical_state<Shape::max_dimension> reference{};
+    physical_state<Flow::max_dimension> reference{};
     repeated after{}; // the reference
     unsigned long long returned[most_impacts / word] = {};
     repeated periods[most_periods]; // the first returns
     int candidates = 0;
 
-    template <class Flow>
-    VI_HD void see(const scene<Flow>& s) {
+    VI_HD void prepare(const symbol& options, const member_start<Flow>& m) {
+        tolerance = options.tolerance;
+        returns = options.returns;
+        omega = m.omega;
+        rows = {m.free, m.free.lines ? m.omega : 1.0 / m.step};
+    }
+    VI_HD void on_event(const event_view<Flow>& s) {
         if (!counts_as_impact(s.e.what)) return;
         if (!begun) {
             begun = true;
@@ -67,6 +89,17 @@ struct symbol {
         periods[candidates++] = after;
     }
 
+    VI_HD void write(const auto& m, const symbol& to) const {
+        const auto found = result();
+        double* row = to.numbers.row(m.row);
+        const auto contacts = (to.numbers.width - 1) / 2;
+        row[0] = found.n;
+        for (long long c = 0; c < contacts; ++c) {
+            row[1 + c] = found.p[c];
+            row[1 + contacts + c] = found.q[c];
+        }
+    }
+
     VI_HD repeated result() const {
         for (int i = 0; i < candidates; ++i)
             if (always_returns(periods[i].impacts))
@@ -75,8 +108,7 @@ struct symbol {
     }
 
 private:
-    template <class Flow>
-    VI_HD bool is_back(const scene<Flow>& s) const {
+    VI_HD bool is_back(const event_view<Flow>& s) const {
         return s.e.contact == contact && s.e.side == side &&
                same_state(reference, physical(rows, s), rows, tolerance);
     }
@@ -88,4 +120,4 @@ private:
     }
 };
 
-} // namespace vi
+} // namespace vi::observe

@@ -9,7 +9,7 @@
 
 namespace binding {
 
-using question = bool (*)(); // asked now and then; true ends the run
+using interrupt_check = bool (*)(); // called now and then; true ends the run
 
 // The numbers of one system at a time, of many of one structure: those that all share stand still,
 // each other one is taken from the column that has it for every system.
@@ -27,8 +27,8 @@ public:
             array.varied.push_back({first + place, column});
     }
 
-    // Let the arrays of a batch of one system be these.
-    void lend(vi::batch_arrays& to) const {
+    // Let a batch of one system borrow these arrays.
+    void set_arrays(vi::batch_arrays& to) const {
         for (const auto& array : arrays_)
             to.*array.name = array.numbers.data();
     }
@@ -67,9 +67,9 @@ struct batch_run {
     const int* system; // of each member
 };
 
-void run_modal_small(const batch_run& b, question ask);
-void run_modal_small_mixed(const batch_run& b, question ask);
-void run_modal(const batch_run& b, question ask);
-void run_dense(const batch_run& b, question ask);
+void run_modal_small(const batch_run& b, interrupt_check interrupted);
+void run_modal_small_mixed(const batch_run& b, interrupt_check interrupted);
+void run_modal(const batch_run& b, interrupt_check interrupted);
+void run_dense(const batch_run& b, interrupt_check interrupted);
 
 } // namespace binding

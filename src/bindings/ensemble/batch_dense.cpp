@@ -3,8 +3,8 @@
 
 namespace binding {
 
-void run_dense(const batch_run& b, question ask) {
-    run_alone<vi::dense_flow<double, vi::bounded<32, 8>>>(b, ask);
+void run_dense(const batch_run& b, interrupt_check interrupted) {
+    run_alone<vi::dense_flow<double, vi::bounded<32, 8>>>(b, interrupted);
 }
 
 } // namespace binding

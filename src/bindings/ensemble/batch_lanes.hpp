@@ -17,35 +17,30 @@ namespace binding {
 inline constexpr int lanes = vi::lanes_in_turn<vi::pack<vi::native_lanes>>;
 
 template <class Flow>
-using berths = std::vector<std::unique_ptr<berth<Flow>>>;
+using member_slots = std::vector<std::unique_ptr<member_slot<Flow>>>;
 // Members that wait: enough to keep lanes busy, few enough for what they need to stay near.
 inline constexpr int most_settled = 64;
 
-// A question that is not asked again once the answer was yes.
-class last_answer {
+// A check for interruption that is not made again once the answer was yes.
+class lasting_interrupt {
 public:
-    explicit last_answer(question ask) : ask_(ask) {}
-    bool is_up() const { return up_; }
-    bool look() { return up_ = up_ || ask_(); }
+    explicit lasting_interrupt(interrupt_check interrupted) : interrupted_(interrupted) {}
+    bool is_set() const { return set_; }
+    bool check() { return set_ = set_ || interrupted_(); }
 
 private:
-    question ask_;
-    bool up_ = false;
+    interrupt_check interrupted_;
+    bool set_ = false;
 };
 
-// A member that is to run until then. An impact that nobody watches costs nothing.
+// A member that is to run until then. An impact that no observer is shown costs nothing.
 template <class Flow>
-void fill(vi::lane_slot<Flow>& slot, berth<Flow>& here, double until) {
-    const auto& all = here.observers();
-    const double settle = here.window().settle;
-    const double watched = all.wants(vi::sees_flights) ? 0.0
-                           : all.wants(~0u)            ? settle
-                                                       : vi::infinity();
+void fill(vi::lane_slot<Flow>& slot, member_slot<Flow>& here, double until) {
     slot.system = &here.hybrid();
     slot.version = here.version();
     slot.run = &here.motion();
     slot.limit = vi::limits_of(here.window());
-    slot.watch = vi::min(watched, until);
+    slot.watch = vi::min(here.observers().shown_from(), until);
 }
 
 // Members that have settled, with a tangent each.
@@ -54,10 +49,11 @@ class tangent_host {
     using Shape = typename Flow::shape_type;
 
 public:
-    tangent_host(const berths<Flow>& settled, last_answer& stop) : settled_(settled), stop_(stop) {}
+    tangent_host(const member_slots<Flow>& settled, lasting_interrupt& stop)
+        : settled_(settled), stop_(stop) {}
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
-        if (stop_.is_up() || next_ == settled_.size()) return false;
+        if (stop_.is_set() || next_ == settled_.size()) return false;
         here_[i] = settled_[next_++].get();
         fill(slot, *here_[i], vi::infinity());
         slot.tangent = {here_[i]->window().settle};
@@ -66,22 +62,22 @@ public:
 
     bool see(int i, const vi::event<double, Shape>& e, const vi::trajectory<double, Shape>& at,
              const vi::clock& now) {
-        here_[i]->observers().see(here_[i]->hybrid(), e, at, now);
+        here_[i]->observers().on_event(here_[i]->hybrid(), e, at, now);
         return true;
     }
 
     bool build(int i, int code) { return here_[i]->build(code); }
 
     void end(int i, const vi::lane_slot<Flow>& slot, vi::run_end why) {
-        here_[i]->leave(vi::end_of_member(why), slot.tangent);
+        here_[i]->finish(vi::end_of_member(why), slot.tangent);
     }
 
-    bool interrupted() { return stop_.look(); }
+    bool interrupted() { return stop_.check(); }
 
 private:
-    const berths<Flow>& settled_;
-    last_answer& stop_;
-    berth<Flow>* here_[lanes] = {};
+    const member_slots<Flow>& settled_;
+    lasting_interrupt& stop_;
+    member_slot<Flow>* here_[lanes] = {};
     std::size_t next_ = 0;
 };
 
@@ -91,14 +87,15 @@ class lane_host {
     using Shape = typename Flow::shape_type;
 
 public:
-    lane_host(const batch_run& b, question ask) : b_(b), ask_(ask), stop_(ask), systems_(b) {}
+    lane_host(const batch_run& b, interrupt_check check)
+        : b_(b), check_(check), stop_(check), systems_(b) {}
 
     bool next(int i, vi::lane_slot<Flow>& slot) {
-        while (!stop_.is_up() && next_ < b_.arrays.members) {
-            if (next_ % members_between_questions == 0 && interrupted()) return false;
-            if (!here_[i]) take_berth(i);
+        while (!stop_.is_set() && next_ < b_.arrays.members) {
+            if (next_ % members_between_checks == 0 && interrupted()) return false;
+            if (!here_[i]) take_slot(i);
             auto& here = *here_[i];
-            if (!here.board(next_++)) continue;
+            if (!here.load(next_++)) continue;
             if (here.until() > 0.0) {
                 fill(slot, here, here.until());
                 return true;
@@ -111,7 +108,7 @@ public:
     bool see(int i, const vi::event<double, Shape>& e, const vi::trajectory<double, Shape>& at,
              const vi::clock& now) {
         auto& here = *here_[i];
-        here.observers().see(here.hybrid(), e, at, now);
+        here.observers().on_event(here.hybrid(), e, at, now);
         return now.time() < here.until();
     }
 
@@ -119,7 +116,7 @@ public:
 
     void end(int i, const vi::lane_slot<Flow>&, vi::run_end why) { leave(i, why); }
 
-    bool interrupted() { return stop_.look(); }
+    bool interrupted() { return stop_.check(); }
 
     // Take those that wait to their ends.
     void run_settled() {
@@ -133,29 +130,30 @@ public:
 
 private:
     void leave(int i, vi::run_end why) {
-        if (why != vi::run_end::observer || b_.arrays.spectrum) return here_[i]->finish(why);
+        if (why != vi::run_end::observer || here_[i]->tangents() > 1) return here_[i]->finish(why);
         settled_.push_back(std::move(here_[i]));
         if (settled_.size() == most_settled) run_settled();
     }
 
-    void take_berth(int i) {
-        if (idle_.empty()) idle_.push_back(std::make_unique<berth<Flow>>(b_, systems_, ask_));
+    void take_slot(int i) {
+        if (idle_.empty())
+            idle_.push_back(std::make_unique<member_slot<Flow>>(b_, systems_, check_));
         here_[i] = std::move(idle_.back());
         idle_.pop_back();
     }
 
     const batch_run& b_;
-    question ask_;
-    last_answer stop_;
+    interrupt_check check_;
+    lasting_interrupt stop_;
     built_systems<Flow> systems_;
-    std::unique_ptr<berth<Flow>> here_[lanes];
-    berths<Flow> settled_, idle_;
+    std::unique_ptr<member_slot<Flow>> here_[lanes];
+    member_slots<Flow> settled_, idle_;
     long long next_ = 0;
 };
 
 template <class Flow>
-void run_in_lanes(const batch_run& b, question ask) {
-    lane_host<Flow> host(b, ask);
+void run_in_lanes(const batch_run& b, interrupt_check interrupted) {
+    lane_host<Flow> host(b, interrupted);
     using packs = vi::pack<vi::native_lanes>;
     std::make_unique<vi::lane_run<packs, Flow, lane_host<Flow>>>(host)->run(); // large for a stack
     host.run_settled();

@@ -2,8 +2,8 @@
 
 namespace binding {
 
-void run_modal(const batch_run& b, question ask) {
-    run_in_lanes<vi::modal_flow<double, vi::bounded<32, 8>>>(b, ask);
+void run_modal(const batch_run& b, interrupt_check interrupted) {
+    run_in_lanes<vi::modal_flow<double, vi::bounded<32, 8>>>(b, interrupted);
 }
 
 } // namespace binding

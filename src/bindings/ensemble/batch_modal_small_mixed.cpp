@@ -2,8 +2,8 @@
 
 namespace binding {
 
-void run_modal_small_mixed(const batch_run& b, question ask) {
-    run_in_lanes<vi::modal_flow<double, vi::fixed<6, 1, 1, true>>>(b, ask);
+void run_modal_small_mixed(const batch_run& b, interrupt_check interrupted) {
+    run_in_lanes<vi::modal_flow<double, vi::fixed<6, 1, 1, true>>>(b, interrupted);
 }
 
 } // namespace binding

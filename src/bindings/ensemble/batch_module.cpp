@@ -12,7 +12,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "ensemble/batch.hpp"
-#include "ensemble/owned_arrays.hpp"
+#include "ensemble/observer_table.hpp"
 #include "interrupt.hpp"
 
 namespace nb = nanobind;
@@ -115,16 +115,16 @@ public:
                   {"phases", &fields::phases, phases, count * lines},
                   {"settle", &fields::settle, settle, count},
                   {"observe", &fields::observe, observe, count}});
-        observer_reader(observers, here).read();
-        results out(observers, here.view);
-        const auto ask = interrupted_here();
+        read_observers(observers, here);
+        results out(here.view);
+        const auto interrupted = interrupted_here();
         {
             const nb::gil_scoped_release release;
             const bool small = d == 6 && lines == 1 && c == 1;
             const auto run_blocks = !small       ? run_modal
                                     : one_.mixed ? run_modal_small_mixed
                                                  : run_modal_small;
-            (dense_ ? run_dense : run_blocks)({numbers_, here.view, systems.data()}, ask);
+            (dense_ ? run_dense : run_blocks)({numbers_, here.view, systems.data()}, interrupted);
         }
         raise_if_interrupted();
         return out.to_python();
@@ -188,6 +188,10 @@ void bind_batch(nb::module_& m) {
         .def(nb::init<>())
         .def("set", &stop_sign::set)
         .def("is_set", &stop_sign::is_set);
+    m.def("observers", observer_table,
+          nb::sig("def observers() -> dict[str, tuple[dict[str, tuple[typing.Any, ...]], "
+                  "tuple[str, ...]]]"),
+          "Observers by name: their options, each with its kind and range, and their tables.");
     m.def(
         "obey", [](const stop_sign& sign) { obeyed = &sign; }, "sign"_a,
         "Let this thread obey a sign, which has to outlive it.");

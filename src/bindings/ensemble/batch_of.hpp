@@ -10,7 +10,7 @@
 
 namespace binding {
 
-inline constexpr long long members_between_questions = 64; // about Ctrl-C
+inline constexpr long long members_between_checks = 64; // for Ctrl-C
 
 // One system of a batch; modes of closed contacts are built when a member first wants them.
 template <class Flow>
@@ -23,9 +23,8 @@ public:
     explicit built_system(const batch_run& b)
         : numbers_(b.numbers), b_(b.arrays), codes_(b_.modes),
           modes_(std::make_unique_for_overwrite<mode[]>(b_.modes)), from_free_(b_.modes),
-          to_free_(b_.modes), extremes_(b_.modes * b_.extremes_count),
-          averages_(b_.modes * b_.averages_count) {
-        numbers_.lend(b_);
+          to_free_(b_.modes), row_count_(b_.observers.watched()), rows_(b_.modes * row_count_) {
+        numbers_.set_arrays(b_);
     }
 
     long long number() const { return s_; }
@@ -55,8 +54,8 @@ public:
     const vi::hybrid<Flow>& system() const { return system_; }
     long version() const { return version_; }
     room in() {
-        return {&system_,        modes_.get(),     from_free_.data(),
-                to_free_.data(), extremes_.data(), averages_.data()};
+        return {&system_,        modes_.get(), from_free_.data(),
+                to_free_.data(), rows_.data(), row_count_};
     }
 
 private:
@@ -68,7 +67,8 @@ private:
     std::vector<int> codes_;
     std::unique_ptr<mode[]> modes_;
     std::vector<typename room::map_type> from_free_, to_free_;
-    std::vector<typename room::watched> extremes_, averages_;
+    long long row_count_;
+    std::vector<typename room::watched> rows_;
 };
 
 // The systems that members are in. A member that follows another of its system shares it: members of
@@ -101,26 +101,32 @@ private:
     shared latest_;
 };
 
-// A place for one member at a time, with its system and what observers need.
+// A place for one member at a time, with its system and the memory that observers borrow.
 template <class Flow>
-class berth {
-    using Shape = typename Flow::shape_type;
+class member_slot {
     static constexpr int most_exponents = Flow::max_dimension - 1;
 
 public:
-    berth(const batch_run& b, built_systems<Flow>& systems, question ask)
-        : b_(b), ask_(ask), systems_(systems), points_(b.arrays.last + b.arrays.strobe_last),
-          kept_(b.arrays.longest) {}
+    member_slot(const batch_run& b, built_systems<Flow>& systems, interrupt_check interrupted)
+        : b_(b), interrupted_(interrupted), systems_(systems) {
+        const auto& arrays = b.arrays;
+        tangents_ = static_cast<int>(arrays.observers.tangents(arrays));
+        here_.observers.set_interrupted(interrupted);
+        here_.observers.borrow(arrays.observers, [&]<class T>(long long count, T*& memory) {
+            auto owned = std::make_shared<T[]>(static_cast<std::size_t>(count));
+            memory = owned.get();
+            memory_.push_back(std::move(owned));
+        });
+    }
 
     // Take in member i; false if it is done already, its start being behind a stop.
-    bool board(long long i) {
+    bool load(long long i) {
         i_ = i;
         built_.reset();
         built_ = systems_.of(b_.system[i]);
-        if (!vi::board(built_->arrays(), i, built_->in(), {points_.data(), kept_.data()}, here_))
-            return false;
-        here_.window.interrupted = here_.observers.interrupted = ask_;
-        until_ = b_.arrays.exponents ? vi::begin_of_tangents(here_.window) : vi::infinity();
+        if (!vi::load_member(built_->arrays(), i, built_->in(), here_)) return false;
+        here_.window.interrupted = interrupted_;
+        until_ = tangents_ ? vi::begin_of_tangents(here_.window) : vi::infinity();
         return true;
     }
 
@@ -133,6 +139,7 @@ public:
 
     // When tangents begin.
     double until() const { return until_; }
+    int tangents() const { return tangents_; }
 
     // Run the member up to there.
     vi::run_end run() {
@@ -144,8 +151,8 @@ public:
     // After a run: carry tangents through what is left of the window, and write down what was seen.
     void finish(vi::run_end why) {
         if (why != vi::run_end::observer)
-            leave(vi::end_of_member(why), vi::growth<1>{});
-        else if (b_.arrays.spectrum)
+            finish(vi::end_of_member(why), vi::growth<1>{});
+        else if (tangents_ > 1)
             finish_with_tangents<most_exponents>();
         else
             finish_with_tangents<1>();
@@ -153,39 +160,42 @@ public:
 
     // Write down what was seen, tangents having been carried along.
     template <int W>
-    void leave(vi::member_end end, const vi::growth<W>& tangents) {
-        vi::leave(built_->arrays(), i_, hybrid(), here_, end, tangents, *built_);
+    void finish(vi::member_end end, const vi::growth<W>& grown) {
+        double exponents[most_exponents];
+        for (int k = 0; k < tangents_; ++k)
+            exponents[k] = grown.exponent(k);
+        vi::finish_member(built_->arrays(), i_, hybrid(), here_, end, exponents, *built_);
     }
 
 private:
     template <int W>
     void finish_with_tangents() {
-        vi::growth<W> tangents;
-        tangents.count = static_cast<int>(b_.arrays.exponents);
+        vi::growth<W> grown;
+        grown.count = tangents_;
         const auto end = vi::finish_with_tangents(hybrid(), here_.now, here_.window,
-                                                  here_.observers, tangents, *built_);
-        leave(end, tangents);
+                                                  here_.observers, grown, *built_);
+        finish(end, grown);
     }
 
     const batch_run& b_;
-    question ask_;
+    interrupt_check interrupted_;
     built_systems<Flow>& systems_;
     typename built_systems<Flow>::shared built_;
-    std::vector<vi::section_point<Shape>> points_;
-    std::vector<vi::kept_impact<Shape>> kept_;
+    std::vector<std::shared_ptr<void>> memory_;
     long long i_ = 0;
+    int tangents_ = 0; // vectors
     double until_ = 0.0;
-    vi::passage<Flow> here_{};
+    vi::member_state<Flow> here_{};
 };
 
 // The members one after the other.
 template <class Flow>
-void run_alone(const batch_run& b, question ask) {
+void run_alone(const batch_run& b, interrupt_check interrupted) {
     built_systems<Flow> systems(b);
-    berth<Flow> here(b, systems, ask);
+    member_slot<Flow> here(b, systems, interrupted);
     for (long long i = 0; i < b.arrays.members; ++i) {
-        if (i % members_between_questions == 0 && ask()) return;
-        if (here.board(i)) here.finish(here.run());
+        if (i % members_between_checks == 0 && interrupted()) return;
+        if (here.load(i)) here.finish(here.run());
     }
 }
 

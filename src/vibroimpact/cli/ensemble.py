@@ -23,7 +23,7 @@ from vibroimpact.model.state import State
 from vibroimpact.plotting import plot_along, plot_plane
 from vibroimpact.sweeps.analyses.motion_codes import flags
 from vibroimpact.sweeps.execution.store import store_path
-from vibroimpact.sweeps.observers.observer import OBSERVERS
+from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.starts import Start
 from vibroimpact.sweeps.sweep import sweep
 

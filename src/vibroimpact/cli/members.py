@@ -19,7 +19,8 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.sweeps.axes import corners
-from vibroimpact.sweeps.observers.observer import Observer, observer_of
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.states import names_of_state
 

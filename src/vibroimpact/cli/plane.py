@@ -16,7 +16,9 @@ from vibroimpact.model.state import State
 from vibroimpact.plotting import plot_plane
 from vibroimpact.sweeps.analyses.motion_codes import categories
 from vibroimpact.sweeps.analyses.plane import multistability, plane
-from vibroimpact.sweeps.observers.observer import OBSERVERS, Observer, observer_of
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.observers.selection import observer_of
+from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = (

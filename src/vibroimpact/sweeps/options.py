@@ -8,7 +8,8 @@ from typing import Any
 
 from vibroimpact._core.checks import shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.sweeps.observers.observer import Observer, key_of, resolve
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.observers.selection import key_of, resolve
 
 Observe = str | Observer | Sequence[str | Observer]
 

@@ -21,7 +21,10 @@ from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.observers.observer import OBSERVERS, Observer, Section, Stroboscopic
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.observers.section import Section
+from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
+from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.options import LOST, check_options
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.states import names_of_state

@@ -14,7 +14,8 @@ from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Arrays
 from vibroimpact.machines.json_text import text_of
-from vibroimpact.sweeps.observers.observer import Output, outputs
+from vibroimpact.sweeps.observers.observer import Variable
+from vibroimpact.sweeps.observers.selection import variables_of
 from vibroimpact.sweeps.plan import Plan
 from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
 
@@ -41,7 +42,7 @@ class Schema(NamedTuple):
     """
 
     grid: dict[str, int]
-    variables: dict[str, Output]
+    variables: dict[str, Variable]
     coords: dict[str, Coordinate]
     attrs: dict[str, Any]
 
@@ -81,7 +82,7 @@ def schema_of(plan: Plan, specification: SweepSpec) -> Schema:
     InvalidParameterError
         A name that stands for two things.
     """
-    variables = outputs(plan.observers, plan.mechanism)
+    variables = variables_of(plan.observers, plan.mechanism)
     coords: dict[str, Coordinate] = {
         name: ((name,), axis, _attrs(name)) for name, axis in plan.axes.items()
     }

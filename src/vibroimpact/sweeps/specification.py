@@ -11,7 +11,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.json_text import text_of
 from vibroimpact.model.parameters import names_of, with_parameters
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.sweeps.observers.observer import describe
+from vibroimpact.sweeps.observers.selection import describe
 from vibroimpact.sweeps.plan import Plan
 
 Values = tuple[float, ...]

@@ -39,7 +39,9 @@ from vibroimpact.sweeps.execution.tiles import (
     tile_shape,
     tiles_of,
 )
-from vibroimpact.sweeps.observers.observer import Observer, Outcome, resolve, rounds
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.observers.selection import resolve, rounds
 from vibroimpact.sweeps.plan import Plan, Window
 from vibroimpact.sweeps.schema import Schema, schema_of
 from vibroimpact.sweeps.specification import SweepSpec, specification_of
@@ -87,7 +89,7 @@ def sweep(
         A :class:`~vibroimpact.State`, :class:`~vibroimpact.RandomStarts`,
         :class:`~vibroimpact.GridStarts` or :class:`~vibroimpact.ListedStarts`.
     observe
-        What is computed (kinds.py): names, or observers with options such as
+        What is computed: names, or observers with options such as
         ``vi.observe.Section(points=50)``, one or several.
     follow
         Name of one parameter: members do not start anew at each value, but where they ended at

@@ -23,7 +23,7 @@ from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.member_status import Outcome
-from vibroimpact.sweeps.observers.observer import Section
+from vibroimpact.sweeps.observers.section import Section
 from vibroimpact.sweeps.options import LOST, MATCHED, check_axes, check_options, refuse
 from vibroimpact.sweeps.starts import GridStarts
 from vibroimpact.sweeps.states import States

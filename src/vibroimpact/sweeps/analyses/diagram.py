@@ -21,7 +21,9 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
 from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.observers.observer import Section, Stroboscopic, key_of
+from vibroimpact.sweeps.observers.section import Section
+from vibroimpact.sweeps.observers.selection import key_of
+from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
 from vibroimpact.sweeps.options import (
     LOST,
     Observe,

@@ -19,7 +19,7 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, column_of, motions, symbols_of
-from vibroimpact.sweeps.observers.observer import Section
+from vibroimpact.sweeps.observers.section import Section
 from vibroimpact.sweeps.options import (
     LOST,
     MATCHED,

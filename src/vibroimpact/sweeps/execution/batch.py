@@ -27,14 +27,9 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import RunEnd, begin, events_for
-from vibroimpact.sweeps.observers.observer import (
-    Observer,
-    Outcome,
-    kernel_observers,
-    outputs,
-    results,
-    rounds,
-)
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.observers.selection import kernel_observers, results, rounds, variables_of
 
 LEFT_OUT = -1  # part of a system at resonance
 
@@ -211,7 +206,7 @@ def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Array
         return _run_part(batch, part[0], members, observers)
     out: Arrays = {
         name: np.full((count, *output.shape), output.fill, output.dtype)
-        for name, output in outputs(observers, batch.mechanism).items()
+        for name, output in variables_of(observers, batch.mechanism).items()
     }
     out["end"][:] = Outcome.RESONANCE
     for i in range(len(batch.kernels)):

@@ -27,7 +27,8 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.sweeps.execution.batch import Batch, Members, batch_of, run_members
 from vibroimpact.sweeps.execution.tiles import Tile
-from vibroimpact.sweeps.observers.observer import Final, Outcome
+from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.plan import Plan
 from vibroimpact.sweeps.states import States
 

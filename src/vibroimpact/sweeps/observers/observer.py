@@ -1,205 +1,137 @@
-"""Observers: what is computed of every member while it runs, without storing its motion.
+"""What an observer is: options, and the variables that it returns.
 
-Each is asked for by its name, or as an object with options (kinds.py); several at once.
+Each kind is a frozen dataclass in a file that has its name, and a header of the kernel that computes it
+(include/vibroimpact/observe/observer.hpp). The kernel's table says which there are, which options they
+take, and in which tables their results are.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any, cast
+import math
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice, shown
+from vibroimpact import _kernel
+from vibroimpact._core.checks import check_count, check_stop_name, refusal, share, vector
+from vibroimpact._core.checks import real as real_number
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.scalars import as_python
-from vibroimpact._core.types import Arrays
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.model.stop import Stop
-from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
-from vibroimpact.sweeps.observers.kinds import (
-    Extremes,
-    Final,
-    Impacts,
-    Lyapunov,
-    Observer,
-    Power,
-    Rms,
-    Rotation,
-    Section,
-    Settling,
-    Shares,
-    Spectrum,
-    Speeds,
-    Stroboscopic,
-    Symbol,
-)  # fmt: skip
-from vibroimpact.sweeps.observers.variables import Output, Table
 
-__all__ = [
-    "Extremes", "Final", "Impacts", "Lyapunov", "Observer", "Outcome", "Output", "Power", "Rms",
-    "Rotation", "Section", "Settling", "Shares", "Spectrum", "Speeds",
-    "Stroboscopic", "Symbol", "describe",
-    "kernel_observers", "key_of", "observer_of", "outputs", "resolve", "results", "rounds",
-]  # fmt: skip
+COORDINATE, CONTACT, EXPONENT = "coordinate", "contact", "exponent"  # dimensions
+QUANTITIES = {"position": "length", "velocity": "velocity", "time": "time"}
+ROWS = "rows"  # the option of observers that can be there several times in one run
+
+KERNEL = _kernel.observers()  # by name: options with their kinds and ranges, tables
 
 
-MOST_ROWS = 16  # of all Extremes, or of all Rms: room in the kernel
-WATCHES = {
-    "extremes": "extremes",
-    "rms": "averages",
-}  # rows on the coordinates: names in the kernel
+class Observer(ABC):
+    """An observer with its options: a frozen dataclass."""
 
-OBSERVERS: dict[str, type[Observer]] = {
-    kind.name: kind
-    for kind in (
-        Section, Symbol, Impacts, Speeds, Power, Extremes, Rms, Lyapunov, Spectrum, Shares,
-        Settling, Final, Rotation, Stroboscopic,
-    )
-}  # fmt: skip
+    name: ClassVar[str]
+    label: str = ""  # of kinds that have one
+    row: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the options, in the ranges that the kernel gives."""
+        options, _ = KERNEL[self.name]
+        for name, (kind, *limits) in options.items():
+            if kind == "count":
+                check_count(name, getattr(self, name), *limits)
+            elif kind == "share":
+                share(name, getattr(self, name))
+            elif kind == "real":
+                object.__setattr__(self, name, real_number(name, getattr(self, name)))
+            elif kind == "stop":
+                check_stop_name(getattr(self, name))
+            else:
+                object.__setattr__(self, "row", _row(self.row, self.label))
+        _check_own_label(self.label)
+
+    @abstractmethod
+    def variables(self, mechanism: Mechanism) -> Variables:
+        """By name: what it returns of a member."""
 
 
-def observer_of(name: str) -> Observer:
-    """Return the observer with this name and its default options.
+class Variable(NamedTuple):
+    """A variable that an observer returns.
 
-    Raises
-    ------
-    InvalidParameterError
-        There is none.
+    Attributes
+    ----------
+    dims, shape
+        Beyond those of the members.
+    dtype, fill
+        Type, and the value where nothing was computed.
+    attrs
+        ``long_name`` and, where it has one, ``units``, or the ``quantity`` that it measures in
+        units of the system: length, velocity, time, rate or power.
+    table, columns
+        Where the kernel puts it.
     """
-    check_choice("observe", name, OBSERVERS)
-    return OBSERVERS[name]()
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    fill: float
+    attrs: dict[str, Any]
+    table: str
+    columns: slice = slice(None)
 
 
-def resolve(observe: str | Observer | Sequence[str | Observer]) -> tuple[Observer, ...]:
-    """Names and observers as observers, equal ones once.
-
-    Raises
-    ------
-    InvalidParameterError
-        No such observer; two of one kind with different options and the same label, if it has one;
-        nothing.
-    """
-    listed = [observe] if isinstance(observe, str) or not isinstance(observe, Sequence) else observe
-    found: dict[tuple[str, str], Observer] = {}
-    for one in listed:
-        observer = observer_of(one) if isinstance(one, str) else one
-        if not isinstance(observer, tuple(OBSERVERS.values())):
-            name = one.__name__ if isinstance(one, type) else "Symbol"
-            raise InvalidParameterError(
-                f"observe = {shown(one)}: must be a name or an observer, such as {name}()."
-            )
-        key = key_of(observer)
-        if found.setdefault(key, observer) != observer:
-            mend = "Give one a label" if hasattr(observer, "label") else "Keep one; take two sweeps"
-            raise InvalidParameterError(
-                f"observe = {found[key]!r}, {observer!r}: their results have the same names. "
-                f"{mend}."
-            )
-    if not found:
-        raise InvalidParameterError("observe = []: needs at least one observer.")
-    return tuple(found.values())
+Variables = dict[str, Variable]
 
 
-def key_of(observer: Observer) -> tuple[str, str]:
-    """Name and label: no two observers of a sweep have the same."""
-    return observer.name, getattr(observer, "label", "")
+def check_label(label: Any) -> None:
+    """Refuse what cannot be a part of a variable's name."""
+    if not isinstance(label, str) or not label.isidentifier():
+        raise refusal("label", label, "a name, such as 'relative'")
 
 
-def describe(observers: Sequence[Observer]) -> list[dict[str, Any]]:
-    """Names and options, ready for JSON."""
-    return [{"observer": one.name, **_options(one)} for one in observers]
+def _check_own_label(label: Any) -> None:
+    """Refuse a label that is neither empty nor a name."""
+    if not isinstance(label, str) or label:
+        check_label(label)
 
 
-def _options(observer: Observer) -> dict[str, Any]:
-    options = asdict(cast(Any, observer))
-    return {name: as_python(value) for name, value in options.items()}
+def labelled(name: str, label: str) -> str:
+    """Name of a variable of one of several observers."""
+    return f"{name}_{label}" if label else name
 
 
-def rounds(observers: Sequence[Observer]) -> list[tuple[Observer, ...]]:
-    """The runs that observers need: the kernel has one of a kind, but many rows to watch."""
-    found: list[list[Observer]] = [[]]
-    before = Counter[str]()
-    for one in observers:
-        at = 0 if one.name in WATCHES else before[one.name]
-        before[one.name] += 1
-        if at == len(found):
-            found.append([])
-        found[at].append(one)
-    return [tuple(some) for some in found]
+def _row(row: Any, label: Any) -> tuple[float, ...]:
+    """A row on the coordinates, which has a name; none: each coordinate."""
+    check_label(label)
+    numbers = vector("row", row)
+    if numbers and not any(numbers):
+        raise InvalidParameterError("row = 0: must involve a coordinate.")
+    if not numbers and label != "x":
+        raise InvalidParameterError(f"label = {label!r}: give the row that it names.")
+    return numbers
 
 
-def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
-    """What ``_kernel.Batch.run`` is told: options by name of the observer."""
-    spec: dict[str, Any] = {}
-    for one in observers:
-        options = _options(one)
-        if one.name in WATCHES:
-            spec.setdefault(WATCHES[one.name], []).append(list(options["row"]))
-            continue
-        options.pop("label", None)
-        if "stop" in options:
-            options["side"] = Stop.at(options.pop("stop")).side
-        if "points" in options:
-            options["last"] = options.pop("points")
-        spec[one.name] = options
-    return spec
+def real(
+    table: str, text: str, columns: slice = slice(None), units: str = "",
+    dims: tuple[str, ...] = (), shape: tuple[int, ...] = (), quantity: str = "",
+) -> Variable:  # fmt: skip
+    """Numbers, NaN where nothing was computed."""
+    known = {"units": units, "quantity": quantity}
+    attrs = {"long_name": text} | {name: said for name, said in known.items() if said}
+    return Variable(dims, shape, np.dtype(float), np.nan, attrs, table, columns)
 
 
-def outputs(observers: Sequence[Observer], mechanism: Mechanism) -> Table:
-    """By name: every variable of a member, ``end`` and ``time`` first.
-
-    Raises
-    ------
-    InvalidParameterError
-        A contact, stop or row that the mechanism does not have; more than 16 rows; a label that
-        makes the name of another result.
-    """
-    table = {"end": _end(), "time": _time()}
-    used = dict.fromkeys(WATCHES.values(), 0)  # columns of each table
-    for one in observers:
-        found = one.outputs(mechanism)
-        if one.name in WATCHES:
-            at = WATCHES[one.name]
-            found = {name: _moved(output, used[at]) for name, output in found.items()}
-            used[at] += 2 * max(1, *(sum(output.shape) for output in found.values()))
-        for name in sorted(found.keys() & table.keys()):
-            raise InvalidParameterError(
-                f"observe = {one!r}: {name} is the result of another observer. Take another label."
-            )
-        table |= found
-    if max(used.values()) > 2 * MOST_ROWS:
-        raise InvalidParameterError(f"observe: at most {MOST_ROWS} rows of Extremes, and of Rms.")
-    return table
+def whole(
+    table: str, text: str, column: int, dtype: str,
+    dims: tuple[str, ...] = (), shape: tuple[int, ...] = (),
+) -> Variable:  # fmt: skip
+    """Integers, 0 where nothing was computed, from one column on."""
+    attrs, columns = {"long_name": text}, slice(column, column + math.prod(shape))
+    return Variable(dims, shape, np.dtype(dtype), 0, attrs, table, columns)
 
 
-def results(observers: Sequence[Observer], mechanism: Mechanism, raw: Arrays) -> Arrays:
-    """By name: the variables of every member, from the tables of the kernel."""
-    count = len(raw["end"])
+def reals(table: str, texts: dict[str, str], units: str = "", quantity: str = "") -> Variables:
+    """One number per column."""
     return {
-        name: np.ascontiguousarray(
-            raw[output.table].reshape(count, -1)[:, output.columns], dtype=output.dtype
-        ).reshape(count, *output.shape)
-        for name, output in outputs(observers, mechanism).items()
+        name: real(table, text, slice(i, i + 1), units, quantity=quantity)
+        for i, (name, text) in enumerate(texts.items())
     }
-
-
-def _moved(output: Output, by: int) -> Output:
-    at = output.columns
-    return output._replace(columns=slice(at.start + by, at.stop + by, at.step))
-
-
-def _end() -> Output:
-    attrs = {
-        "long_name": "why the run ended",
-        "flag_values": np.array([NOT_COMPUTED, *Outcome], dtype=np.int8),
-        "flag_meanings": " ".join(["not_computed", *(one.name.lower() for one in Outcome)]),
-    }
-    return Output((), (), np.dtype(np.int8), NOT_COMPUTED, attrs, "end")
-
-
-def _time() -> Output:
-    attrs = {"long_name": "time reached since the start", "quantity": "time"}
-    return Output((), (), np.dtype(float), np.nan, attrs, "time")

@@ -9,7 +9,7 @@
 // Reference   Abramowitz, Stegun, Handbook of Mathematical Functions, 25.4.30
 #pragma once
 
-#include "vibroimpact/observe/extremes.hpp"
+#include "vibroimpact/observe/observer.hpp"
 
 namespace vi {
 
@@ -43,19 +43,41 @@ struct integrals {
     }
 };
 
-template <class Flow>
-struct averages {
-    watched_rows<Flow> watched{};
-    integrals of[most_watched];
+namespace observe {
 
-    VI_HD void see(const stretch<Flow>& s) {
-        const auto* rows = watched.rows + s.mode * watched.count;
+struct rms {
+    static constexpr const char* name = "rms";
+    static constexpr int most_rows = 16;
+    row_list rows{};
+    result_table averages{}; // mean and root mean square of every row
+
+    void options(const auto& to) { to.rows("rows", rows, most_rows); }
+    void tables(const batch_sizes&, const auto& to) { to("averages", averages, 2 * rows.count); }
+    template <class Flow>
+    struct observer;
+};
+
+template <class Flow>
+struct rms::observer {
+    watched_rows<Flow> watched{};
+    integrals of[most_rows];
+
+    VI_HD void on_flight(const flight_segment<Flow>& s) {
+        const auto* rows = watched.of_mode(s.mode);
         march(s, [&](const auto& y, double span) {
             for (int i = 0; i < watched.count; ++i)
                 of[i].include(detail::derivatives<taylor_order>(rows[i], y, s.system.dimension()),
                               span);
         });
     }
+    VI_HD void write(const auto& m, const rms& to) const {
+        double* row = to.averages.row(m.row);
+        for (int k = 0; k < watched.count; ++k) {
+            row[2 * k] = of[k].first / m.duration;
+            row[2 * k + 1] = sqrt(of[k].second / m.duration);
+        }
+    }
 };
 
+} // namespace observe
 } // namespace vi

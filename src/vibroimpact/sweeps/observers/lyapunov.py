@@ -1,0 +1,24 @@
+"""Lyapunov: the largest exponent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.sweeps.observers.observer import Observer, Variables, reals
+
+
+@dataclass(frozen=True)
+class Lyapunov(Observer):
+    """Largest Lyapunov exponent per unit of time, the direction of the flow (exponent 0) left out.
+
+    NaN without two events in the window; -inf where the tangent vector vanished, as at rest.
+    """
+
+    name: ClassVar[str] = "lyapunov"
+
+    def variables(self, mechanism: Mechanism) -> Variables:  # noqa: ARG002
+        """``lyapunov``."""
+        text = "largest Lyapunov exponent per unit of time"
+        return reals("exponent", {"lyapunov": text}, quantity="rate")

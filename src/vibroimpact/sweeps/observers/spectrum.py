@@ -1,0 +1,26 @@
+"""Spectrum: all Lyapunov exponents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.sweeps.observers.observer import EXPONENT, Observer, Variables, real
+
+
+@dataclass(frozen=True)
+class Spectrum(Observer):
+    """All Lyapunov exponents per unit of time, as :class:`Lyapunov`.
+
+    In the order of the tangent vectors: the longer the window, the surer the largest is first.
+    """
+
+    name: ClassVar[str] = "spectrum"
+
+    def variables(self, mechanism: Mechanism) -> Variables:
+        """``spectrum`` with dim ``exponent``: 2 n + (lines) - 1."""
+        count = 2 * mechanism.degrees + len(mechanism.forces) - 1
+        text = "Lyapunov exponents per unit of time"
+        found = real("exponents", text, dims=(EXPONENT,), shape=(count,), quantity="rate")
+        return {"spectrum": found}
