@@ -7,8 +7,6 @@
 //     jet<R, N>             a value of type R with N first derivatives            (jet.hpp)
 //     counting<Tag>         a double that counts the operations done to it        (counting.hpp)
 //
-// Beside these, floats<N> (floats.hpp) are numbers in single precision for what is decided with a margin.
-//
 // A comparison of two scalars answers with a mask_t<T>: bool for one lane, pack_mask<N> for
 // several. Code for all scalars therefore never writes `if (x < y)`, but either
 //

@@ -28,16 +28,12 @@ struct operation_counts {
     }
 };
 
-template <int N>
-struct floats; // numeric/floats.hpp
-
 template <class Tag>
 struct counting {
     double v = 0.0;
 
     counting() = default;
     VI_HD counting(double x) : v(x) {}
-    VI_HD counting(const floats<1>& x);
     VI_HD static counting from_bits(unsigned long long b) { return vi::from_bits<double>(b); }
 
     VI_HD friend counting operator+(counting a, counting b) {

@@ -12,7 +12,10 @@
 #pragma once
 
 #include "vibroimpact/flow/modal.hpp"
-#include "vibroimpact/numeric/floats.hpp"
+#include "vibroimpact/numeric/math.hpp"
+#if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
+#include "vibroimpact/numeric/pack.hpp"
+#endif
 
 namespace vi {
 
@@ -35,7 +38,7 @@ template <class R, int Dimension, int Orders = taylor_order>
 struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
-    rows_ahead<R, Dimension> ahead; // of a modal flow, along the narrow grid
+    rows_ahead<R, Dimension> ahead[grids]; // of a modal flow
     // What search/grid/grid_bounds.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
     // what its a adds to them, and per |y_j| the terms of u within a step; what limits and lines add.
     vec<R, Dimension> third, fourth;
@@ -110,10 +113,11 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
     return flow.grid_error[wide_grid] * (fourth + squares * moved) / room;
 }
 
-// What the quick flight reads, but for the wide grid.
+// What the quick flight reads.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow) {
-    look_ahead(g.ahead, g, flow, narrow_grid);
+    for (int grid = 0; grid < grids; ++grid)
+        look_ahead(g.ahead[grid], g, flow, grid);
     prepare_bounds(g, flow);
 }
 
@@ -277,33 +281,23 @@ VI_HOT void watch_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimensio
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-// The same sums side by side: GCC does not find this in the loop above where that is inlined.
-template <class Side, class R, int Dimension, class Flow>
-VI_HOT void watch_ahead_in(const rows_ahead<R, Dimension>& p, const vec<R, Dimension>& y,
-                           const Flow& flow, vec<R, grid_times + 1>& to) {
-    constexpr int count = grid_times + 1, width = scalar_traits<Side>::lanes;
-    const auto at = [](const vec<R, count>& row, int k) {
-        Side some;
-        __builtin_memcpy(&some.v, row.x + k, sizeof some.v);
-        return some;
-    };
-    for (int k = 0; k < count; k += width) {
-        const int from = k < count - width ? k : count - width; // the last ones overlap
-        Side some = at(p.gains, from);
-        flow.each_coordinate([&](auto j) { some = fma(at(p.rows[j], from), Side(y[j]), some); });
-        __builtin_memcpy(to.x + from, &some.v, sizeof some.v);
-    }
-}
+// The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
 template <int Dimension, class Flow>
 VI_HOT void watch_ahead(const rows_ahead<double, Dimension>& p, const vec<double, Dimension>& y,
                         const Flow& flow, vec<double, grid_times + 1>& to) {
-    watch_ahead_in<pack<2>>(p, y, flow, to);
-}
-template <int Dimension, class Flow>
-VI_HOT void watch_ahead(const rows_ahead<floats<1>, Dimension>& p,
-                        const vec<floats<1>, Dimension>& y, const Flow& flow,
-                        vec<floats<1>, grid_times + 1>& to) {
-    watch_ahead_in<floats<4>>(p, y, flow, to);
+    constexpr int count = grid_times + 1;
+    static_assert(count % 2 == 0);
+    using pair = pack<2>;
+    const auto at = [](const vec<double, count>& row, int k) {
+        pair both;
+        __builtin_memcpy(&both.v, row.x + k, sizeof both.v);
+        return both;
+    };
+    for (int k = 0; k < count; k += 2) {
+        pair both = at(p.gains, k);
+        flow.each_coordinate([&](auto j) { both = fma(at(p.rows[j], k), pair(y[j]), both); });
+        __builtin_memcpy(to.x + k, &both.v, sizeof both.v);
+    }
 }
 #endif
 

@@ -3,10 +3,10 @@
 // Method      What run.hpp does for one trajectory, for all lanes at once: clocks and counts are packs,
 //             and an impact that nobody watches costs nothing beyond them. An event that is to be
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
-//             Packs of lanes take turns at the stages of a round, and two look along the wide grid
-//             together. T is a pack, or a jet of packs: then every run carries a tangent, whose growth
-//             is followed in all lanes at once. A lane whose run has ended takes the next one, or waits
-//             a while for lanes that repeat their flights (search/grid/recall_period.hpp).
+//             Packs of lanes take turns at the stages of a round. T is a pack, or a jet of packs: then
+//             every run carries a tangent, whose growth is followed in all lanes at once. A lane whose
+//             run has ended takes the next one, or waits a while for lanes that repeat their flights
+//             (search/grid/recall_period.hpp).
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none, for good and for
 //                                       all lanes. Flights are limited by slot.limit.t_max alone.
@@ -51,13 +51,10 @@ class lane_pack {
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
-    // Lane i of the pack is lane first + i of the host, beside + i of the look. Hops add to `work`.
-    void board(Host& host, int first, lane_look<T, Shape>& look, int beside,
-               common_system<N, Flow>& common, long& work) {
+    // Lane i of the pack is lane first + i of the host. Hops add to `work`.
+    void board(Host& host, int first, common_system<N, Flow>& common, long& work) {
         host_ = &host;
         first_ = first;
-        look_ = &look;
-        beside_ = beside;
         common_ = &common;
         work_ = &work;
         for (int i = 0; i < N; ++i)
@@ -66,9 +63,9 @@ public:
     }
     bool busy() const { return runs_ > 0; }
 
-    // A round: begin(), a look if it looks(), the stages of round(), strike().
+    // A round: begin(), look() and see() of a round() that looks, its stages, strike().
     VI_HOT void begin() { flight_.begin(time_left(), busy_); }
-    VI_HOT bool looks() const { return busy() && flight_.round.looks(); }
+    VI_HOT bool looks() const { return flight_.round.looks(); }
     VI_HOT auto& round() { return flight_.round; }
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
@@ -157,7 +154,6 @@ private:
     void put_system(int i, const hybrid<Flow>& system, long version) {
         if (keys_.put(i, system, version)) {
             vi::put_system(flight_.own, i, system);
-            look_->put(beside_ + i, system.modes[0].view);
             if (!flight_.reads_own()) common_->leave();
         } else if (!flight_.reads_own()) {
             return;
@@ -313,10 +309,9 @@ private:
     static constexpr typename Flow::stored nothing_{};
 
     Host* host_ = nullptr;
-    lane_look<T, Shape>* look_ = nullptr;
     common_system<N, Flow>* common_ = nullptr;
     long* work_ = nullptr;
-    int first_ = 0, beside_ = 0;
+    int first_ = 0;
     lane_slot<Flow> slots_[N];
     lane_keys<N, Flow> keys_; // of the systems whose numbers the lanes hold
     lane_flight<T, Shape> flight_;
@@ -341,7 +336,6 @@ template <class T, class Flow, class Host>
 class lane_run {
     using Shape = typename Flow::shape_type;
     static constexpr int N = scalar_traits<T>::lanes;
-    static_assert(packs_in_turn<T> % 2 == 0);
     static_assert(sizeof(spaced<lane_pack<T, Flow, Host>>) / 64 % 2 == 1);
 
 public:
@@ -349,7 +343,7 @@ public:
 
     void run() {
         for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].board(host_, i * N, looks_[i / 2], i % 2 * N, common_, work_);
+            packs_[i].board(host_, i * N, common_, work_);
         while (busy()) {
             if (asks() && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
@@ -380,21 +374,12 @@ private:
             if (pack.busy()) stage(pack);
     }
     VI_RARE void look_ahead() {
-        each_look([](auto& look, auto& a, auto& b)
-                      VI_WITHIN { look.look(a.round().at(), b.round().at()); });
-        each_look([](auto& look, auto& a, auto& b) VI_WITHIN {
-            look.cross();
-            if (a.looks()) a.round().see(look.template seen_by<0>());
-            if (b.looks()) b.round().see(look.template seen_by<1>());
+        each_busy([](auto& pack) VI_WITHIN {
+            if (pack.looks()) pack.round().look();
         });
-    }
-    // Two packs look together.
-    template <class Stage>
-    VI_HOT void each_look(const Stage& stage) {
-        for (int i = 0; i < packs_in_turn<T>; i += 2) {
-            auto &a = packs_[i], &b = packs_[i + 1];
-            if (a.looks() || b.looks()) stage(looks_[i / 2], a, b);
-        }
+        each_busy([](auto& pack) VI_WITHIN {
+            if (pack.looks()) pack.round().see();
+        });
     }
     void interrupt() {
         for (auto& pack : packs_)
@@ -405,7 +390,6 @@ private:
     long work_ = 0; // rounds, and hops of lanes, since the host was asked
     common_system<N, Flow> common_;
     spaced<pack_type> packs_[packs_in_turn<T>];
-    lane_look<T, Shape> looks_[packs_in_turn<T> / 2];
 };
 
 } // namespace vi

@@ -104,8 +104,8 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
                 set_lane(to.series[j].terms[m][n], i, from.series[j].terms[m][n]);
 }
 
-template <class L, class R, int D>
-inline void fill_rows(rows_ahead<L, D>& to, const rows_ahead<R, D>& from, int n, int i) {
+template <int N, int D>
+inline void fill_rows(rows_ahead<pack<N>, D>& to, const rows_ahead<double, D>& from, int n, int i) {
     for (int k = 0; k < from.count; ++k) {
         for (int j = 0; j < n; ++j)
             set_lane(to.rows[j][k], i, from.rows[j][k]);
@@ -114,9 +114,16 @@ inline void fill_rows(rows_ahead<L, D>& to, const rows_ahead<R, D>& from, int n,
     to.shifted = to.shifted | from.shifted;
 }
 
-// What looks along either grid read of a contact: of a guard, or of a wide_guard.
-template <class To, class From>
-inline void fill_look(To& to, const From& from, int n, int i) {
+template <int N, int D, int Orders>
+inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D, Orders>& from,
+                       int n, int i) {
+    for (int m = 0; m <= lane_orders; ++m) {
+        for (int j = 0; j < n; ++j)
+            set_lane(to.rows[m][j], i, from.rows[m][j]);
+        set_lane(to.gains[m], i, from.gains[m]);
+    }
+    for (int grid = 0; grid < grids; ++grid)
+        fill_rows(to.ahead[grid], from.ahead[grid], n, i);
     for (int j = 0; j < n; ++j) {
         set_lane(to.third[j], i, from.third[j]);
         set_lane(to.fourth[j], i, from.fourth[j]);
@@ -126,35 +133,11 @@ inline void fill_look(To& to, const From& from, int n, int i) {
         set_lane(to.third_push[j], i, from.third_push[j]);
         set_lane(to.fourth_push[j], i, from.fourth_push[j]);
     }
-    fill_rows(to.ahead, from.ahead, n, i);
-    set_lane(to.lower, i, from.lower);
-    set_lane(to.upper, i, from.upper);
     set_lane(to.least_terms, i, from.least_terms);
     set_lane(to.least_fourth, i, from.least_fourth);
-}
-
-// Row m and the gain of u^(m), for m < orders.
-template <class To, class From>
-inline void fill_derivatives(To& to, const From& from, int orders, int n, int i) {
-    for (int m = 0; m < orders; ++m) {
-        for (int j = 0; j < n; ++j)
-            set_lane(to.rows[m][j], i, from.rows[m][j]);
-        set_lane(to.gains[m], i, from.gains[m]);
-    }
-}
-
-template <class L, class R, int D>
-inline void fill_guard(wide_guard<L, D>& to, const wide_guard<R, D>& from, int n, int i) {
-    fill_derivatives(to, from, 1, n, i);
-    fill_look(to, from, n, i);
-}
-
-template <int N, int D, int Orders>
-inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D, Orders>& from,
-                       int n, int i) {
-    fill_derivatives(to, from, lane_orders + 1, n, i);
-    fill_look(to, from, n, i);
     set_lane(to.least_sixth, i, from.least_sixth);
+    set_lane(to.lower, i, from.lower);
+    set_lane(to.upper, i, from.upper);
     set_lane(to.reach, i, from.reach);
     to.closed = from.closed;
 }
@@ -225,43 +208,6 @@ inline void take_trajectory(const lane_states<T, Shape>& from, int i, int n, int
         t.flat[k] = lane(from.at.flat[k], i);
     }
 }
-
-// The look along the wide grid of two packs, in the stages of wide_look.
-template <class T, class Shape>
-class lane_look {
-    static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
-    using L = single_t<real_t<T>>;
-
-public:
-    // A system in lane i of both packs together.
-    void put(int i, const wide_view<floats<1>, Shape>& from) {
-        static_cast<sizes<Shape>&>(view_) = from;
-        view_.pushed = view_.pushed | from.pushed;
-        for (int j = 0; j < from.blocks(); ++j)
-            view_.bends[j] = view_.bends[j] | from.bends[j];
-        set_lane(view_.spacing, i, from.spacing);
-        for (int k = 0; k < from.contacts(); ++k)
-            detail::fill_guard(view_.guards[k], from.guards[k], from.dimension(), i);
-    }
-    VI_HOT void look(const trajectory<T, Shape>& a, const trajectory<T, Shape>& b) {
-        vec<L, D> y;
-        vec<L, K> touching;
-        view_.each_coordinate([&](auto j)
-                                  VI_WITHIN { y[j] = joined(value(a.y[j]), value(b.y[j])); });
-        view_.each_contact([&](auto i)
-                               VI_WITHIN { touching[i] = joined(a.touching[i], b.touching[i]); });
-        look_.look(view_, y, touching);
-    }
-    VI_HOT void cross() { look_.cross(view_); }
-    template <int Which>
-    VI_HOT auto seen_by() const {
-        return look_.template seen_by<Which>();
-    }
-
-private:
-    wide_view<L, Shape> view_{};
-    wide_look<L, Shape> look_;
-};
 
 // A round of all lanes, in the stages of quick_round. Lanes that landed have suffered the impact that
 // ends their flight; lanes that are stuck wait for the certified step.

@@ -11,26 +11,20 @@
 // The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
 #pragma once
 
-#include "vibroimpact/search/grid/wide_view.hpp"
 #include "vibroimpact/search/stride.hpp"
 
 namespace vi {
 
 inline constexpr int max_lines = 8;
 
-// What a look along the wide grid reads belongs to the system of one lane; packs share theirs (lanes.hpp).
-// Flows without blocks have what strides read in its place.
+// What strides read of a flow without blocks.
 struct no_view {};
-template <class R, class Flow, bool Alone = is_same<R, double>, bool Modal = is_modal<Flow>>
+template <class R, class Flow, bool Strides = is_same<R, double> && !is_modal<Flow>>
 struct view_of {
     using type = no_view;
 };
 template <class R, class Flow>
-struct view_of<R, Flow, true, true> {
-    using type = wide_view<single_t<R>, typename Flow::shape_type>;
-};
-template <class R, class Flow>
-struct view_of<R, Flow, true, false> {
+struct view_of<R, Flow, true> {
     using type = stride_view<R, Flow>;
 };
 
@@ -58,7 +52,6 @@ VI_HD inline void prepare_search(mode<R, Flow, Orders>& m, bool free) {
         if (most > liveliest) m.flow.set_spacing(lively_spacing);
         for (int i = 0; i < contacts; ++i)
             prepare_quick(m.guards[i], m.flow);
-        prepare_wide(m.view, m.guards, m.flow);
     }
 }
 

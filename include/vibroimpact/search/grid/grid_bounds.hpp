@@ -18,9 +18,8 @@
 //             M: each block's share w of u has w''' a solution of the homogeneous equation, whose
 //             energy decays, so |w''''| <= sqrt(a^2 + b^2), a = w''''(0), b = sqrt(k) w'''(0):
 //             at most max(|a|, |b|) + (sqrt 2 - 1) min(|a|, |b|).                         (4)
-//             Along the wide grid all this is done in single precision (search/grid/wide_view.hpp).
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; contacts that touch leave: rate >= 0
-// Accuracy    margin far above rounding in (2), (3): 2^-30 of the terms along the narrow grid
+// Accuracy    margin 2^-30 of the terms in (2), (3), far above rounding
 // Fails       says how far it is clear, and nothing of what follows; nothing of a contact that is not
 //             surely between its stops, nor on one
 // Reference   theory.md, "First contact"
@@ -141,7 +140,6 @@ struct distances {
 template <class R>
 struct outlook {
     R u;
-    distances<R> apart;
     mask_t<R> inside;
 };
 template <class R, class G, class Flow, int D>
@@ -150,7 +148,7 @@ VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, con
     const R free = watch_distance(g, y, flow);
     const mask_t<R> open = side == 0.0;
     const R u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
-    return {u, apart, mask_t<R>((!open) | apart.between(g, free))};
+    return {u, mask_t<R>((!open) | apart.between(g, free))};
 }
 
 // A contact along a grid.
@@ -160,8 +158,8 @@ struct along_grid {
     vec<R, grid_times + 1> u; // u'' h^2, u_1, u_2, ...
 
     template <class G, class Flow, int D>
-    VI_HOT void begin(const G& g, const Flow& flow, const R& u_now, const vec<R, D>& y) {
-        watch_ahead(g.ahead, y, flow, u);
+    VI_HOT void begin(const G& g, int grid, const Flow& flow, const R& u_now, const vec<R, D>& y) {
+        watch_ahead(g.ahead[grid], y, flow, u);
         now = u_now;
         before = fma(2.0, now, u[0] - u[1]);
     }
@@ -288,10 +286,10 @@ VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
     return out;
 }
 
-// The whole number nearest to x in [0, 2^51]; in single precision in [0, 2^22].
+// The whole number nearest to x in [0, 2^51].
 template <class R>
 VI_HOT R nearest(const R& x) {
-    constexpr double shift = is_single<R> ? 0x1.8p23 : 0x1.8p52;
+    constexpr double shift = 0x1.8p52;
     return (x + shift) - shift;
 }
 // The place of the table nearest to x; 0 for NaN.
@@ -306,33 +304,42 @@ class grid_look {
 public:
     sight<R> seen;
 
-    template <class Guards, class Flow, int D>
-    VI_HOT void look(const Guards& guards, const Flow& flow, const R& spacing,
-                     const vec<outlook<R>, K>& from, const vec<R, D>& y) {
+    // From the state y; touching: 0, or the side of the stop that a contact is on.
+    template <class Mode, int D>
+    VI_HOT void look(const Mode& m, int grid, const vec<R, D>& y, const vec<R, K>& touching) {
+        const auto& flow = m.flow;
         along_grid<R> all[K];
-        inside_ = mask_t<R>(true);
+        vec<open_interval<R>, K> open;
+        mask_t<R> clear = mask_t<R>(true);
         flow.each_contact([&](auto i) VI_WITHIN {
-            all[i].begin(guards[i], flow, from[i].u, y);
-            open_[i] = {all[i].after_time(0), from[i].apart};
-            inside_ = inside_ & from[i].inside;
+            const auto& g = m.guards[i];
+            const R margin = proof_margin * terms_of(g, flow, y);
+            const R slack = fma(fourth_of(g, flow, y), flow.grid_error[grid], margin);
+            const auto from = look_out(g, flow, y, touching[i], {slack, margin});
+            all[i].begin(g, grid, flow, from.u, y);
+            open[i] = {all[i].after_time(0), {slack, margin}};
+            clear = clear & from.inside;
         });
-        seen.length = spacing;
-        seen.begin = R(0.0);
-        mask_t<R> clear = inside_;
+        inside_ = clear;
+        const R length = flow.spacing[grid];
+        R begin = R(0.0);
         unrolled<0, grid_intervals>([&](auto k) VI_WITHIN {
             flow.each_contact([&](auto i) VI_WITHIN {
-                clear = clear & from[i].apart.kept(guards[i], all[i].after_time(k));
+                clear = clear & open[i].apart.kept(m.guards[i], all[i].after_time(k));
             });
-            seen.begin = plus_where(clear, seen.begin, seen.length);
+            begin = plus_where(clear, begin, length);
             if constexpr (k + 1 != grid_intervals)
                 flow.each_contact(
-                    [&](auto i) VI_WITHIN { open_[i].u.take(clear, all[i].after_time(k + 1)); });
+                    [&](auto i) VI_WITHIN { open[i].u.take(clear, all[i].after_time(k + 1)); });
         });
+        seen.begin = begin;
+        seen.length = length;
         seen.clear = clear;
+        open_ = open;
     }
-    template <class Guards, class Flow>
-    VI_HOT void cross(const Guards& guards, const Flow& flow) {
-        const auto open = meet_alone(guards, flow, open_, seen);
+    template <class Mode>
+    VI_HOT void cross(const Mode& m) {
+        const auto open = meet_alone(m.guards, m.flow, open_, seen);
         const mask_t<R> undecided = inside_ & !seen.clear;
         seen.found = open.crosses & undecided;
         const mask_t<R> kept = open.clear & undecided;
@@ -351,39 +358,5 @@ private:
 };
 
 } // namespace detail
-
-// The look along the wide grid, in single precision.
-template <class L, class Shape>
-struct wide_look {
-    static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
-    detail::grid_look<L, K> along;
-
-    // touching: 0, or the side of the stop that a contact is on.
-    template <class View>
-    VI_HOT void look(const View& view, const vec<L, D>& y, const vec<L, K>& touching) {
-        vec<detail::outlook<L>, K> from;
-        view.each_contact([&](auto i) VI_WITHIN {
-            const auto& g = view.guards[i];
-            const L margin = detail::terms_of(g, view, y);
-            const L slack = detail::fourth_of(g, view, y) + margin;
-            from[i] = detail::look_out(g, view, y, touching[i], {slack, margin});
-        });
-        along.look(view.guards, view, L(view.spacing), from, y);
-    }
-    template <class View>
-    VI_HOT void cross(const View& view) {
-        along.cross(view.guards, view);
-    }
-    // What stands for one of two packs, or for the only trajectory.
-    template <int Which>
-    VI_HOT auto seen_by() const {
-        const auto& s = along.seen;
-        using R = decltype(half<Which>(s.begin));
-        return detail::sight<R>{
-            half<Which>(s.begin), half<Which>(s.length),
-            half<Which>(s.place), half<Which>(s.clear),
-            half<Which>(s.found), {half<Which>(s.stop.contact), half<Which>(s.stop.side), R(0.0)}};
-    }
-};
 
 } // namespace vi

@@ -132,15 +132,8 @@ VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
 template <class R, class Mode, int D, int K>
 VI_RARE void look_closely(const Mode& m, const vec<R, D>& y, const vec<R, K>& touching,
                           grid_look<R, K>& look) {
-    vec<outlook<R>, K> from;
-    for (int i = 0; i < m.flow.contacts(); ++i) {
-        const auto& g = m.guards[i];
-        const R margin = proof_margin * terms_of(g, m.flow, y);
-        const R slack = fma(fourth_of(g, m.flow, y), m.flow.grid_error[narrow_grid], margin);
-        from[i] = look_out(g, m.flow, y, touching[i], {slack, margin});
-    }
-    look.look(m.guards, m.flow, m.flow.spacing[narrow_grid], from, y);
-    look.cross(m.guards, m.flow);
+    look.look(m, narrow_grid, y, touching);
+    look.cross(m);
 }
 
 template <class R, class Shape>
@@ -169,8 +162,8 @@ VI_HOT R limit_of(const Mode& m, const stop_hit<R>& hit) {
 template <class T>
 inline constexpr bool many_registers = scalar_traits<T>::lanes == 8;
 
-// One round of every lane that is going: begin(), where it looks() a look along the wide grid and see(),
-// then stages. Packs of lanes take turns at each: one works while the results of another are on their way.
+// One round of every lane that is going: begin(), where it looks() look() and see(), then stages. Packs of
+// lanes take turns at each: one works while the results of another are on their way.
 template <class T, class Mode, class Shape>
 class quick_round {
     using R = real_t<T>;
@@ -198,15 +191,18 @@ public:
         if (looks_) depart(others);
     }
     VI_HOT bool looks() const { return looks_; }
-    VI_HOT const trajectory<T, Shape>& at() const { return at_; }
-    // What a look along the wide grid saw.
-    VI_HOT void see(const detail::sight<R>& wide) {
-        seen_ = wide;
-        seen_.found = seen_.found & going_;
-        seen_.place = only(going_, seen_.place); // an idle lane may have a table of one entry
-        stuck_ = going_ & !seen_.found & !seen_.clear;
+    // Along the wide grid, and what that shows.
+    VI_HOT void look() {
+        wide_.look(*m_, wide_grid, values_of(at_.y, m_->flow.dimension()), at_.touching);
+    }
+    VI_HOT void see() {
+        auto& seen = wide_.seen;
+        wide_.cross(*m_);
+        seen.found = seen.found & going_;
+        seen.place = only(going_, seen.place); // an idle lane may have a table of one entry
+        stuck_ = going_ & !seen.found & !seen.clear;
         if (any(stuck_)) look_again();
-        seen_.stop.limit = detail::limit_of(*m_, seen_.stop);
+        seen.stop.limit = detail::limit_of(*m_, seen.stop);
     }
     // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
@@ -227,9 +223,9 @@ public:
     template <bool Some>
     VI_HOT void land(quick_landing<T>& end, vec<T, D>& y) {
         if (!Some || looks_) {
-            end.stop = seen_.stop;
-            end.moved = going_ & !seen_.found & (seen_.begin > 0.0);
-            detail::land(*m_, near_, predicted_, seen_, at_.y, flown_, end, y);
+            end.stop = wide_.seen.stop;
+            end.moved = going_ & !wide_.seen.found & (wide_.seen.begin > 0.0);
+            detail::land(*m_, near_, predicted_, wide_.seen, at_.y, flown_, end, y);
         }
         if constexpr (Some) {
             if constexpr (many_registers<T>) {
@@ -257,7 +253,7 @@ private:
     }
     // Along the narrow one, where something is undecided.
     VI_RARE void look_again() {
-        const R before = only(stuck_, seen_.begin);
+        const R before = only(stuck_, wide_.seen.begin);
         const auto y = m_->flow.apply_ahead(before, at_.y);
         const mask_t<R> here = before == 0.0;
         vec<R, K> touching;
@@ -267,14 +263,14 @@ private:
         detail::look_closely(*m_, values_of(y, m_->flow.dimension()), touching, close);
         flown_ = flown_ + before * m_->flow.part();
         detail::select_state(stuck_ & !here, at_.y, y, m_->flow); // the others are there
-        detail::select_sight(stuck_, seen_, close.seen, m_->flow);
+        detail::select_sight(stuck_, wide_.seen, close.seen, m_->flow);
     }
     // Next to the crossing, or to the end of what is clear.
-    VI_HOT void approach() { near_.go(*m_, at_.y, seen_); }
-    VI_HOT void predict() { near_.predict(*m_, seen_); }
+    VI_HOT void approach() { near_.go(*m_, at_.y, wide_.seen); }
+    VI_HOT void predict() { near_.predict(*m_, wide_.seen); }
     VI_HOT void close_in() {
-        if (!all(near_.close)) detail::go_nearer(*m_, at_.y, seen_, near_);
-        detail::go_on_series(*m_, seen_, near_, predicted_);
+        if (!all(near_.close)) detail::go_nearer(*m_, at_.y, wide_.seen, near_);
+        detail::go_on_series(*m_, wide_.seen, near_, predicted_);
     }
     VI_HOT void go_as_recalled(repeated& flight) { flight.go(*m_, memory_, at_); }
     VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
@@ -321,29 +317,11 @@ private:
     memory_type& memory_;
     mask_t<T> going_, stuck_, recalled_;
     bool looks_, repeats_; // whether any lane does
-    detail::sight<R> seen_;
+    detail::grid_look<R, K> wide_;
     detail::neighbour<T, R, D> near_;
     detail::prediction<R> predicted_;
     repeated again_;
 };
-
-namespace detail {
-
-// Of the only lane there is.
-template <class Mode, class T, class Shape>
-VI_HOT void look_ahead(const Mode& m, quick_round<T, Mode, Shape>& round) {
-    using L = single_t<real_t<T>>;
-    wide_look<L, Shape> look;
-    vec<L, Shape::max_dimension> y;
-    vec<L, Shape::max_contacts> touching;
-    m.flow.each_coordinate([&](auto j) VI_WITHIN { y[j] = L(value(round.at().y[j])); });
-    m.flow.each_contact([&](auto i) VI_WITHIN { touching[i] = L(round.at().touching[i]); });
-    look.look(m.view, y, touching);
-    look.cross(m.view);
-    round.see(look.template seen_by<0>());
-}
-
-} // namespace detail
 
 // Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
 template <class R, class Flow>
@@ -369,7 +347,10 @@ VI_HOT quick_leg<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flow
     while (may_go_on(m.flow, value(flown), horizon)) {
         quick_round<T, Mode, Shape> round(m, at, flown, memory);
         round.begin(true);
-        if (round.looks()) detail::look_ahead(m, round);
+        if (round.looks()) {
+            round.look();
+            round.see();
+        }
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         vec<T, Shape::max_dimension> y;
         if (round.repeats())
