@@ -21,7 +21,7 @@
 #pragma once
 
 #include "vibroimpact/observe/growth.hpp"
-#include "vibroimpact/simd/common_system.hpp"
+#include "vibroimpact/simd/lanes.hpp"
 
 namespace vi {
 
@@ -33,6 +33,21 @@ struct lane_slot {
     double watch = 0.0;  // events before this time are not shown
     growth<1> tangent{}; // in lanes of jets
     long version = 0;    // of what `system` points to: another number, another system
+};
+
+// Which system each lane has; another version, another system.
+template <int N, class Flow>
+struct lane_keys {
+    const hybrid<Flow>* system[N] = {};
+    long version[N] = {};
+
+    // False if lane i has it already.
+    bool put(int i, const hybrid<Flow>& another, long number) {
+        if (system[i] == &another && version[i] == number) return false;
+        system[i] = &another;
+        version[i] = number;
+        return true;
+    }
 };
 
 // Of one lane, one after the other, before all others go on.
@@ -52,13 +67,12 @@ class lane_pack {
 
 public:
     // Lane i of the pack is lane first + i of the host. Hops add to `work`.
-    void board(Host& host, int first, common_system<N, Flow>& common, long& work) {
+    void board(Host& host, int first, long& work) {
         host_ = &host;
         first_ = first;
-        common_ = &common;
         work_ = &work;
         for (int i = 0; i < N; ++i)
-            flight_.own.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
+            flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
         fill();
     }
     bool busy() const { return runs_ > 0; }
@@ -140,7 +154,7 @@ private:
         if (!more_) return;
         ++runs_;
         set_lane(busy_, i, true);
-        put_system(i, *slot.system, slot.version);
+        if (keys_.put(i, *slot.system, slot.version)) put_system(flight_.systems, i, *slot.system);
         if constexpr (has_tangent) {
             resume(i, with_tangents<1>(*slot.system, slot.run->at, 1));
             set_lane(tangents_, i, slot.tangent);
@@ -149,16 +163,6 @@ private:
         }
         set_lane(until_, i, slot.limit.t_max);
         set_lane(watch_, i, slot.watch);
-    }
-
-    void put_system(int i, const hybrid<Flow>& system, long version) {
-        if (keys_.put(i, system, version)) {
-            vi::put_system(flight_.own, i, system);
-            if (!flight_.reads_own()) common_->leave();
-        } else if (!flight_.reads_own()) {
-            return;
-        }
-        flight_.read_from(*common_->enter(keys_, flight_.own));
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -309,7 +313,6 @@ private:
     static constexpr typename Flow::stored nothing_{};
 
     Host* host_ = nullptr;
-    common_system<N, Flow>* common_ = nullptr;
     long* work_ = nullptr;
     int first_ = 0;
     lane_slot<Flow> slots_[N];
@@ -343,7 +346,7 @@ public:
 
     void run() {
         for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].board(host_, i * N, common_, work_);
+            packs_[i].board(host_, i * N, work_);
         while (busy()) {
             if (asks() && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
@@ -388,7 +391,6 @@ private:
 
     Host& host_;
     long work_ = 0; // rounds, and hops of lanes, since the host was asked
-    common_system<N, Flow> common_;
     spaced<pack_type> packs_[packs_in_turn<T>];
 };
 

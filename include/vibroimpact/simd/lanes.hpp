@@ -216,20 +216,14 @@ struct lane_flight {
     static constexpr int N = scalar_traits<T>::lanes;
     using real = real_t<T>;
     using state = vec<T, Shape::max_dimension>;
-    lane_systems<N, Shape> own{}; // the system of every lane
+    lane_systems<N, Shape> systems{};
     lane_states<T, Shape> all{};
     pack_mask<N> stuck;
 
     quick_round<T, mode<real, modal_flow<real, Shape>, lane_orders>, Shape> round{
-        own.free, all.at, all.flown, all.memory};
+        systems.free, all.at, all.flown, all.memory};
 
-    // The numbers of `own`, read there from now on.
-    void read_from(const lane_systems<N, Shape>& same) {
-        numbers_ = &same;
-        round.read_from(same.free);
-    }
-    bool reads_own() const { return numbers_ == &own; }
-    VI_HOT const auto& flow() const { return numbers_->free.flow; }
+    VI_HOT const auto& flow() const { return systems.free.flow; }
 
     // The first stage, for lanes that are `going`; `horizon` is what is left of the time of each.
     VI_HOT void begin(const real& horizon, const pack_mask<N>& going) {
@@ -259,11 +253,9 @@ private:
         flow().each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         });
-        quick_impact(numbers_->free, numbers_->laws, numbers_->inverse_omega_squared, end, y,
-                     all.at, before);
+        quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end, y, all.at,
+                     before);
     }
-
-    const lane_systems<N, Shape>* numbers_ = &own; // or equal numbers elsewhere
 };
 
 } // namespace vi

@@ -174,11 +174,9 @@ class quick_round {
 public:
     // The flight stands at at.y, `flown` after its start.
     VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, T& flown, memory_type& memory)
-        : m_(&m), at_(at), flown_(flown), memory_(memory) {}
+        : m_(m), at_(at), flown_(flown), memory_(memory) {}
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
-    // The same numbers are read from another place from now on.
-    void read_from(const Mode& m) { m_ = &m; }
 
     // Which lanes fly as recalled, which are to look along the wide grid.
     VI_HOT void begin(const mask_t<T>& able) {
@@ -193,16 +191,16 @@ public:
     VI_HOT bool looks() const { return looks_; }
     // Along the wide grid, and what that shows.
     VI_HOT void look() {
-        wide_.look(*m_, wide_grid, values_of(at_.y, m_->flow.dimension()), at_.touching);
+        wide_.look(m_, wide_grid, values_of(at_.y, m_.flow.dimension()), at_.touching);
     }
     VI_HOT void see() {
         auto& seen = wide_.seen;
-        wide_.cross(*m_);
+        wide_.cross(m_);
         seen.found = seen.found & going_;
         seen.place = only(going_, seen.place); // an idle lane may have a table of one entry
         stuck_ = going_ & !seen.found & !seen.clear;
         if (any(stuck_)) look_again();
-        seen.stop.limit = detail::limit_of(*m_, seen.stop);
+        seen.stop.limit = detail::limit_of(m_, seen.stop);
     }
     // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
@@ -225,7 +223,7 @@ public:
         if (!Some || looks_) {
             end.stop = wide_.seen.stop;
             end.moved = going_ & !wide_.seen.found & (wide_.seen.begin > 0.0);
-            detail::land(*m_, near_, predicted_, wide_.seen, at_.y, flown_, end, y);
+            detail::land(m_, near_, predicted_, wide_.seen, at_.y, flown_, end, y);
         }
         if constexpr (Some) {
             if constexpr (many_registers<T>) {
@@ -236,7 +234,7 @@ public:
                 repeat(again_, end, y);
             }
         }
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(*m_, y, end);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end);
         remember<Some>(end);
     }
     VI_HOT bool repeats() const { return repeats_; }
@@ -246,7 +244,7 @@ public:
 private:
     VI_HOT void depart(const mask_t<T>& able) {
         mask_t<T> going = able;
-        m_->flow.each_contact([&](auto i) VI_WITHIN {
+        m_.flow.each_contact([&](auto i) VI_WITHIN {
             going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0));
         });
         going_ = going;
@@ -254,35 +252,35 @@ private:
     // Along the narrow one, where something is undecided.
     VI_RARE void look_again() {
         const R before = only(stuck_, wide_.seen.begin);
-        const auto y = m_->flow.apply_ahead(before, at_.y);
+        const auto y = m_.flow.apply_ahead(before, at_.y);
         const mask_t<R> here = before == 0.0;
         vec<R, K> touching;
-        for (int i = 0; i < m_->flow.contacts(); ++i)
+        for (int i = 0; i < m_.flow.contacts(); ++i)
             touching[i] = only(here, at_.touching[i]);
         detail::grid_look<R, K> close;
-        detail::look_closely(*m_, values_of(y, m_->flow.dimension()), touching, close);
-        flown_ = flown_ + before * m_->flow.part();
-        detail::select_state(stuck_ & !here, at_.y, y, m_->flow); // the others are there
-        detail::select_sight(stuck_, wide_.seen, close.seen, m_->flow);
+        detail::look_closely(m_, values_of(y, m_.flow.dimension()), touching, close);
+        flown_ = flown_ + before * m_.flow.part();
+        detail::select_state(stuck_ & !here, at_.y, y, m_.flow); // the others are there
+        detail::select_sight(stuck_, wide_.seen, close.seen, m_.flow);
     }
     // Next to the crossing, or to the end of what is clear.
-    VI_HOT void approach() { near_.go(*m_, at_.y, wide_.seen); }
-    VI_HOT void predict() { near_.predict(*m_, wide_.seen); }
+    VI_HOT void approach() { near_.go(m_, at_.y, wide_.seen); }
+    VI_HOT void predict() { near_.predict(m_, wide_.seen); }
     VI_HOT void close_in() {
-        if (!all(near_.close)) detail::go_nearer(*m_, at_.y, wide_.seen, near_);
-        detail::go_on_series(*m_, wide_.seen, near_, predicted_);
+        if (!all(near_.close)) detail::go_nearer(m_, at_.y, wide_.seen, near_);
+        detail::go_on_series(m_, wide_.seen, near_, predicted_);
     }
-    VI_HOT void go_as_recalled(repeated& flight) { flight.go(*m_, memory_, at_); }
+    VI_HOT void go_as_recalled(repeated& flight) { flight.go(m_, memory_, at_); }
     VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
         const auto& hit = flight.hit;
         T duration, speed;
         if (!looks_) {
-            const mask_t<T> landed = recalled_ & flight.land(*m_, at_, y, duration, speed);
+            const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, speed);
             end.landed = landed;
             end.moved = mask_t<T>(false);
             end.duration = duration;
             if (!all(landed)) {
-                detail::select_state(!landed, y, at_.y, m_->flow);
+                detail::select_state(!landed, y, at_.y, m_.flow);
                 end.duration = select(landed, duration, flown_);
             }
             end.speed = speed;
@@ -290,13 +288,13 @@ private:
             return;
         }
         vec<T, D> there;
-        const mask_t<T> landed = recalled_ & flight.land(*m_, at_, there, duration, speed);
+        const mask_t<T> landed = recalled_ & flight.land(m_, at_, there, duration, speed);
         const auto take = [&](auto& to, const auto& x) VI_WITHIN { to = select(landed, x, to); };
-        detail::select_state(landed, y, there, m_->flow);
+        detail::select_state(landed, y, there, m_.flow);
         end.landed = end.landed | landed;
         take(end.duration, duration);
         take(end.speed, speed);
-        end.stop.take(landed, hit, m_->flow);
+        end.stop.take(landed, hit, m_.flow);
     }
     template <bool Some>
     VI_HOT void remember(const quick_landing<T>& end) {
@@ -307,11 +305,11 @@ private:
             fresh = fresh & !recalled_;
         }
         if (!Some || looks_)
-            memory_.template note<T>(m_->flow, fresh, value(end.duration), end.stop);
+            memory_.template note<T>(m_.flow, fresh, value(end.duration), end.stop);
         if (memory_.knows_any()) memory_.take_turns(end.landed);
     }
 
-    const Mode* m_;
+    const Mode& m_;
     trajectory<T, Shape>& at_;
     T& flown_;
     memory_type& memory_;
