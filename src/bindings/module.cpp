@@ -212,6 +212,9 @@ private:
 VI_MODULE(VIBROIMPACT_MODULE, m) {
     nb::set_leak_warnings(false); // of systems that a thread still holds when the interpreter ends
     m.def("version", [] { return VIBROIMPACT_VERSION; });
+    m.attr("MAX_DEGREES") = vi::max_degrees;
+    m.attr("MAX_CONTACTS") = vi::most_contacts;
+    m.attr("MAX_LINES") = vi::max_lines;
     m.def(
         "sincos",
         [](double x) {

@@ -11,6 +11,12 @@
 
 namespace vi {
 
+// The largest mechanism; Python reads these limits.
+inline constexpr int max_degrees = 10;
+inline constexpr int most_contacts = 8;
+inline constexpr int max_lines = 6;
+inline constexpr int largest_dimension = 2 * (max_degrees + max_lines);
+
 template <int Dimension, int Lines, int Contacts, bool Exact, bool Mixed = false>
 struct shape {
     static constexpr int max_dimension = Dimension;
@@ -23,6 +29,7 @@ template <int Dimension, int Lines, int Contacts, bool Mixed = false>
 using fixed = shape<Dimension, Lines, Contacts, true, Mixed>;
 template <int Dimension, int Contacts>
 using bounded = shape<Dimension, 0, Contacts, false>;
+using any_size = bounded<largest_dimension, most_contacts>;
 
 // A whole number that the compiler knows.
 template <int I>

@@ -15,8 +15,6 @@
 
 namespace vi {
 
-inline constexpr int max_lines = 8;
-
 // What strides read of a flow without blocks.
 struct no_view {};
 template <class R, class Flow, bool Strides = is_same<R, double> && !is_modal<Flow>>

@@ -3,7 +3,7 @@
 namespace binding {
 
 std::unique_ptr<system> make_dense(const system_data& data) {
-    return std::make_unique<system_of<vi::dense_flow<double, vi::bounded<32, 8>>>>(data);
+    return std::make_unique<system_of<vi::dense_flow<double, vi::any_size>>>(data);
 }
 
 } // namespace binding

@@ -4,7 +4,7 @@
 namespace binding {
 
 void run_dense(const batch_run& b, interrupt_check interrupted) {
-    run_alone<vi::dense_flow<double, vi::bounded<32, 8>>>(b, interrupted);
+    run_alone<vi::dense_flow<double, vi::any_size>>(b, interrupted);
 }
 
 } // namespace binding

@@ -3,7 +3,7 @@
 namespace binding {
 
 void run_modal(const batch_run& b, interrupt_check interrupted) {
-    run_in_lanes<vi::modal_flow<double, vi::bounded<32, 8>>>(b, interrupted);
+    run_in_lanes<vi::modal_flow<double, vi::any_size>>(b, interrupted);
 }
 
 } // namespace binding

@@ -9,7 +9,7 @@ namespace binding {
 
 namespace {
 
-using shape = vi::bounded<32, 8>;
+using shape = vi::any_size;
 inline constexpr int block = 6; // directions carried at once by first-order jets
 
 template <class R>

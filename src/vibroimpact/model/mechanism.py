@@ -30,8 +30,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
-
-MAX_DEGREES, MAX_CONTACTS, MAX_LINES = 10, 8, 6
+from vibroimpact._kernel import MAX_CONTACTS, MAX_DEGREES, MAX_LINES
 
 HARMONIC_ONLY = "A force is a sum of harmonic lines: one Harmonic each."
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
