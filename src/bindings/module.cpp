@@ -14,6 +14,7 @@
 #include "numeric/jet_module.hpp"
 #include "orbit/prescribed_module.hpp"
 #include "vibroimpact/numeric/math.hpp"
+#include "vibroimpact/numeric/sizes.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -7,6 +7,12 @@ import numpy.typing
 
 def version() -> str: ...
 
+MAX_DEGREES: int = 10
+
+MAX_CONTACTS: int = 8
+
+MAX_LINES: int = 6
+
 def sincos(x: float) -> tuple[float, float]:
     """Sine and cosine with the kernel's own bits."""
 

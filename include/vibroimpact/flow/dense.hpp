@@ -133,7 +133,7 @@ struct dense_flow : linear_field<R, Shape> {
 
     propagator once, leap, rungs[2];
     typename field::matrix
-        norm; // |N z| of the mechanical part z of y grows by exp(growth t) at most (search/stride.hpp)
+        norm; // |N z| of the mechanical part z of y grows by exp(growth t) at most (system/stride.hpp)
     R growth;
     propagator ladder[ladder_length];
 

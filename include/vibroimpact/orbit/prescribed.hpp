@@ -31,7 +31,6 @@ struct stop {
     R bounce;                  // 1 + restitution
 };
 
-inline constexpr int max_degrees = 10;
 template <class T>
 using orbit_state = vec<T, 2 * max_degrees + 1>; // x, v, theta
 

@@ -5,7 +5,7 @@
 //             excluded by first_root.hpp. The earliest over all guards ends the flight.
 //             Where nothing that moves can reach a stop (search/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march, but where 2^15 or more are. Flows without
-//             blocks take strides of 2^n steps (search/stride.hpp).
+//             blocks take strides of 2^n steps (system/stride.hpp).
 //             A hop, back on its stop long before the first step is over, is looked for up to a
 //             quarter beyond its return alone, with polynomials of lower order, at all guards. A root
 //             there ends the flight; without one, or where that is not decided, it is marched.
@@ -25,7 +25,7 @@
 
 #include "vibroimpact/search/first_root.hpp"
 #include "vibroimpact/search/reach.hpp"
-#include "vibroimpact/search/refreshed_march.hpp"
+#include "vibroimpact/system/refreshed_march.hpp"
 
 namespace vi {
 

@@ -3,7 +3,7 @@
 //   mode     a linear flow and one guard per contact. Mode 0 is free: every contact open. Another
 //            mode holds a set of contacts closed (sticking); its code is the sum over contacts of
 //            3^i (1 at the upper, 2 at the lower stop).
-//   guard    a row with limits (search/guard.hpp): the distance to a stop, or a contact force.
+//   guard    a row with limits (system/guard.hpp): the distance to a stop, or a contact force.
 //   jump     an impact adds impulse * p to y in the free mode: the matrix I + w r. Between modes y
 //            is carried by an affine map; entering a mode projects velocities as a perfectly
 //            plastic impact does.
@@ -11,7 +11,7 @@
 // The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
 #pragma once
 
-#include "vibroimpact/search/stride.hpp"
+#include "vibroimpact/system/stride.hpp"
 
 namespace vi {
 

@@ -16,8 +16,8 @@
 // Reference   theory.md, "First contact"
 #pragma once
 
-#include "vibroimpact/search/guard.hpp"
-#include "vibroimpact/search/refreshed_march.hpp"
+#include "vibroimpact/system/guard.hpp"
+#include "vibroimpact/system/refreshed_march.hpp"
 
 namespace vi {
 

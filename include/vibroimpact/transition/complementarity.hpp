@@ -10,7 +10,7 @@
 // Reference   Cottle, Pang, Stone, The Linear Complementarity Problem (1992), thm 3.3.7
 #pragma once
 
-#include "vibroimpact/search/guard.hpp"
+#include "vibroimpact/system/guard.hpp"
 
 namespace vi {
 
