@@ -1,8 +1,7 @@
 """Exact dynamics and bifurcations of vibro-impact systems.
 
-Names are imported when they are first used: ``import vibroimpact`` loads none of its rooms. Which
-names there are, and where each lives, stands in ``__init__.pyi``, which type checkers and editors
-read too.
+Names are imported when they are first used: ``import vibroimpact`` loads none of its subpackages.
+``__init__.pyi`` lists the public names and the module of each, for type checkers and editors too.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ __all__ = sorted({*_ROOMS} - {*_MODULES.values()} - {"continuation", "normal_for
 
 
 def __getattr__(name: str) -> Any:
-    """A public name, imported when it is first asked for."""
+    """Import a public name on its first use."""
     if name == "__version__":
         value = import_module("vibroimpact._kernel").version()
     elif (original := _MODULES.get(name, name)) in _ROOMS:

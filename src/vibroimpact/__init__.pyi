@@ -1,4 +1,4 @@
-"""Exact dynamics and bifurcations of vibro-impact systems: all public names, and where they live."""
+"""Exact dynamics and bifurcations of vibro-impact systems: all public names and their modules."""
 
 from vibroimpact import continuation as continuation
 from vibroimpact import normal_forms as normal_forms

@@ -229,7 +229,7 @@ def test_any_mechanism_is_read_from_a_file() -> None:
         (DAMPER.replace("0.045", "nan"), r"zeta = nan: must be"),
         (DAMPER + "[colour]\n", r"must hold one of \[damper\], \[physical\], \[mechanism\]"),
         ("", "holds nothing; must hold one of"),
-        ("[damper\n", "is no TOML"),
+        ("[damper\n", "is not valid TOML"),
         (MECHANISM.replace("lower", "upper_"), r"contacts\]\]: upper_: .*mean upper"),
         (MECHANISM.replace("[[1.0]]", "[[-1.0]]"), "mass: must be positive definite"),
         (DAMPER.replace("[0.0, 0.0]", "[9.0, 0.0]"), "behind the lower stop"),

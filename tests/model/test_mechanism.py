@@ -357,7 +357,7 @@ def test_what_is_no_system_or_state_is_refused() -> None:
 @pytest.mark.parametrize("detuning", [0.0, 1e-15, 1e-9])
 def test_undamped_forcing_at_resonance_is_refused_with_the_reason(detuning: float) -> None:
     d = paper_damper("A", 0.5 * (1.0 + detuning), zeta=0.0)
-    with pytest.raises(vi.InvalidParameterError, match=r"resonance .* Add damping or move omega"):
+    with pytest.raises(vi.InvalidParameterError, match=r"resonance .* Add damping or change omega"):
         vi.simulate(d, vi.State((0.0, 0.0), (0.0, 1.0)), impacts=1)
 
 

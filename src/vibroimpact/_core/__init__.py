@@ -1,4 +1,4 @@
-"""What every room may use, and what knows no mechanics.
+"""Helpers without mechanics, for every subpackage.
 
 Checks of values, exceptions, numbers that compute with derivatives (jets) or for many systems at
 once (columns), linear algebra in a fixed order of operations, zeros by Chebyshev expansion, files

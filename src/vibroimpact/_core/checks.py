@@ -1,6 +1,6 @@
-"""Checks of the values that users give, at the door of every public function.
+"""Checks of the values that users give, in the first lines of every public function.
 
-A refusal reads ``name = value: must be ... What to do.``; a long value is shortened.
+An error message reads ``name = value: must be ... What to do.``; a long value is shortened.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NARROWEST = 256.0  # units in the last place: a range of a parameter must hold s
 FEW = 6  # entries of an array that a message shows
 
 
-# ---- what a message shows of a value -------------------------------------------------------------
+# ---- values in messages --------------------------------------------------------------------------
 
 
 class _Shortened(reprlib.Repr):
@@ -48,7 +48,7 @@ class _Shortened(reprlib.Repr):
 
 
 def shown(value: object) -> str:
-    """The value as a message shows it: on one line, some hundred characters at most."""
+    """Text of a value for a message: one line, some hundred characters at most."""
     return " ".join(_SHORTENED.repr(as_python(value)).split())
 
 
@@ -56,7 +56,7 @@ _SHORTENED = _Shortened()
 
 
 def refusal(name: str, value: object, allowed: str, advice: str = "") -> InvalidParameterError:
-    """The error that says argument, value, what is allowed, and what to do."""
+    """Error with argument, value, allowed range, and advice."""
     return InvalidParameterError(
         f"{name} = {shown(value)}: must be {allowed}.{advice and ' ' + advice}"
     )
@@ -66,10 +66,10 @@ def refusal(name: str, value: object, allowed: str, advice: str = "") -> Invalid
 
 
 def real(name: str, value: Any, allowed: str = "a finite number", functions: str = "") -> float:
-    """Return value as a float, or raise naming the parameter, with advice to who gives a function.
+    """Return value as a float, or raise naming the parameter, with advice if it is a function.
 
-    A jet or a column is a number too, and stays one (scalars.py). Text, truth values, complex
-    numbers and arrays are none.
+    A jet or a column is a number too, and is returned as it is (scalars.py). Text, truth values,
+    complex numbers and arrays are refused.
     """
     number = value if is_number(value) else _float(value)
     if not is_finite(number):
@@ -132,7 +132,7 @@ def share(name: str, value: Any) -> float:
 
 
 def check_count(name: str, value: object, least: int, most: int = LARGEST_COUNT) -> None:
-    """Refuse a count that is no integer, too small or too large."""
+    """Refuse a count that is not an integer, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise refusal(name, value, f"an integer >= {least}")
     if value > most:
@@ -140,7 +140,7 @@ def check_count(name: str, value: object, least: int, most: int = LARGEST_COUNT)
 
 
 def check_index(name: str, value: object, size: int) -> None:
-    """Refuse what is no place in a sequence; negative ones count from its end."""
+    """Refuse a value that is not an index of a sequence; negative ones count from its end."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise refusal(name, value, "an integer")
     if not -size <= value < size:
@@ -148,7 +148,7 @@ def check_index(name: str, value: object, size: int) -> None:
 
 
 def check_memory(name: str, value: int, size: int, advice: str) -> None:
-    """Refuse a count of things of so many bytes each that this machine cannot hold."""
+    """Refuse a count of items of ``size`` bytes each that exceeds the memory of this machine."""
     if value * size > memory_of_machine():
         raise InvalidParameterError(
             f"{name} = {shown(value)}: needs {value * size / 1e9:.3g} GB, more than this machine's "
@@ -158,7 +158,7 @@ def check_memory(name: str, value: int, size: int, advice: str) -> None:
 
 @functools.cache
 def memory_of_machine() -> int:
-    """Bytes of memory, used or not."""
+    """Bytes of memory of this machine, used or free."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
@@ -184,8 +184,8 @@ def range_of(name: str, value: Any, parameter: str, start: float) -> tuple[float
     narrowest = NARROWEST * math.ulp(max(abs(low), abs(high)))
     if high - low < narrowest:
         raise InvalidParameterError(
-            f"{name} = ({low}, {high}): are {high - low:.1e} apart; rounding of {parameter} asks "
-            f"for at least {narrowest:.1e}."
+            f"{name} = ({low}, {high}): are {high - low:.1e} apart; rounding of {parameter} "
+            f"requires at least {narrowest:.1e}."
         )
     return low, high
 
@@ -241,25 +241,25 @@ def check_kind(
 
 
 def check_flag(name: str, value: object) -> None:
-    """Refuse what is neither True nor False."""
+    """Refuse a value that is neither True nor False."""
     check_kind(name, value, (bool, np.bool_), "True or False")
 
 
 def check_function(name: str, value: object) -> None:
-    """Refuse what is no function; None stands for none."""
+    """Refuse a value that is neither a function nor None."""
     if value is not None and (not callable(value) or isinstance(value, type)):
         raise refusal(name, value, "a function, or None")
 
 
 def check_choice(name: str, value: object, choices: Collection[str], advice: str = "") -> None:
-    """Refuse what is none of some words."""
+    """Refuse a value that is not among the choices."""
     if not isinstance(value, str) or value not in choices:
         listed = f"one of {', '.join(choices)}" if choices else "one of those there are: none"
         raise refusal(name, value, listed, advice)
 
 
 def check_stop_name(value: object) -> None:
-    """Refuse what names no stop."""
+    """Refuse a value that is not the name of a stop."""
     if not isinstance(value, str) or value not in ("A", "B"):
         raise refusal("stop", value, '"A" or "B"')
 
@@ -278,7 +278,7 @@ def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> No
     path
         The file to be written; an earlier one of that name will be replaced.
     suffixes
-        What the suffix may be.
+        Allowed suffixes.
     name
         Name of the argument or option.
 
@@ -302,7 +302,7 @@ def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> No
 
 
 def unwritable(name: str, path: Path, reason: str) -> InvalidParameterError:
-    """The error that says why a file cannot be written."""
+    """Error for a file that cannot be written, with the reason."""
     return InvalidParameterError(
         f"{name} = {path}: cannot be written ({reason}). Name a file in a folder that you may "
         "write."
@@ -310,12 +310,12 @@ def unwritable(name: str, path: Path, reason: str) -> InvalidParameterError:
 
 
 def names_arguments(**advice: str) -> Callable[[Class], Class]:
-    """Make a class answer an unknown keyword with those that it takes.
+    """Make a class refuse an unknown keyword with a list of those that it takes.
 
     Parameters
     ----------
     **advice
-        By keywords that are often tried: what to do instead.
+        Advice for keywords that are often tried, by keyword.
     """
 
     def answering(cls: Class) -> Class:
@@ -336,7 +336,7 @@ def names_arguments(**advice: str) -> Callable[[Class], Class]:
 
 
 def unknown_keyword(owner: str, name: str, known: Sequence[str], advice: str = "") -> KeywordError:
-    """The error that names the keywords there are, and the one that was perhaps meant."""
+    """Error for an unknown keyword, with the known ones and the nearest of them."""
     lower = {one.lower(): one for one in known}
     near = [lower[one] for one in difflib.get_close_matches(name.lower(), lower, 1)]
     meant = f" Did you mean {near[0]}?" if near else ""

@@ -5,10 +5,10 @@ A mechanism that is built and compiled with columns is built and compiled for al
 floats would give: + - * / and sqrt are rounded once wherever they are computed, and powers and
 elementary functions are taken system by system, because array versions of them round differently.
 
-A comparison has an answer where all systems agree. Where they do not, it raises :class:`Split`, and
-whoever started the computation repeats it for the systems on either side: code with branches needs
-no other form. What floats refuse (0 division, roots of negative numbers), a column refuses too, for
-exactly the systems concerned.
+A comparison has a value where all systems agree. Otherwise it raises :class:`Split`, and the caller
+repeats the computation for the systems on either side: code with branches needs no other form.
+Operations that are errors for floats (division by 0, roots of negative numbers) are errors for a
+column too, for exactly the systems concerned.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from vibroimpact._core.types import Flags, Floats
 
 
 class Split(BaseException):
-    """Systems disagree on a comparison: true where ``mask`` is.
+    """Disagreement of systems on a comparison: true where ``mask`` is.
 
-    No ``Exception``, so that a function of the user which handles errors does not swallow it.
+    It is not an ``Exception``, so that error handling in a function of the user does not catch it.
     """
 
     def __init__(self, mask: Flags) -> None:
@@ -34,7 +34,7 @@ class Split(BaseException):
 
 
 def agreed(mask: Flags) -> bool:
-    """The answer of all systems, or raise :class:`Split`."""
+    """Return the truth value that all systems share, or raise :class:`Split`."""
     if mask.all():
         return True
     if mask.any():
@@ -43,7 +43,7 @@ def agreed(mask: Flags) -> bool:
 
 
 def _values(x: Any) -> Any:
-    """An operand for arrays: of a column its values; None for what is no number."""
+    """Operand for arrays: the values of a column, a number as it is, else None."""
     if isinstance(x, Column):
         return x.values
     return float(x) if isinstance(x, float | int | np.number) else None

@@ -1,8 +1,8 @@
-"""Functions of rooms above, for methods that only hand a result over to them.
+"""Functions of higher layers, for methods that only pass a result to them.
 
-``section.plot()`` draws, ``branch.to_dataset()`` writes: the method stands where a user looks for
-it, the work is done by a room that imports this one. The name is resolved by the first call, so
-that nobody who does not draw imports matplotlib.
+``section.plot()`` draws, ``branch.to_dataset()`` converts: the method belongs to the result, the
+work is done by a package of a higher layer. The name is resolved by the first call, so that
+matplotlib is imported only when something is drawn.
 """
 
 from __future__ import annotations

@@ -28,29 +28,29 @@ class KeywordError(InvalidParameterError, TypeError):
 
 
 class ResonanceError(InvalidParameterError):
-    """Forcing at or too near an undamped resonance; in an ensemble, an outcome."""
+    """Forcing at or too near an undamped resonance; in a sweep, a status of the members."""
 
 
 class BackendUnavailableError(VibroImpactError, ImportError):
-    """What was asked for needs a package that is not there.
+    """An optional package that the requested computation needs is not installed.
 
     The message names the extra to install.
     """
 
 
 class ClusterLostError(VibroImpactError):
-    """The scheduler of a cluster or its client is gone, or they gave the tasks up.
+    """The connection to a cluster's scheduler was lost, or its tasks were cancelled.
 
-    What was done is kept in the store, if there is one.
+    Finished work is kept in the store, if there is one.
     """
 
 
 class StoreError(VibroImpactError, OSError):
-    """A store of results cannot be written; what it holds already is kept."""
+    """A store of results cannot be written; its present contents are kept."""
 
 
 def warn(text: str) -> None:
-    """Warn of the line that called this package."""
+    """Warn, with the line that called this package as the place."""
     ours = (
         str(Path(__file__).parents[1]),
         contextlib.__file__,

@@ -12,7 +12,7 @@ from vibroimpact._core.checks import unwritable
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a name in the same folder; what is written there becomes ``path`` at the end.
+    """Yield a temporary name in the same folder; the file written there becomes ``path`` at the end.
 
     After an error or an interruption ``path`` is as it was and the other name is gone.
     """

@@ -57,7 +57,7 @@ def plus(a: Matrix, b: Matrix, factor: float = 1.0) -> Matrix:
 
 
 def absolute(a: Matrix) -> Matrix:
-    """Every entry without its sign."""
+    """Absolute values of the entries."""
     return [[abs(x) for x in row] for row in a]
 
 

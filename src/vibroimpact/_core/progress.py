@@ -59,9 +59,9 @@ class Progress:
         Parameters
         ----------
         size
-            How much of the total an item is.
+            Share of the total that an item makes.
         unit
-            What the total counts, to show how much is done per second.
+            Unit of the total, to show the rate per second.
         """
         self.stage(name)
         self._drawn = begin = time.monotonic()
@@ -104,7 +104,7 @@ class Progress:
 
 @contextmanager
 def interruptible(kept: str) -> Iterator[None]:
-    """Give an interruption words, if it has none yet: what is kept of the work."""
+    """Give an interruption a message, if it has none yet: which part of the work is kept."""
     try:
         yield
     except KeyboardInterrupt as stop:

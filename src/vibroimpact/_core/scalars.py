@@ -3,8 +3,8 @@
 A jet carries derivatives, a column one number for every system of an ensemble. The formulas of
 mechanism.py, linear.py, coordinates.py and hybrid.py use + - * /, comparisons and the functions
 below, and so are written once for all three. Floats come out with the bits of Python's own
-functions; the functions that choose do so system by system, where a comparison of columns would
-take the systems apart.
+functions; ``above``, ``choose``, ``greatest`` and ``least`` work system by system, where a
+comparison of columns would split the systems.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ROUNDING = 64.0 * 2.0**-53  # of sums of products, per term
 
 
 def as_python(value: Any) -> Any:
-    """A number of numpy's as Python's, anything else as it is: for texts."""
+    """Convert a number of numpy to one of Python, for texts; return anything else as it is."""
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -36,7 +36,7 @@ def is_number(x: Any) -> bool:
 
 
 def is_finite(x: Any) -> bool:
-    """Neither infinite nor NaN, in any part."""
+    """Whether x is neither infinite nor NaN, in any part."""
     return cast(bool, x.finite) if is_number(x) else math.isfinite(x)
 
 
@@ -51,35 +51,35 @@ def square_root(x: Any) -> float:
 
 
 def sign_of(x: Any) -> float:
-    """One with the sign of x, which zeros have too."""
+    """1 with the sign of x; zeros have a sign too."""
     if isinstance(x, Column):
         return cast(float, Column(np.copysign(1.0, x.values)))
     return math.copysign(1.0, x)
 
 
 def rounded_down(x: Any, bits: int) -> float:
-    """X > 0 with its first binary digits only."""
+    """Round x > 0 down to its first binary digits."""
     mantissa, exponent = np.frexp(_values(x))
     short = np.ldexp(np.floor(mantissa * 2**bits) / 2**bits, exponent)
     return cast(float, Column(short)) if isinstance(x, Column) else float(short)
 
 
 def above(x: Any, y: Any) -> Truth:
-    """X > y, of columns system by system."""
+    """Whether x > y, system by system for columns."""
     if isinstance(x, Column) or isinstance(y, Column):
         return cast(Flags, _values(x) > _values(y))
     return cast(bool, x > y)
 
 
 def choose(truth: Truth, x: Any, y: Any) -> float:
-    """X where true, else y."""
+    """Return x where true, else y."""
     if isinstance(truth, np.ndarray):
         return cast(float, Column(np.where(truth, _values(x), _values(y))))
     return cast(float, x if truth else y)
 
 
 def anywhere(truth: Truth) -> bool:
-    """Whether it is true of any system."""
+    """Whether the truth value holds for any system."""
     return bool(truth.any()) if isinstance(truth, np.ndarray) else truth
 
 

@@ -1,4 +1,4 @@
-"""Names for the arrays that all rooms pass around."""
+"""Types of arrays that all subpackages share."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
-Codes = NDArray[np.int32]  #: what the kernel writes of events: status, contact, side, mode
+Codes = NDArray[np.int32]  #: codes of events from the kernel: status, contact, side, mode
 Rows = NDArray[np.intp]  #: indices into arrays
 Arrays = dict[str, NDArray[Any]]  #: variables by name

@@ -1,4 +1,4 @@
-"""Coordinates of a mode: what closed contacts still allow, in second-order blocks or in full.
+"""Coordinates of a mode: the motion that closed contacts allow, in second-order blocks or in full.
 
 A mode holds a set of contacts closed (none: the free mode). Coordinates y are pairs (q, q') of the
 reduced system (reduction.py), unused pairs, then one pair (sin theta, kappa cos theta) for each
@@ -38,10 +38,10 @@ class ModeCoordinates:
 
 
 class Blocks(NamedTuple):
-    """Blocks q'' = -k q - c q' + a as the mechanism shows and moves them, but for the forcing.
+    """Blocks q'' = -k q - c q' + a, and their relation to (x, v), without the forcing.
 
     Columns of ``x_by`` and ``v_by``, and rows of ``from_x`` and ``from_v``, belong to q_1, q_1',
-    q_2, ... ``pushes`` has for each line (sine, cosine) of what it adds to q and to q'.
+    q_2, ... ``pushes`` holds (sine, cosine) of the terms that each line adds to q and to q'.
     """
 
     k: Vector
@@ -56,7 +56,7 @@ class Blocks(NamedTuple):
 
 
 def blocks_of_modes(m: Mechanism, r: Reduced, vibrations: Vibrations) -> Blocks:
-    """Vibration modes: positions show q alone, and impulses change q' alone."""
+    """Blocks of vibration modes: positions depend on q alone, and impulses change q' alone."""
     phi, k, c = vibrations
     down = transpose(phi) if phi else []
     shape = product(r.basis, phi) if phi else [[] for _ in range(m.degrees)]
@@ -74,7 +74,7 @@ def blocks_of_modes(m: Mechanism, r: Reduced, vibrations: Vibrations) -> Blocks:
 
 
 def blocks_of_pairs(m: Mechanism, r: Reduced, d: Decoupled) -> Blocks:
-    """Any damping: positions show q', too, and impulses change q."""
+    """Blocks for any damping: positions depend on q', too, and impulses change q, too."""
     shown, also = product(r.basis, d.positions), product(r.basis, d.velocities)
     q_of_x, q_of_v, v_of_x, v_of_v = d.back
     by_q = [[-k * s for k, s in zip(d.k, row, strict=True)] for row in also]
@@ -97,18 +97,18 @@ def blocks_of_pairs(m: Mechanism, r: Reduced, d: Decoupled) -> Blocks:
 
 
 def _interleaved(first: Matrix, second: Matrix) -> Matrix:
-    """Rows of two matrices by turns."""
+    """Rows of two matrices, alternating."""
     return [row for both in zip(first, second, strict=True) for row in both]
 
 
 def _beside(first: Matrix, second: Matrix) -> Matrix:
-    """Columns of two matrices by turns."""
+    """Columns of two matrices, alternating."""
     both = zip(first, second, strict=True)
     return [[x for pair in zip(a, b, strict=True) for x in pair] for a, b in both]
 
 
 def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> tuple[float, float]:
-    """(alpha, beta): alpha sin + beta cos answers sine sin + cosine cos in one vibration mode."""
+    """(alpha, beta): alpha sin + beta cos, the response of a vibration mode to sine and cosine."""
     if sine == 0.0 and cosine == 0.0:
         return 0.0, 0.0
     spring, dash = k - omega * omega, c * omega
@@ -118,14 +118,14 @@ def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> t
         raise ResonanceError(
             f"omega = {omega}: forcing at or too near resonance with a vibration mode of "
             f"frequency {natural!r} whose damping rate is {c!r}: its response "
-            f"exceeds {RESONANCE_LOSS:.0f} times the static one and would cost more than six "
-            "digits. Add damping or move omega."
+            f"exceeds {RESONANCE_LOSS:.0f} times the static one and would lose more than six "
+            "digits. Add damping or change omega."
         )
     return (spring * sine + dash * cosine) / size, (spring * cosine - dash * sine) / size
 
 
 def _answers(b: Blocks, omega: float, push: Matrix) -> Matrix:
-    """Rows on (sin, kappa cos): what q_1, q_1', ... answer to pushes p on q and f on q'.
+    """Response of q_1, q_1', ... to terms p added to q and f to q', as rows on (sin, kappa cos).
 
     q solves q'' = -k q - c q' + f + c p + p', and the second coordinate is q' - p.
     """
@@ -166,7 +166,7 @@ def modal(m: Mechanism, b: Blocks, size: int) -> ModeCoordinates:
 
 
 def dense_rate(m: Mechanism) -> float:
-    """Scale of velocities in :func:`dense`; twice it bounds the row sums but for forcing."""
+    """Scale of velocities in :func:`dense`; twice it bounds the row sums without forcing."""
     stiff, damp = (
         linear.row_sum_norm(linear.solve_definite(m.mass, a)) for a in (m.stiffness, m.damping)
     )
@@ -207,15 +207,16 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
 
 
 def with_energy(c: ModeCoordinates, r: Reduced, rate: float) -> ModeCoordinates:
-    """The dense coordinates with a norm of z = (xi, xi' / rate), and how fast it may grow.
+    """Dense coordinates with a norm of z = (xi, xi' / rate), and a bound of its growth rate.
 
     Its square is z^T P z = xi^T (K + 4 s M) xi + xi'^T M xi', with K + s M >= 0 and C + g M >= 0.
     As K + 4 s M >= 3 s M, motion without forcing has
 
         d/dt |z| <= (2 s / sqrt(3 s) + g) |z|,
 
-    and s and g are the least of 4^n times (2^-20 rate)^2 and 2^-20 rate that serve: small beside
-    what oscillates, large beside rounding. The norm is |N z|, N upper triangular, P = N^T N.
+    and s and g are the least of 4^n times (2^-20 rate)^2 and 2^-20 rate that satisfy this: small
+    against the rates of oscillation, large against rounding. The norm is |N z|, N upper
+    triangular, P = N^T N.
     """
     size, free = len(c.to_x[0]), len(r.mass)
     norm = linear.zeros(size, size)
@@ -233,7 +234,7 @@ def with_energy(c: ModeCoordinates, r: Reduced, rate: float) -> ModeCoordinates:
 
 
 def _least_shift(a: Matrix, mass: Matrix, least: float) -> float:
-    """The least of 4^n times this number that makes A + number M positive definite."""
+    """Least s among 4^n times ``least`` that makes A + s M positive definite."""
     while linear.cholesky(linear.plus(a, mass, least)) is None:
         least = 4.0 * least
     return least

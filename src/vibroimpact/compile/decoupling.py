@@ -1,11 +1,10 @@
-"""Any damping in second-order blocks: xi = rest + positions q + velocities q'.
+"""Second-order blocks for any damping: xi = rest + positions q + velocities q'.
 
-Method      A coordinate of the normal form that moves alone is a block as it is; of each group that
-            moves together src/decouple finds the blocks. Where all that is connected is such a
-            group, it finds them in the coordinates given: turned ones would cost soft parts beside
-            stiff ones their digits.
-Fails       None: such blocks would lose too many digits, or be no oscillators; a constant force
-            drives what no spring holds
+Method      An uncoupled coordinate of the normal form is a block as it is; for each coupled group
+            src/decouple finds the blocks. Where a group is the same in the coordinates given,
+            these are used: in rotated ones soft parts beside stiff ones would lose digits.
+Fails       returns None: the blocks would lose too many digits, or would not be oscillators; a
+            constant force drives a block without stiffness
 Reference   theory.md, "Flight"
 """
 
@@ -26,7 +25,7 @@ from vibroimpact._core.scalars import ROUNDING, greatest, least
 from vibroimpact.compile.reduction import Reduced
 from vibroimpact.compile.vibrations import NormalForm, alone, unit_form
 
-# (slowest / fastest)^2 of blocks that are found in turned coordinates: six digits are lost there.
+# (slowest / fastest)^2 of blocks that are found in rotated coordinates: six digits are lost there.
 WIDEST = 2.0**-20
 
 
@@ -35,7 +34,7 @@ class Decoupled(NamedTuple):
 
     Columns of ``positions`` and ``velocities`` are those of the blocks, and so are those of
     ``back``: transposed, its matrices give q of the momenta N^T M N (xi - rest) and N^T M N xi',
-    then q' of these. Of a group the same in its own coordinates, of unit masses.
+    then q' of these. For a group the same holds in its own coordinates, with unit masses.
     """
 
     k: Vector
@@ -51,13 +50,13 @@ _ONE, _NONE = [[1.0]], [[0.0]]
 
 
 def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
-    """The blocks of a reduced system whose damping is not classical; None if there are none."""
+    """Blocks of a reduced system whose damping is not classical; None if there are none."""
     groups, plain = form.groups(), unit_form(r)
     whole = plain.groups()
     forms = [plain if len(group) > 1 and group in whole else form for group in groups]
     single = *alone(r, form), apply(transpose(form.shape), r.constant)
     found = [
-        _together(r, used, group, turned=used is form)
+        _coupled(r, used, group, rotated=used is form)
         if len(group) > 1
         else _single(*([x[group[0]]] for x in single))
         for used, group in zip(forms, groups, strict=True)
@@ -84,12 +83,12 @@ def _columns(a: Matrix, which: list[int]) -> Matrix:
 
 
 def _single(k: Vector, c: Vector, a: Vector) -> Decoupled:
-    """One that moves alone: a block as it is."""
+    """Block of an uncoupled coordinate."""
     return Decoupled(k, c, a, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
 
 
-def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -> Decoupled | None:
-    """Several: the kernel finds their blocks; slow ones only where they keep their digits."""
+def _coupled(r: Reduced, form: NormalForm, group: list[int], *, rotated: bool) -> Decoupled | None:
+    """Blocks of coupled coordinates, by the kernel; None where slow ones would lose digits."""
     stiffness, damping = (
         [[0.5 * (a[i][j] + a[j][i]) for j in group] for i in group]
         for a in (form.stiffness, form.damping)
@@ -98,7 +97,7 @@ def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -
     if found is None:
         return None
     rates = [k + c * c for k, c in zip(found.k, found.c, strict=True)]  # squares
-    if turned and least(rates) < WIDEST * greatest(rates):
+    if rotated and least(rates) < WIDEST * greatest(rates):
         return None
     down = transpose(_columns(form.shape, group))
     if _is_driven(found, apply(down, r.external), apply(linear.absolute(down), r.terms)):
@@ -107,14 +106,14 @@ def _together(r: Reduced, form: NormalForm, group: list[int], *, turned: bool) -
 
 
 def _forces(b: Decoupled, push: Vector) -> Vector:
-    """F + c p of every block, with p added to q and f to q'."""
+    """Force f + c p on every block, with p added to q and f to q'."""
     _, q_of_v, _, v_of_v = map(transpose, b.back)
     both = zip(apply(v_of_v, push), b.c, apply(q_of_v, push), strict=True)
     return [f + c * p for f, c, p in both]
 
 
 def _is_driven(b: Decoupled, push: Vector, terms: Vector) -> bool:
-    """Whether a constant force drives a block that no spring holds."""
+    """Whether a constant force drives a block without stiffness."""
     sizes = _forces(b._replace(back=tuple(map(linear.absolute, b.back))), terms)
     noise = [ROUNDING * len(push) * x for x in sizes]
     both = zip(b.k, _forces(b, push), noise, strict=True)
@@ -122,9 +121,9 @@ def _is_driven(b: Decoupled, push: Vector, terms: Vector) -> bool:
 
 
 def _rest(b: Decoupled, push: Vector) -> Vector:
-    """Where a constant force holds them: k q = f + c p, and the second coordinate is -p.
+    """Rest position under a constant force: k q = f + c p, and the second coordinate is -p.
 
-    What stops hold pulls at no block that no spring holds, but for rounding.
+    Forces of stops do not act on blocks without stiffness, except by rounding.
     """
     at = [f / k if k > 0.0 else 0.0 for k, f in zip(b.k, _forces(b, push), strict=True)]
     p = apply(transpose(b.back[1]), push)

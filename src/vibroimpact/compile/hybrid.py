@@ -1,10 +1,10 @@
 """Compile a mechanism to the hybrid system that the kernel runs: modes, guards, jumps.
 
 Each mode is written in second-order blocks (kernel flow ``modal``): vibration modes where damping
-is classical, otherwise what decoupling.py finds. Where it finds none, all are written in physical
-coordinates (flow ``dense``). With more than two contacts modes are built when they are wanted, so
-the blocks of all are looked for at first; with more than four, only Rayleigh's damping
-(rayleigh.py) is known to have them.
+is classical, otherwise the blocks of decoupling.py. Where it finds none, all are written in physical
+coordinates (flow ``dense``). With more than two contacts modes are built when they are needed, so
+the existence of all blocks is checked at first; with more than four, blocks are used only with
+Rayleigh damping (rayleigh.py), for which they always exist.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ from vibroimpact.compile.vibrations import Vibrations, normal_form, rayleigh_mod
 from vibroimpact.model.mechanism import Mechanism, infinite
 from vibroimpact.model.stop import Stop
 
-STEP_BITS = 20  # of the step of the march, so that multiples of it are exact
-FEW = 2  # contacts, of which all closed sets are built at first
-MOST = 4  # of which all have their blocks found at first
+STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
+FEW = 2  # contacts: up to this number, all closed sets are built at first
+MOST = 4  # contacts: up to this number, the blocks of all closed sets are found at first
 SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
 
 
 def code_of(closed: Closed) -> int:
-    """Number of a closed set, as the kernel counts it: digits 1 (upper), 2 (lower) in base 3."""
+    """Number of a closed set in the kernel: digits 1 (upper), 2 (lower) in base 3."""
     return sum((stop.number + 1) * 3**stop.contact for stop in closed)
 
 
@@ -60,14 +60,14 @@ def closed_from_code(code: int, contacts: int) -> Closed:
 
 @dataclass(frozen=True)
 class Mode:
-    """A mode as the kernel takes it: its code, coordinates with their flow, and guards."""
+    """Mode for the kernel: its code, coordinates with their flow, and guards."""
 
     code: int
     coordinates: ModeCoordinates
     guards: list[tuple[Vector, float, float, float, int]]  # row, gain, lower, upper, side closed
 
 
-BlockForm = Vibrations | Decoupled | None  # of a reduced system; None: there are no blocks
+BlockForm = Vibrations | Decoupled | None  # of a reduced system; None: without blocks
 
 
 class Hybrid:
@@ -112,7 +112,7 @@ class Hybrid:
                 row, gain = guard_row(c, contact)
                 limits = (contact.lower, contact.upper)
                 if closed and linear.null_space([*rows, list(contact.row)]) is None:
-                    limits = (-math.inf, math.inf)  # those that are closed hold its gap, too
+                    limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
             guards.append((row, gain, *limits, sides.get(i, 0)))
         return Mode(code_of(closed), c, guards)
 
@@ -132,7 +132,7 @@ class Hybrid:
         return vibration_modes(r, form) or decoupled(r, form)
 
     def _sides(self) -> list[list[int]]:
-        """Of every contact, those where it has a stop."""
+        """Sides on which each contact has a stop."""
         contacts = self.mechanism.contacts
         return [
             [s for s in (1, -1) if not infinite(Stop(i, s).limit(contacts))]
@@ -150,8 +150,8 @@ class Hybrid:
     def _known(self) -> list[Closed]:
         """Closed sets whose blocks are to be found at first.
 
-        On which side a contact is closed does not matter: a stop pulls at nothing that no spring
-        holds.
+        The side on which a contact is closed does not matter: a stop exerts no force on a block
+        without stiffness.
         """
         count = len(self.mechanism.contacts)
         if self.proportion or not FEW < count <= MOST:
@@ -159,11 +159,11 @@ class Hybrid:
         return self._possible([some[:1] for some in self._sides()])
 
     def _block_forms(self) -> list[BlockForm]:
-        """Of every mode that is known at first."""
+        """Block form of every mode whose blocks are found at first."""
         return [(self._shape(closed) or (None, None))[1] for closed in ((), *self._known())]
 
     def _is_modal(self) -> bool:
-        """Blocks in every mode, no negative stiffness or damping."""
+        """Whether every mode has blocks, without negative stiffness or damping."""
         if len(self.mechanism.contacts) > MOST and not self.proportion:
             return False
         motions = self._block_forms()
@@ -172,7 +172,7 @@ class Hybrid:
         return not any(isinstance(v, Decoupled) for v in motions) or self._responds()
 
     def _responds(self) -> bool:
-        """Whether the forcing is at no resonance: the full matrix takes that as it is."""
+        """Whether the forcing is at no resonance; at one, the full matrix serves."""
         try:
             for closed in ((), *self._known()):
                 self._coordinates(closed)
@@ -182,7 +182,7 @@ class Hybrid:
         return True
 
     def _rate(self) -> float:
-        """An upper estimate of the fastest rate of the mechanical part."""
+        """Upper estimate of the fastest rate of the mechanical part."""
         m = self.mechanism
         if self.dense:
             self.scale = dense_rate(m)
@@ -192,7 +192,7 @@ class Hybrid:
         return greatest([*roots, *(x for v in found for x in v.c)])
 
     def _drift_rate(self) -> float:
-        """Time scale where nothing oscillates or decays: falling through the smallest length."""
+        """Rate for a system without oscillation or decay: of falling through the smallest length."""
         m = self.mechanism
         fall = linear.solve_definite(m.mass, [[f] for f in m.constant_force])
         rates = []
@@ -212,8 +212,8 @@ class Hybrid:
         shape = self._shape(closed)
         if shape is None:
             raise InvalidParameterError(
-                f"contacts {closed}: closed together they hold the same coordinate twice, so the "
-                "contact forces are not determined. Remove one of them."
+                f"contacts {closed}: closed together they constrain the same coordinate twice, so "
+                "the contact forces are not determined. Remove one of them."
             )
         reduced, motion = shape
         if self.dense:
@@ -246,7 +246,7 @@ class Hybrid:
 
 
 class Compiled:
-    """A mechanism compiled for the kernel. Modes of closed sets are added when first wanted."""
+    """Mechanism compiled for the kernel. Modes of closed sets are added when first needed."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -267,7 +267,7 @@ class Compiled:
             self._add_mode(closed)
 
     def add_code(self, code: int) -> bool:
-        """Compile the mode that the kernel asked for; False if there is none."""
+        """Compile the mode that the kernel needs; False if it does not exist."""
         if code < 0:
             return False
         try:
@@ -320,5 +320,5 @@ def _compiled(keyed: _Keyed) -> Compiled:
 
 
 def compile_mechanism(mechanism: Mechanism) -> Compiled:
-    """Compile, or return what was compiled before for equal parameters."""
+    """Compile, or return the earlier result for equal parameters."""
     return _compiled(_Keyed(mechanism))

@@ -1,13 +1,14 @@
 """Compile a system for many values of its parameters at once.
 
 Method      The system is built once with a column (columns.py) for each parameter that varies, and
-            compiled as any other: every number of it comes out as a column. In a grid of parameters
-            a number is computed once for all systems that share what it depends on. Where systems
-            disagree on a branch, those on either side are compiled apart (path splitting). Where
-            the code of a system is beyond columns, or one is refused, each is compiled alone.
-Accuracy    Every array has the bits that compiling each system alone gives.
-Fails       A system that is refused alone is refused here; the message says which one it is. One
-            that is forced at resonance is left out: a grid may hit it by chance.
+            compiled as any other: every number of it becomes a column. In a grid of parameters a
+            number is computed once for all systems that share the parameters on which it depends.
+            Where systems disagree on a branch, those on either side are compiled apart (path
+            splitting). Where the code of a system cannot compute with columns, or one system is
+            refused, each is compiled alone.
+Accuracy    Every array has the same bits as if each system was compiled alone.
+Fails       A system that is refused alone is refused here; the message gives its parameters. One
+            that is forced at resonance is left out: a grid may contain it by chance.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ class Part(NamedTuple):
     systems
         Their numbers, rising.
     stacks
-        What they compile to.
+        Their compiled arrays.
     omegas
         Frequencies of their forcing lines, shape (S, L).
     kernel
-        Runs their members.
+        The kernel that runs their members.
     """
 
     systems: Rows
@@ -56,18 +57,18 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True)
 class Compilation:
-    """Systems compiled with columns, and those that are compiled alone when they are wanted.
+    """Systems compiled with columns, and those that are compiled alone when they are needed.
 
     Attributes
     ----------
     system, values, codes
-        What was asked for: see :func:`compile_together`.
+        The arguments of :func:`compile_together`.
     mechanism
-        Of ``system``.
+        Mechanism of ``system``.
     parts
-        Those compiled with columns.
+        Systems compiled with columns.
     apart
-        Systems that columns will not do for, rising.
+        Systems that cannot be compiled with columns, rising.
     """
 
     system: System
@@ -79,11 +80,11 @@ class Compilation:
 
     @property
     def count(self) -> int:
-        """How many systems."""
+        """Number of systems."""
         return _count(self.values)
 
     def inside(self, place: slice) -> list[tuple[Part, slice]]:
-        """Parts with some of the systems, and where in each they are.
+        """Parts with some of the systems, and the places of these in each.
 
         Raises
         ------
@@ -109,11 +110,11 @@ def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()
     system, values
         As for :func:`vibroimpact.sweeps.execution.batch.batch_of`; arrays of one length.
     codes
-        Modes wanted beside those that every system begins with.
+        Modes needed in addition to those that every system begins with.
 
     Notes
     -----
-    A refused system raises once it is wanted.
+    A refused system raises when it is needed.
     """
     pending = [np.arange(_count(values))]
     together, apart = list[tuple[Rows, Stacks]](), [np.arange(0)]
@@ -139,7 +140,7 @@ def _count(values: Values) -> int:
 
 
 def _inside(systems: Rows, place: slice) -> slice:
-    """Where in rising numbers those of a stretch are."""
+    """Positions, within rising numbers, of those in a range."""
     first, last = np.searchsorted(systems, [place.start, place.stop])
     return slice(int(first), int(last))
 
@@ -162,10 +163,10 @@ def _merged(same: list[tuple[Rows, Stacks]]) -> Part:
 
 
 def spread(arrays: list[Floats]) -> tuple[list[Floats], tuple[int, ...]]:
-    """Arrays that are a grid, the last one varying fastest, as its axes; and its sizes.
+    """Axes and sizes of a grid from flat arrays of its points, the last one varying fastest.
 
     Each axis has as many dimensions as there are arrays, and spreads over the grid. Arrays that
-    are no grid come back as they are, with their length.
+    do not form a grid are returned as they are, with their length.
     """
     whole, sizes = arrays[0].size, list[int]()
     for x in arrays[:-1]:
@@ -188,12 +189,12 @@ def _bits(x: Floats) -> NDArray[np.int64]:
 
 
 def _axis(x: Floats, i: int) -> Floats:
-    """What varies along one dimension, at the first place of the others."""
+    """Entries along one dimension, at the first place of the others."""
     return x[tuple(slice(None if k == i else 1) for k in range(x.ndim))]
 
 
 def _together(system: System, values: Values, systems: Rows, codes: Sequence[int]) -> Stacks | None:
-    """Systems compiled with columns; None where columns will not do."""
+    """Systems compiled with columns; None where that is impossible."""
     if len(systems) == 1:
         return None
     parts, grid = spread([x[systems] for x in values.values()])
@@ -206,12 +207,12 @@ def _together(system: System, values: Values, systems: Rows, codes: Sequence[int
         raise
     except Split as split:
         raise Split(np.broadcast_to(split.mask, grid).ravel()) from None
-    except (VibroImpactError, ArithmeticError):  # refused: each is asked alone
+    except (VibroImpactError, ArithmeticError):  # refused: each is compiled alone
         return None
 
 
 def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
-    """The mechanism of all systems; None where one is refused, or its code is beyond columns."""
+    """Mechanism of all systems; None where one is refused, or cannot compute with columns."""
     try:
         return mechanism_of(with_parameters(system, columns))
     except Exception:  # a system's code may raise anything
@@ -219,7 +220,7 @@ def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
 
 
 def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stacks | None:
-    """One system; None at resonance."""
+    """One system compiled alone; None at resonance."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
         return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), (1,), codes)

@@ -39,7 +39,7 @@ NODES = 25  # Chebyshev: the series of a flight over a window has fallen below 2
 
 
 class Linearised(NamedTuple):
-    """Segments and their derivatives: by the state (2n + 1), the flight time, the parameter."""
+    """Segments and their derivatives by the state (2n + 1), the flight time and the parameter."""
 
     before: Floats  # (m, 2n + 1)
     after: Floats
@@ -52,7 +52,7 @@ class Linearised(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Prescribed:
-    """A compiled system: what segments end in, and with what derivatives.
+    """Compiled system for segments with prescribed impacts, and their derivatives.
 
     Copies and pickles are compiled again.
 
@@ -87,7 +87,7 @@ class Prescribed:
         return 2 * self.degrees + 1
 
     def stop_numbers(self, impacts: list[Stop]) -> list[int]:
-        """Numbers by which the kernel knows the stops."""
+        """Numbers of the stops in the kernel."""
         return [self.stops.index(impact) for impact in impacts]
 
     def linearise(self, states: ArrayLike, durations: ArrayLike, impacts: list[Stop]) -> Linearised:
@@ -103,7 +103,7 @@ class Prescribed:
         return np.append(inside, state[-1] + self.omega * time)
 
     def window(self, durations: Floats) -> float:
-        """Length of the windows that flights are expanded on; free masses have no fastest rate."""
+        """Length of the windows on which flights are expanded; free masses have no fastest rate."""
         return min(WINDOW / self.rate, float(durations.max()))
 
     def flights(self, states: ArrayLike, durations: Floats) -> list[tuple[Floats, Floats]]:
@@ -145,7 +145,7 @@ def _orders(x: Any) -> list[float]:
 
 
 def _array(values: Vector | list[Vector]) -> Floats:
-    """Orders first."""
+    """Array of numbers or jets, with the order of the derivative as first axis."""
     flat = np.array(values, dtype=object)
     parts = np.array([_orders(x) for x in flat.ravel()])
     return np.ascontiguousarray(parts.T).reshape(len(PARAMETER_ORDERS), *flat.shape)
@@ -189,14 +189,14 @@ def compile_prescribed(system: System, parameter: str = "") -> Prescribed:
 
 
 def _check_ratios(varied: Mechanism, parameter: str) -> None:
-    """Refuse a parameter along which the lines do not stay in proportion to the first."""
+    """Refuse a parameter that changes the ratios of the forcing frequencies."""
     for line in varied.forces[1:]:
         first, other = np.array(_orders(varied.omega)), np.array(_orders(line.omega))
         scaled = first * (other[0] / first[0])
         if np.any(np.abs(other - scaled) > PROPORTIONAL * (np.abs(other) + np.abs(scaled))):
             raise InvalidParameterError(
                 f"parameter = {parameter!r}: changes the ratios of the forcing frequencies, so "
-                "that no period stays. Take one that keeps them, as omega of a Mechanism does."
+                "there is no common period. Take one that keeps them, as omega of a Mechanism does."
             )
 
 

@@ -1,7 +1,7 @@
-"""Rayleigh's damping: C in proportion to M and K.
+"""Rayleigh damping: C as a linear combination of M and K.
 
-It is classical whatever contacts are closed: with N a basis of what they allow, N^T C N is in the
-same proportion to N^T M N and N^T K N. c of a vibration mode follows from its k.
+It is classical for any closed contacts: with N a basis of the motions that they allow, N^T C N is
+the same combination of N^T M N and N^T K N. c of a vibration mode follows from its k.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Proportion(NamedTuple):
     of_stiffness: float
 
     def damping_of(self, k: float) -> float:
-        """C of a vibration mode; none where it is rounding of the two parts."""
+        """Damping c of a vibration mode; zero where it is rounding of the two parts."""
         parts = self.of_mass, self.of_stiffness * k
         c = parts[0] + parts[1]
         return choose(above(abs(c), ROUNDING * greatest(map(abs, parts))), c, 0.0)
@@ -32,34 +32,34 @@ class Proportion(NamedTuple):
         """Size of the parts of an entry."""
         return abs(self.of_mass * m) + abs(self.of_stiffness * k)
 
-    def left(self, entry: Entry) -> float:
-        """What is left of an entry of C."""
+    def remainder(self, entry: Entry) -> float:
+        """Remainder of an entry of C."""
         m, k, c = entry
         return c - self.of_mass * m - self.of_stiffness * k
 
 
 def proportion(of: Mechanism) -> Proportion | None:
-    """Of the damping of a mechanism; None if some entry of C differs by more than rounding.
+    """Rayleigh coefficients of a mechanism; None if an entry of C differs by more than rounding.
 
-    Least squares of relative errors: at first of C, then twice of what is left, in parts of the
-    terms that add up to it.
+    Least squares of relative errors: first of C, then twice of the remainder, relative to the sizes
+    of the terms of each entry.
     """
     rows = zip(of.mass, of.stiffness, of.damping, strict=True)
     entries = [entry for row in rows for entry in zip(*row, strict=True)]
     found = _fitted(entries, [abs(c) for _, _, c in entries])
     for _ in range(2):
-        rest = [(m, k, found.left((m, k, c))) for m, k, c in entries]
+        rest = [(m, k, found.remainder((m, k, c))) for m, k, c in entries]
         more = _fitted(rest, [found.terms(m, k) for m, k, _ in entries])
         found = Proportion(*(x + dx for x, dx in zip(found, more, strict=True)))
     found = _without_rounding(found, entries)
     for m, k, c in entries:
-        if abs(found.left((m, k, c))) > ROUNDING * of.degrees * found.terms(m, k):
+        if abs(found.remainder((m, k, c))) > ROUNDING * of.degrees * found.terms(m, k):
             return None
     return found
 
 
 def _fitted(entries: Sequence[Entry], sizes: Sequence[float]) -> Proportion:
-    """Nearest to C in parts of these sizes; of the mass alone where K is nearly a multiple of M."""
+    """Least-squares fit, weighted by these sizes; M alone where K is nearly a multiple of it."""
     both = zip(entries, sizes, strict=True)
     weighed = [(m / size, k / size, c / size) for (m, k, c), size in both if size > 0.0]
     ms, ks, cs = zip(*weighed, strict=True) if weighed else ((), (), ())
@@ -73,7 +73,7 @@ def _fitted(entries: Sequence[Entry], sizes: Sequence[float]) -> Proportion:
 
 
 def _without_rounding(p: Proportion, entries: Sequence[Entry]) -> Proportion:
-    """A part that adds no more than rounding to any entry is none."""
+    """Set a coefficient to zero if it adds no more than rounding to any entry."""
     damped = [(m, k, ROUNDING * abs(c)) for m, k, c in entries if abs(c) > 0.0]
     of_mass = greatest(abs(p.of_mass * m) - least for m, _, least in damped)
     of_stiffness = greatest(abs(p.of_stiffness * k) - least for _, k, least in damped)

@@ -1,7 +1,7 @@
-"""What a set of closed contacts leaves of a mechanism.
+"""Reduction of a mechanism to the motions that a set of closed contacts allows.
 
-Its motion is x = offset + N xi, with N a basis of what the closed contacts allow, and reduced
-matrices N^T M N, N^T C N, N^T K N (theory.md, section 2).
+The motion is x = offset + N xi, with N a basis of the motions that the closed contacts allow, and
+reduced matrices N^T M N, N^T C N, N^T K N (theory.md, section 2).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from vibroimpact._core.linear import Matrix, Vector, apply, product, transpose
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
-Closed = tuple[Stop, ...]  # those whose contacts are held closed
+Closed = tuple[Stop, ...]  # stops at which contacts are closed
 
 
 @dataclass(frozen=True)
@@ -26,14 +26,14 @@ class Reduced:
     damping: Matrix
     stiffness: Matrix
     constant: Vector
-    external: Vector  # the part of it that no stop gives
-    terms: Vector  # size of those that add up to that
+    external: Vector  # the part of it that does not come from stops
+    terms: Vector  # sizes of the terms of that part
     sines: Matrix  # one row per line
     cosines: Matrix
 
 
 def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
-    """Project onto what the closed contacts allow; None where they are dependent."""
+    """Project onto the motions that the closed contacts allow; None where these are dependent."""
     n = m.degrees
     offset, basis = [0.0] * n, linear.identity(n)
     if closed:

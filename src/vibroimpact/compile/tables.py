@@ -1,7 +1,7 @@
-"""Compiled systems as the kernel's ``Batch`` takes them.
+"""Compiled systems as arguments of the kernel's ``Batch``.
 
-Method      Systems of one structure share most of their numbers. What they share is kept once, what
-            varies as a column, and the kernel takes them as they are.
+Method      Systems of one structure share most of their numbers. Shared numbers are kept once,
+            those that vary as columns, and the kernel takes them in this form.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from vibroimpact.compile.hybrid import Hybrid, Mode, closed_from_code
 
 
 class Stack(NamedTuple):
-    """One array of every system: what all share, and which numbers vary.
+    """One array of every system: the shared numbers, and those that vary.
 
     Attributes
     ----------
     shared
-        The array of one system; numbers that vary are of no matter.
+        The array of one system; its entries that vary are ignored.
     columns
-        Of these by place in the flat array: the number of the column.
+        For entries that vary: the number of the column, by place in the flat array.
     """
 
     shared: Floats
     columns: dict[int, int]
 
     def of(self, columns: Floats) -> Floats:
-        """The array of every system, on a leading axis."""
+        """Array of every system, on a leading axis."""
         count = columns.shape[1]
         out = np.repeat(self.shared.reshape(1, -1), count, axis=0)
         for i, column in self.columns.items():
@@ -51,11 +51,11 @@ class Stacks:
     Attributes
     ----------
     dense, mixed, degrees
-        What all systems share.
+        Properties that all systems share.
     systems
-        Stacks by name of an argument of ``_kernel.Batch``.
+        Stacks, by name of the argument of ``_kernel.Batch``.
     modes
-        Those of its ``add_mode``, likewise.
+        Stacks for its ``add_mode``, likewise.
     columns
         The numbers that vary, shape (V, S).
     """
@@ -75,7 +75,7 @@ class Stacks:
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """What systems of one kernel batch have in common."""
+        """Properties that systems of one kernel batch have in common."""
         return self.dense, self.mixed, self.sizes, tuple(mode["code"] for mode in self.modes)
 
     @property
@@ -84,7 +84,7 @@ class Stacks:
         return self.systems["omegas"].of(self.columns)
 
     def kernel(self) -> _kernel.Batch:
-        """Hand them to the kernel."""
+        """Kernel batch of the systems."""
         batch = _kernel.Batch(
             dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
             **kernel_arguments(self.systems),
@@ -95,14 +95,14 @@ class Stacks:
 
 
 def kernel_arguments(part: dict[str, Any]) -> dict[str, Any]:
-    """The arguments of the kernel for stacks: the arrays of one system, and ``varied``."""
+    """Arguments of the kernel for stacks: the arrays of one system, and ``varied``."""
     flat = part | part.get("flow", {})
     varied = {name: x.columns for name, x in flat.items() if isinstance(x, Stack) and x.columns}
     return _mapped(lambda stack: stack.shared, part) | {"varied": varied}
 
 
 def _mapped(function: Callable[..., Any], *parts: dict[str, Any]) -> dict[str, Any]:
-    """A function of every stack in dictionaries of the same names."""
+    """Apply a function to the stacks of dictionaries with the same names."""
     out = dict[str, Any]()
     for name, x in parts[0].items():
         same = [part[name] for part in parts]
@@ -112,21 +112,21 @@ def _mapped(function: Callable[..., Any], *parts: dict[str, Any]) -> dict[str, A
 
 
 def stacks_of(hybrid: Hybrid, grid: tuple[int, ...], codes: Sequence[int] = ()) -> Stacks:
-    """Numbers of compiled systems.
+    """Stacks of compiled systems.
 
     Parameters
     ----------
     hybrid
-        Compiled with columns, or with floats: all alike.
+        Compiled with columns, or with floats: all systems are equal.
     grid
-        Sizes of the grid of the systems that it stands for.
+        Sizes of the grid of the systems that it represents.
     codes
-        Modes wanted beside those that every system begins with.
+        Modes needed in addition to those that every system begins with.
 
     Raises
     ------
     InvalidParameterError
-        A mode wanted whose contact forces are not determined.
+        A mode is needed whose contact forces are not determined.
     """
     m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
     contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
@@ -169,7 +169,7 @@ def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
 
 
 class _Stacker:
-    """Makes stacks, and keeps the columns met."""
+    """Builder of stacks, which collects the columns."""
 
     def __init__(self) -> None:
         self.columns = list[Floats]()
@@ -195,7 +195,7 @@ class _Stacker:
 
 
 def joined(parts: Sequence[Stacks], order: NDArray[np.intp]) -> Stacks:
-    """Systems of one structure, one part after the other, then put in order."""
+    """Concatenate systems of one structure, then put them in order."""
     first, columns = parts[0], list[Floats]()
 
     def stack(*same: Stack) -> Stack:

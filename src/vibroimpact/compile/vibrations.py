@@ -1,4 +1,4 @@
-"""Vibration modes of a reduced system: second-order blocks that move alone."""
+"""Vibration modes of a reduced system: uncoupled second-order blocks."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Vibrations(NamedTuple):
 
 
 class NormalForm(NamedTuple):
-    """A reduced system in xi = shape eta: unit masses, and no more coupled than it must be.
+    """Reduced system in xi = shape eta: unit masses, with as little coupling as possible.
 
-    The diagonals of both matrices are known to what rounding of their terms has left: but for
-    ``lost_stiffness`` and ``lost_damping``.
+    ``lost_stiffness`` and ``lost_damping`` are the rounding errors of the diagonals of the two
+    matrices.
     """
 
     shape: Matrix
@@ -33,7 +33,7 @@ class NormalForm(NamedTuple):
     lost_damping: Vector
 
     def coupling(self, i: int, j: int) -> float:
-        """Of two coordinates; not above zero where that is rounding."""
+        """Coupling of two coordinates; not above zero where it is rounding."""
         n = len(self.shape)
         both = (self.stiffness, self.lost_stiffness), (self.damping, self.lost_damping)
         return greatest(
@@ -41,7 +41,7 @@ class NormalForm(NamedTuple):
         )
 
     def groups(self) -> list[list[int]]:
-        """Coordinates that move together."""
+        """Groups of coupled coordinates."""
         out = list[list[int]]()
         for i in range(len(self.shape)):
             beside = [group for group in out if any(self.coupling(i, j) > 0.0 for j in group)]
@@ -51,7 +51,7 @@ class NormalForm(NamedTuple):
 
 
 def unit_form(r: Reduced) -> NormalForm:
-    """Of unit masses, the coordinates being as they are given otherwise."""
+    """Unit masses in the coordinates given."""
     low = _lower(r)
     return _form(
         r, linear.solve_upper(low, linear.identity(len(low))),
@@ -60,7 +60,7 @@ def unit_form(r: Reduced) -> NormalForm:
 
 
 def normal_form(r: Reduced) -> NormalForm:
-    """By vectors that are those of the stiffness and of the damping, where these share them."""
+    """Normal form by common eigenvectors of stiffness and damping, where these exist."""
     low = _lower(r)
     stiffness, damping = _normal(low, r.stiffness), _normal(low, r.damping)
     stiff, damp = linear.largest(stiffness), linear.largest(damping)
@@ -76,7 +76,7 @@ def _form(r: Reduced, shape: Matrix, stiffness: Matrix, damping: Matrix) -> Norm
 
 
 def alone(r: Reduced, form: NormalForm) -> tuple[Vector, Vector]:
-    """K and c of every coordinate, where it moves alone."""
+    """Stiffness k and damping c of every coordinate, for those that are uncoupled."""
     return (
         _diagonal(form.shape, r.stiffness, form.lost_stiffness),
         _diagonal(form.shape, r.damping, form.lost_damping),
@@ -84,7 +84,7 @@ def alone(r: Reduced, form: NormalForm) -> tuple[Vector, Vector]:
 
 
 def vibration_modes(r: Reduced, form: NormalForm) -> Vibrations | None:
-    """The modes of a classically damped system; None if there are none."""
+    """Modes of a classically damped system; None where the damping is not classical."""
     n = len(form.shape)
     if greatest(form.coupling(i, j) for i in range(n) for j in range(i)) > 0.0:
         return None
@@ -92,7 +92,7 @@ def vibration_modes(r: Reduced, form: NormalForm) -> Vibrations | None:
 
 
 def rayleigh_modes(r: Reduced, damping: Proportion) -> Vibrations:
-    """The modes of a system with Rayleigh's damping."""
+    """Modes of a system with Rayleigh damping."""
     low = _lower(r)
     phi = linear.solve_upper(low, linear.symmetric_eigenvectors(_normal(low, r.stiffness)))
     k = _diagonal(phi, r.stiffness, _lost(phi, r.stiffness))
@@ -112,14 +112,14 @@ def _normal(low: Matrix, a: Matrix) -> Matrix:
 
 
 def _diagonal(phi: Matrix, a: Matrix, lost: Vector) -> Vector:
-    """Diagonal of Phi^T A Phi, entries that are lost in rounding set to zero."""
+    """Diagonal of Phi^T A Phi, with entries below rounding set to zero."""
     inside = product(transpose(phi), product(a, phi))
     values = zip((row[i] for i, row in enumerate(inside)), lost, strict=True)
     return [choose(above(abs(x), least), x, 0.0) for x, least in values]
 
 
 def _lost(phi: Matrix, a: Matrix) -> Vector:
-    """Rounding of that diagonal: of the terms that add up to it."""
+    """Rounding error of that diagonal, from the sizes of its terms."""
     sizes = linear.absolute(phi)
     terms = zip(transpose(sizes), transpose(product(linear.absolute(a), sizes)), strict=True)
     return [ROUNDING * dot(x, y) for x, y in terms]

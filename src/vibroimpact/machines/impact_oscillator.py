@@ -188,7 +188,7 @@ class ImpactOscillator(Machine):
         )
 
     def free_start(self) -> State:
-        """At rest: midway between two stops; with one, at 0, or at clearance - 1 if that is lower."""
+        """State at rest midway between two stops; with one stop, at min(0, clearance - 1)."""
         if self.lower_clearance is None:
             return State((min(0.0, self.clearance - 1.0),), (0.0,))
         return State(((self.clearance - self.lower_clearance) / 2.0,), (0.0,))
@@ -215,12 +215,12 @@ class ImpactOscillator(Machine):
         if stop == "A":
             return State((self.clearance,), (speed,), theta)
         if self.lower_clearance is None:
-            raise InvalidParameterError('stop = "B": is not there. Give lower_clearance.')
+            raise InvalidParameterError('stop = "B": does not exist. Give lower_clearance.')
         return State((-self.lower_clearance,), (speed,), theta)
 
 
 def _distance(name: str, value: float | None) -> float | None:
-    """A distance to a stop; None where there is no stop, which infinity stands for too."""
+    """Distance to a stop; None where there is no stop: for None and infinity."""
     if value is None:
         return None
     number = real_or_infinite(name, value, "a finite number, or left out where there is no stop")

@@ -16,7 +16,7 @@ from vibroimpact.model.system import System
 
 
 def text_of(system: System) -> str:
-    """What a file holds of a system; of one that is code, its name only."""
+    """Text of a system for a file; only the name if the system is code of the user."""
     return json.dumps({"type": type(system).__name__, **_numbers(system)})
 
 
@@ -40,16 +40,16 @@ def _numbers(system: System) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> bool:
-    """JSON has no infinity: a stop that is left out is at infinity."""
+    """Whether a number can be stored: JSON has no infinity, so infinite stops are left out."""
     return not isinstance(value, float) or math.isfinite(value)
 
 
 def system_of(text: str) -> System | None:
-    """The system of :func:`text_of`; None for one that is code."""
+    """System of a text of :func:`text_of`; None if the system is code."""
     numbers = json.loads(text)
     kind = numbers.pop("type")
     if kind != "Mechanism":
-        machine = machine_of_class(kind) if numbers else None  # a class of the user has none
+        machine = machine_of_class(kind) if numbers else None  # None for a class of the user
         return cast(System, machine(**_with_scales(numbers))) if machine else None
     contacts = [
         Contact(**(pair | {"restitution": tuple(pair["restitution"])}))
@@ -66,7 +66,7 @@ def _with_scales(numbers: dict[str, Any]) -> dict[str, Any]:
 
 
 def chosen(stored: str, described: str, name: str, value: float, given: System | None) -> System:
-    """The system of a file: the one stored, or the one given if it is the same.
+    """System of a file: the stored one, or the given one if they are equal.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ def chosen(stored: str, described: str, name: str, value: float, given: System |
     name, value
         The parameter of the branch and its value in the stored system.
     given
-        The user's system; its own value of the parameter is of no consequence.
+        The user's system; its value of the parameter does not matter.
 
     Raises
     ------
     InvalidParameterError
-        None given where the stored one is code, or another than the stored one.
+        No system is given and the stored one is code, or the given one differs from it.
     """
     if given is None:
         system = system_of(stored)

@@ -1,14 +1,14 @@
-"""What a machine is: a system by name, with parameters, and what it may offer beside a mechanism.
+"""Machines: systems by name, with parameters.
 
 A machine is one file of this folder: a frozen, keyword-only dataclass that inherits
 :class:`Machine`, checks its values in ``__post_init__``, and has a ``mechanism``. Its fields are
-its parameters: for sweeps and branches, for TOML and JSON, and as options of the command line with
-the words of its docstring. Beside :class:`Machine` it may have
+its parameters: for sweeps and branches, for TOML and JSON, and as options of the command line,
+described by its docstring. Besides those of :class:`Machine` it may have
 
 - a field ``scales``, :class:`Scales`, and a class method ``from_physical`` that fills it: results
   are then printed and drawn in SI units;
 - a method ``on_stop(stop, *, x1, ..., v1, ..., phase)``: a state on stop "A" or "B", from the
-  coordinates that the stop leaves free.
+  remaining coordinates.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SCALES = "scales"  # the field that is no parameter
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """Physical units of the nondimensional system: multiply by these to get back.
+    """Physical units of the nondimensional system: factors from scaled to SI values.
 
     Parameters
     ----------
@@ -63,12 +63,12 @@ class Scales:
 
 
 class Machine:
-    """A system by name."""
+    """Base class of systems with a name."""
 
     __slots__ = ("__weakref__",)  # so that the mechanism is built once: model/system.py
 
     SCALING: ClassVar[str] = ""
-    """How ``from_physical`` scales, for texts: such as "t = T sqrt(K / M), x = K X / F0"."""
+    """Scaling of ``from_physical`` in words: such as "t = T sqrt(K / M), x = K X / F0"."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -76,7 +76,7 @@ class Machine:
         raise NotImplementedError
 
     def free_start(self) -> State:
-        """All coordinates and velocities zero."""
+        """State with all coordinates and velocities zero."""
         zero = (0.0,) * self.mechanism.degrees
         return State(zero, zero)
 
@@ -85,19 +85,19 @@ class Machine:
 
 
 class Measure(NamedTuple):
-    """What a parameter measures, a key of plotting/units.py, and its name in pictures."""
+    """Quantity of a parameter (a key of plotting/units.py), and its label in figures."""
 
     quantity: str = ""
     label: str = ""
 
 
 def measured(quantity: str, label: str = "") -> Mapping[str, Measure]:
-    """Metadata of a field: what it measures; where pictures have no word for it, its name."""
+    """Metadata of a field: its quantity, and a label for figures where there is no standard one."""
     return {"measure": Measure(quantity, label)}
 
 
 def measures_of(system: object) -> dict[str, Measure]:
-    """What the parameters of a system measure; nothing is said of numbers without dimension."""
+    """Quantities of the parameters of a system; numbers without dimension are left out."""
     if not is_dataclass(system):
         return {}
     return {f.name: f.metadata["measure"] for f in fields(system) if "measure" in f.metadata}
@@ -109,6 +109,6 @@ def parameters_of(machine: type[Machine]) -> tuple[str, ...]:
 
 
 def scales_of(system: object) -> Scales | None:
-    """The physical scales of a system; None of one that is nondimensional."""
+    """Physical scales of a system; None for one without them."""
     scales = getattr(system, "scales", None)
     return scales if isinstance(scales, Scales) and scales != Scales() else None

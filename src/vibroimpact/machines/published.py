@@ -1,6 +1,6 @@
 """Published parameter sets: A, B, C of the founding paper, and the panels of its figures.
 
-``impact_damper_sets.toml`` holds what is printed; this module only reads it.
+``impact_damper_sets.toml`` holds the printed values; this module only reads it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The machines there are: one line each. Nothing is imported before it is asked for.
+"""Registry of machines, one line each. A machine is imported when it is first used.
 
-General code never names a machine: it takes a system from the user, or its class from here by the
-name that stands on the command line, in a file, in a store.
+General code never names a machine: it takes a system from the user, or its class from here by a
+name from the command line, a file or a store.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ Cases = Mapping[str, Mapping[str, float]]
 
 
 class Entry(NamedTuple):
-    """Where a machine is: its class, and a function that returns published cases of it.
+    """Location of a machine's class, and of a function that returns its published cases.
 
     Attributes
     ----------
     place
         "module:Class" in this folder.
     cases
-        "module:function"; the function returns parameters by name of the case. "" without any.
+        "module:function"; the function returns parameters by name of the case. "" if there is none.
     """
 
     place: str
@@ -37,41 +37,41 @@ MACHINES = {
     "impact-damper": Entry("impact_damper:ImpactDamper", "published:cases"),
     "impact-oscillator": Entry("impact_oscillator:ImpactOscillator"),
 }
-DEFAULT = "impact-damper"  # where the command line names none
+DEFAULT = "impact-damper"  # if the command line names no machine
 SHORT_TABLES = {"damper": "impact-damper", "physical": "impact-damper.physical"}  # in TOML
 
 
 def machine_of(name: str) -> type[Machine]:
-    """The class of a machine by its name."""
+    """Class of a machine by its name."""
     return cast("type[Machine]", _object(MACHINES[name].place))
 
 
 def name_of(system: object) -> str | None:
-    """The name of the machine that a system is; None for any other system."""
+    """Name of the machine to which a system belongs; None for any other system."""
     ours = {f"{__package__}.{entry.place}": name for name, entry in MACHINES.items()}
     places = (f"{kind.__module__}:{kind.__qualname__}" for kind in type(system).__mro__)
     return next((ours[place] for place in places if place in ours), None)
 
 
 def machine_of_class(name: str) -> type[Machine] | None:
-    """The machine whose class has this name; None if there is none."""
+    """Machine whose class has this name; None if there is none."""
     found = (key for key, entry in MACHINES.items() if entry.place.endswith(f":{name}"))
     return next(map(machine_of, found), None)
 
 
 def cases_of(name: str) -> Cases:
-    """The published cases of a machine: parameters by name of the case."""
+    """Published cases of a machine: parameters by name of the case."""
     cases = MACHINES[name].cases
     return cast(Cases, _object(cases)()) if cases else {}
 
 
 def case_named(text: str) -> tuple[str, Mapping[str, float]]:
-    """The machine and the parameters of NAME, which fixes none, or NAME/CASE.
+    """Machine and parameters of NAME/CASE, or of NAME, without parameters.
 
     Raises
     ------
     InvalidParameterError
-        No such machine, or no such case; the message lists what there is.
+        No such machine, or no such case; the message lists them.
     """
     name, _, case = text.partition("/")
     if text == name and name in MACHINES:

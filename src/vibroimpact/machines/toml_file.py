@@ -1,4 +1,4 @@
-"""Systems, and where a motion starts, from TOML files."""
+"""Systems and starts from TOML files."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def read_case(path: str | os.PathLike[str]) -> Case:
     if len(systems) != 1 or unknown:
         raise InvalidParameterError(
             f"config = {path}: holds {', '.join(tables) or 'nothing'}; must hold one of "
-            f"{', '.join(f'[{name}]' for name in TABLES)}, and [start] if wanted."
+            f"{', '.join(f'[{name}]' for name in TABLES)}, and may hold [start]."
         )
     system = _system(path, systems[0], tables[systems[0]])
     start = tables.get("start")
@@ -61,7 +61,7 @@ def read_case(path: str | os.PathLike[str]) -> Case:
 
 
 def machine_in(path: str | os.PathLike[str]) -> str | None:
-    """The name of the machine in a file; None without any, or if the file cannot be read."""
+    """Name of the machine in a file; None if there is none, or if the file cannot be read."""
     try:
         tables = _read_toml(Path(path))
     except InvalidParameterError:
@@ -81,7 +81,7 @@ def _system(path: Any, name: str, table: Any) -> Any:
     if physical:
         if not hasattr(make, "from_physical"):
             raise InvalidParameterError(
-                f"config = {path}: [{name}]: is not known in SI units. Give [{machine}], scaled."
+                f"config = {path}: [{name}]: has no SI units. Give [{machine}], scaled."
             )
         make = make.from_physical
     return _built(path, f"[{name}]", make, table)
@@ -91,13 +91,13 @@ def _read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise InvalidParameterError(
             f"config = {path}: cannot be read ({reason}). Name a TOML file."
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise InvalidParameterError(
-            f"config = {path}: is no TOML ({error}). Correct that place."
+            f"config = {path}: is not valid TOML ({error}). Correct that place."
         ) from error
 
 
@@ -122,7 +122,7 @@ def _several(path: Any, key: str, items: Any) -> list[Any]:
 
 
 def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:
-    """Call ``make`` with the entries of a table; what is wrong is said with file and table."""
+    """Call ``make`` with the entries of a table; an error names the file and the table."""
     if not isinstance(table, dict):
         raise InvalidParameterError(
             f"config = {path}: {where} must be a table of names and values."
@@ -131,7 +131,7 @@ def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:
     missing = [n for n, p in names.items() if p.default is p.empty and n not in table]
     try:
         for name in table:
-            if name not in names and not isinstance(make, type):  # classes say more themselves
+            if name not in names and not isinstance(make, type):  # classes have better messages
                 raise unknown_keyword(where, name, [*names])
         if missing and not table.keys() - names:
             raise InvalidParameterError(f"{', '.join(missing)}: missing.")

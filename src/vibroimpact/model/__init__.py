@@ -1,4 +1,4 @@
-"""What is described: mechanisms, states, systems and their parameters by name.
+"""Descriptions: mechanisms, states, systems and their parameters by name.
 
 Nothing here computes a motion.
 """

@@ -36,11 +36,11 @@ HARMONIC_ONLY = "A force is a sum of harmonic lines: one Harmonic each."
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 STANDS_STILL = "Stops stand still: take a coordinate relative to a stop that moves."
 FRICTIONLESS = "Contacts have no friction."
-RIGID = "Stops are rigid: restitution says how they rebound. Soft stops are not described."
+RIGID = "Stops are rigid, with a coefficient of restitution. Soft stops are not supported."
 
 
 def infinite(value: Any) -> bool:
-    """Whether a limit stands for no stop."""
+    """Whether a limit is infinite: there is no stop."""
     return is_infinite(value)
 
 

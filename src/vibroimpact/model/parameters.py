@@ -89,7 +89,7 @@ class Family:
         except TypeError as error:
             jets = any(isinstance(value, Jet) for _, value in self.parameters)
             if jets or not re.search("integer|non-int", str(error)):
-                raise  # of jets :func:`expanded` says which parameter it is
+                raise  # with jets, :func:`expanded` names the parameter
             raise InvalidParameterError(
                 f"system = {shown(self)}: cannot be built ({error}). A parameter that counts "
                 "something must be an integer, and cannot be varied."
@@ -106,12 +106,12 @@ class Family:
 
 
 def parameter_value(system: System, name: str) -> float:
-    """The present value of a parameter.
+    """Present value of a parameter.
 
     Raises
     ------
     InvalidParameterError
-        No such parameter; the message lists what there is.
+        No such parameter; the message lists the parameters.
     """
     known = names_of(system)
     if isinstance(system, Mechanism) and name not in [*known]:
@@ -127,7 +127,7 @@ def with_parameter(system: System, name: str, value: Any) -> System:
 
 
 def with_parameters(system: System, values: Mapping[str, Any]) -> System:
-    """The system with other values of some parameters; of a mechanism, one after the other."""
+    """The system with new values of some parameters; in a mechanism, one after the other."""
     if not values:
         return system  # which may be of any class then
     for name in values:
@@ -142,7 +142,7 @@ def with_parameters(system: System, values: Mapping[str, Any]) -> System:
 
 
 def with_values(message: str, values: Mapping[str, float]) -> str:
-    """What is said of a system that is refused, with the values of its parameters."""
+    """Append the values of a system's parameters to the message that refuses it."""
     which = ", ".join(f"{name} = {value!r}" for name, value in values.items())
     return f"{message} System: {which}." if which else message
 
@@ -218,7 +218,7 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
 
 
 def _field(part: Any, name: str) -> Any:
-    """A field of a mechanism or a part of it, no property of it nor of a number."""
+    """A field of a mechanism or of a part of it; properties, and those of numbers, are refused."""
     if name not in {f.name for f in dataclasses.fields(part)}:
         raise AttributeError(name)
     return getattr(part, name)

@@ -10,7 +10,7 @@ from vibroimpact._core.checks import names_arguments, real, vector
 @names_arguments()
 @dataclass(frozen=True, slots=True)
 class State:
-    """Where a motion stands at one instant.
+    """State of a motion at one instant.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ class State:
 
     Notes
     -----
-    A state that lies on a stop within rounding starts on it, exactly; one that lies behind a stop
-    is refused by :func:`vibroimpact.simulate`.
+    A state on a stop within rounding starts exactly on it; a state behind a stop is refused by
+    :func:`vibroimpact.simulate`.
     """
 
     position: tuple[float, ...]
@@ -44,4 +44,4 @@ class State:
         return State(self.position, self.velocity, self.phase + real("amount", amount))
 
 
-STATE = tuple(field.name for field in fields(State))  # and what datasets call these of many states
+STATE = tuple(field.name for field in fields(State))  # also the names in datasets of many states

@@ -1,4 +1,4 @@
-"""Stops: which contact, and which of its two ends."""
+"""Stops, by the number of the contact and one of its two ends."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Literal, NamedTuple
 
 from vibroimpact.model.mechanism import Contact
 
-StopName = Literal["A", "B"]  # of a contact that is known: A is the upper stop, B the lower
+StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the lower
 
 
 class Stop(NamedTuple):
-    """A stop of a mechanism.
+    """Stop of a mechanism.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Stop(NamedTuple):
 
     @property
     def upper(self) -> bool:
-        """Whether it is the upper one."""
+        """Whether this is the upper stop."""
         return self.side > 0
 
     @property
@@ -44,12 +44,12 @@ class Stop(NamedTuple):
 
     @property
     def label(self) -> str:
-        """A or B, with the number of the contact but for the first."""
+        """A or B, followed by the number of the contact, except for the first contact."""
         return self.name + (str(self.contact) if self.contact else "")
 
     @property
     def number(self) -> int:
-        """0 for A, 1 for B: ``Run.stop``, and digits of the codes of closed sets less one."""
+        """0 for A, 1 for B: as in ``Run.stop``; one less than a digit of a closed set's code."""
         return 0 if self.upper else 1
 
     @property
@@ -59,11 +59,11 @@ class Stop(NamedTuple):
 
     @property
     def words(self) -> str:
-        """As in the upper stop of contact 0."""
+        """Description in words, as in "the upper stop of contact 0"."""
         return f"the {'upper' if self.upper else 'lower'} stop of contact {self.contact}"
 
     def limit(self, contacts: Sequence[Contact]) -> float:
-        """Where it stands: infinite if there is none."""
+        """Position of the stop; infinite if there is none."""
         contact = contacts[self.contact]
         return contact.upper if self.upper else contact.lower
 

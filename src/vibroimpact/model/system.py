@@ -1,4 +1,4 @@
-"""Systems: mechanisms, and anything that says which mechanism it is."""
+"""Systems: mechanisms, and objects with a property ``mechanism``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vibroimpact.model.mechanism import Mechanism
 
 
 class HasMechanism(Protocol):
-    """Anything that says which mechanism it is."""
+    """Object with a property ``mechanism``."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -21,7 +21,7 @@ System = HasMechanism | Mechanism
 
 
 def mechanism_of(system: System) -> Mechanism:
-    """The mechanism of a system; that of a frozen dataclass is built and checked once."""
+    """Mechanism of a system; for a frozen dataclass it is built and checked once."""
     if isinstance(system, Mechanism):
         return system
     known = _BUILT.get(id(system))
@@ -35,7 +35,7 @@ def mechanism_of(system: System) -> Mechanism:
     return mechanism
 
 
-_BUILT: dict[int, tuple[ref[Any], Mechanism]] = {}  # by id of a system that lives
+_BUILT: dict[int, tuple[ref[Any], Mechanism]] = {}  # by id of a system that exists
 
 
 def _keep(system: Any, mechanism: Mechanism) -> None:

@@ -1,1 +1,1 @@
-"""One motion: its events, sections, Lyapunov exponents, and derivatives of its impact maps."""
+"""Single motions: events, sections, Lyapunov exponents, and derivatives of their impact maps."""

@@ -1,7 +1,7 @@
 """Derivatives of impact maps, exact through every event.
 
-Jets run through the kernel's own flight, impact, chatter and release (theory.md, "Saltation"): what
-comes out is the derivative of the map from the start to the state after the last event.
+Jets run through the kernel's own flight, impact, chatter and release (theory.md, "Saltation"): the
+result is the derivative of the map from the start to the state after the last event.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class MapDerivative:
     duration
         Derivative of the time of the last event, shape (columns,).
     events
-        How many events were passed.
+        Number of events passed.
     end
         Why the run ended.
     """
@@ -71,7 +71,7 @@ def map_derivative(
     Returns
     -------
     MapDerivative
-        After chatter or sticking the matrix has lost rank, as the motion has.
+        After chatter or sticking the matrix has lost rank.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def map_derivative(
     check_counts(impacts, t_max)
     mechanism = mechanism_of(system)
     compiled = compile_mechanism(mechanism)
-    begin(compiled, state)  # refuses what simulate refuses
+    begin(compiled, state)  # refuses the same states as simulate
     rows = 2 * mechanism.degrees + len(mechanism.forces)
     seeds = np.eye(rows) if directions is None else numbers("directions", directions)
     if seeds.ndim != 2 or seeds.shape[0] != rows:

@@ -6,14 +6,14 @@ Method      lambda = lim log |dz_n| / t_n, dz the tangent of the motion between 
             change    where n_1 log var_1(r) + n_2 log var_2(r) is least, of the n_1 blocks before
                       and the n_2 from there on, if the spreads differ by a factor of four, the
                       lambdas by three errors, and the sum of r before it is more e-folds than a
-                      regular motion stretches and shrinks again                             (4)
-Accuracy    (3) is the blocking method: neighbours are averaged in pairs again and again, and the
-            largest of the naive errors of the mean is kept. Correlation makes the first levels too
-            small; anticorrelation (quasiperiodic motion) makes the last too small.
-            (4) finds where chaos begins or ends, not what lasts for fewer than 16 blocks, nor
-            where one chaos becomes another. In a thousand series of correlated noise it found a
-            change in none with correlation times below 10 blocks, in one per cent at 30.
-Fails       tangents that vanish: the motion forgets its start altogether (lambda = -inf)
+                      regular motion stretches and shrinks by turns                          (4)
+Accuracy    (3) is the blocking method: neighbours are averaged in pairs repeatedly, and the largest
+            of the naive errors of the mean is kept. Correlation makes the first levels too small;
+            anticorrelation (quasiperiodic motion) makes the last too small.
+            (4) finds where chaos begins or ends, but not phases of fewer than 16 blocks, nor
+            a transition between two chaotic phases. In a thousand series of correlated noise it
+            found a change in none with correlation times below 10 blocks, in one per cent at 30.
+Fails       tangents that vanish: the motion no longer depends on its start (lambda = -inf)
 Reference   [flyvbjerg1989] for (3)
 """
 
@@ -34,17 +34,17 @@ from vibroimpact.simulation.simulator import Simulator
 BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
 FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here 18 %
 ALIGNING = 16  # one part in so many is discarded while the tangent turns to its own direction
-# (4): a smooth curve of N points stretches its tangents by less than N, some 8 e-folds, for ever.
+# (4): on a smooth curve of N points tangents never stretch by more than N, some 8 e-folds.
 LEAST_GROWTH = 10.0
 OTHER_SPREAD = 4.0
-FLOOR = 1e-9  # of a variance, as a share of that of the whole: growth of periodic motion has none
+FLOOR = 1e-9  # least variance, relative to the whole: the growth of periodic motion has none
 # Against errors from few blocks, three errors stand for one chance in a hundred or less.
 ERRORS = 3.0
 
 
 @dataclass(frozen=True)
 class LyapunovEstimate:
-    """Largest Lyapunov exponent of the motion, the neutral direction of time left out.
+    """Largest Lyapunov exponent of a motion, without the neutral direction of time.
 
     Attributes
     ----------
@@ -57,8 +57,8 @@ class LyapunovEstimate:
     run_end
         Why the run ended; ``RunEnd.OBSERVER`` where the tangent vanished and the value is -inf.
     earlier
-        Where the motion has changed on the way, as at the end of transient chaos, the estimates of
-        what was before, in order; all else is about what came last.
+        Where the motion changes within the average, as at the end of transient chaos, the estimates
+        of its earlier parts, in order; all other fields describe the last part.
     """
 
     value: float
@@ -71,7 +71,7 @@ class LyapunovEstimate:
 
     @property
     def statement(self) -> str:
-        """Value and error, and what was before where the motion has changed on the way."""
+        """Value and error in words, with those of earlier parts where the motion has changed."""
         sizes = [one.blocks for one in (*self.earlier, self)]
         parts = zip(self.earlier, sizes, strict=False)
         before = [f"{one.value:.3g} +- {one.error:.1g} in {n}" for one, n in parts]
@@ -106,7 +106,7 @@ def lyapunov_exponent(
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
     state
-        Where to start.
+        Initial state.
     impacts
         Length of the average, >= 1024. The error falls as 1 / sqrt(impacts) in chaos.
     settle
@@ -117,8 +117,8 @@ def lyapunov_exponent(
     -------
     LyapunovEstimate
         Value nan with the reason in ``run_end`` if the motion stops impacting. Where the motion
-        has changed on the way (transient chaos), the value is that of its last part;
-        ``earlier`` holds the others, and ``statement`` says so.
+        changes within the average (transient chaos), the value is that of its last part;
+        ``earlier`` holds the others, and ``statement`` lists all.
 
     Raises
     ------
@@ -128,8 +128,8 @@ def lyapunov_exponent(
     Notes
     -----
     The tangent vector goes through flight, impact, completed chatter, sticking and release exactly
-    (theory.md, "Jacobian"). It is taken from event to event, where a shift along the motion is no
-    change; so a stable periodic motion gives log |largest multiplier| / period < 0, quasiperiodic
+    (theory.md, "Jacobian"). It is taken from event to event, so that a shift in time does not
+    count; a stable periodic motion gives log |largest multiplier| / period < 0, quasiperiodic
     motion 0, and chaos > 0. About 0.5 microseconds per impact of the damper. Unreliable where
     chaos ends later, or within the last 16 of 1024 blocks; and near grazing, where single impacts
     stretch without bound.
@@ -144,7 +144,7 @@ def lyapunov_exponent(
 
 
 def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
-    """Estimate from where a motion stands; the motion stays there."""
+    """Estimate from the present position of a motion, which is not changed."""
     block = max(1, impacts // BLOCKS)
     events = events_for(impacts)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
@@ -174,7 +174,7 @@ def _nothing(end: RunEnd) -> LyapunovEstimate:
 
 
 def parts_of(growth: Floats, duration: Floats) -> list[slice]:
-    """Cut blocks where the growth changes for good (4), again and again.
+    """Split blocks repeatedly where the growth changes permanently (4).
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def parts_of(growth: Floats, duration: Floats) -> list[slice]:
 
 
 def _change(residual: Floats) -> int:
-    """Where the spread of the residuals changes, (4); 0 where it does not."""
+    """Index at which the spread of the residuals changes, (4); 0 where it does not."""
     n = np.arange(1, residual.size)
     floor = FLOOR * residual.var() or 1.0
     before = _variances(residual)[:-1]

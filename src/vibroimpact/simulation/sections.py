@@ -1,8 +1,8 @@
-"""Sections: where a motion stands after each impact at one stop, or once per forcing period.
+"""Sections: states of a motion after each impact at one stop, or once per forcing period.
 
 The impact section of the impact damper is Sigma = {x2 - x1 = half_clearance, just after the
 impact}, (9) of the paper; here it is any stop of any contact of any mechanism. The stroboscopic
-section, at one phase of the force, sees motions without impacts as well.
+section, at one phase of the force, describes motions without impacts as well.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# Without this many impacts per section point wanted, on average, the stop counts as left alone:
+# Beyond this many impacts per requested section point, on average, the stop counts as not reached:
 # chatter on one stop gives some 50 impacts per visit before it is summed.
 IMPACTS_PER_POINT = 64
 LEAST_POSITION = 2.0**-20  # of a velocity times a time
@@ -37,7 +37,7 @@ LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 @dataclass(frozen=True)
 class SectionPoints:
-    """States of a motion on a section, read-only: what all sections have, and describe."""
+    """States of a motion on a section, read-only: common part of all sections."""
 
     system: System
     position: Floats
@@ -113,11 +113,11 @@ class Section(SectionPoints):
     time
         Time since the start of the motion, settling included.
     end
-        Why the motion ended; ``RunEnd.IMPACTS`` if every point asked for is there.
+        Why the motion ended; ``RunEnd.IMPACTS`` if every requested point is there.
     last
-        The state of the last point, to go on from.
+        State of the last point, from which the motion can be continued.
     contact, stop
-        Where the impacts are.
+        Contact and stop of the impacts.
     status
         :class:`~vibroimpact.Status` of each: impact, simultaneous or chatter.
     """
@@ -133,7 +133,7 @@ class Section(SectionPoints):
         )
 
     def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset; attributes say what it is a section of."""
+        """Return the section as an xarray dataset; attributes describe system, stop and end."""
         dataset = self._dataset("impact", contact=self.contact, stop=self.stop)
         return dataset.assign(status=("impact", self.status))
 
@@ -147,13 +147,13 @@ class StroboscopicSection(SectionPoints):
     position, velocity
         Coordinates and velocities, shape (n_point, n); after an event at that time.
     phase
-        Phase of the first forcing line, the one asked for at every point.
+        Phase of the first forcing line, the requested one at every point.
     time
         Time since the start of the motion, settling included.
     end
-        Why the motion ended; ``RunEnd.HORIZON`` if every point asked for is there.
+        Why the motion ended; ``RunEnd.HORIZON`` if every requested point is there.
     last
-        The state of the last point, to go on from.
+        State of the last point, from which the motion can be continued.
     """
 
     def __repr__(self) -> str:
@@ -187,8 +187,8 @@ def scale_of(position: Floats, velocity: Floats, before: Floats, time: Floats) -
     """The units of section points, shapes (..., k, n), (..., k, n) and (..., k); NaN is missing.
 
     Velocities after plastic impacts are rounding errors, so those ``before`` impacts, of any
-    shape, count as well. Where the wall is at zero, positions on it are rounding errors: those far
-    smaller than what a velocity makes between two points do not count.
+    shape, count as well. Where the stop is at zero, positions on it are rounding errors: those far
+    smaller than a velocity times the time between two points do not count.
     """
     x, after, v = (_largest(part) for part in (position, velocity, before))
     v = max(v, after)
@@ -224,7 +224,7 @@ def impact_section(
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
     state
-        Where to start.
+        Initial state.
     points
         Impacts at the stop to record, >= 1.
     settle
@@ -237,7 +237,7 @@ def impact_section(
     Returns
     -------
     Section
-        Fewer points than asked for, with the reason in ``end``, if the motion stops impacting, and
+        Fewer points than requested, with the reason in ``end``, if the motion stops impacting, and
         ``RunEnd.EVENTS`` if fewer than one impact in 64 is at this stop.
 
     Raises
@@ -280,24 +280,24 @@ def stroboscopic_section(
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one; it must be forced.
     state
-        Where to start.
+        Initial state.
     points
         States to record, one per period of the first forcing line, >= 1.
     settle
         Forcing periods to discard first, >= 0.
     phase
-        Of the first forcing line, radians.
+        Phase of the first forcing line, radians.
 
     Returns
     -------
     StroboscopicSection
-        Fewer points than asked for, with the reason in ``end``, if a run cannot go on. Where an
+        Fewer points than requested, with the reason in ``end``, if a run cannot continue. Where an
         event falls on such a time, the state after it.
 
     Raises
     ------
     InvalidParameterError
-        No forcing, counts out of range, more points than memory holds, a phase that is no number,
+        No forcing, counts out of range, more points than memory holds, a phase that is not a number,
         a bad start.
 
     Notes
@@ -319,7 +319,7 @@ def stroboscopic_section(
     phase = real("phase", phase)
     mechanism = mechanism_of(system)
     size = 8 * (4 * mechanism.degrees + 8)
-    check_memory("points", points, size, "Take fewer, then go on from the last state.")
+    check_memory("points", points, size, "Take fewer, then continue from the last state.")
     if not mechanism.forces:
         raise InvalidParameterError(
             "system: has no forcing, so that no phase repeats. Take impact_section."
@@ -410,4 +410,4 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
 def check_points(name: str, points: int, system: System) -> None:
     """Refuse more section points than memory holds; half of the impacts recorded may be points."""
     size = 2 * record_bytes(mechanism_of(system))
-    check_memory(name, points, size, "Take fewer, then go on from the last state.")
+    check_memory(name, points, size, "Take fewer, then continue from the last state.")

@@ -1,4 +1,4 @@
-"""Simulation: every impact of a motion, proved first, and the motion between at any time."""
+"""Simulation: every impact of a motion, proved to be the first, and the motion between them."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forc
 
 
 class Status(IntEnum):
-    """What an event of a run is."""
+    """Kinds of events of a run."""
 
     IMPACT = 0  #: one contact closed and opened again
     GRAZING = 1  #: a gap touched zero within rounding; no impulse
     CHATTER = 2  #: infinitely many impacts summed; the contact is at rest afterwards
     STICK = 3  #: a contact begins to press
-    RELEASE = 4  #: its force has fallen to zero; one lifted by an impact elsewhere has no event
+    RELEASE = 4  #: its force has fallen to zero; opening by an impact elsewhere is no event
     SIMULTANEOUS = 5  #: an impact that moves several touching contacts, by Moreau's law
     HORIZON = 6  #: no event up to the given time
     UNDECIDED = 7  #: the search for the next event could not be finished
@@ -71,7 +71,7 @@ class RunEnd(IntEnum):
 
 
 _SENTENCES = {
-    RunEnd.IMPACTS: "the number of impacts asked for was reached",
+    RunEnd.IMPACTS: "the requested number of impacts was reached",
     RunEnd.HORIZON: "t_max was reached",
     RunEnd.SILENT: "no contact within flight_limit, and none is sure to come: the motion may have "
     "stopped impacting",
@@ -84,7 +84,7 @@ _SENTENCES = {
     RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
     "rounding",
     RunEnd.STEPS: "one flight took more than 2^22 steps of the search",
-    RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest forgets its start",
+    RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest does not depend on its start",
 }
 
 
@@ -109,7 +109,7 @@ class Run:
     end
         :class:`RunEnd`, why the run ended.
     start, system
-        What was simulated.
+        Initial state and system of the motion.
     """
 
     system: System
@@ -143,13 +143,13 @@ class Run:
 
     @property
     def impacts(self) -> NDArray[np.bool_]:
-        """Which events are impacts (completed chatter counts as one)."""
+        """Mask of the events that are impacts (completed chatter counts as one)."""
         wanted = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
         return np.isin(self.status, wanted)
 
     @property
     def last(self) -> State:
-        """The state after the last event, to go on from."""
+        """State after the last event, from which the motion can be continued."""
         if not len(self):
             return self.start
         mechanism, time = mechanism_of(self.system), float(self.time[-1])
@@ -191,7 +191,7 @@ class Run:
         return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
 
     def to_dataset(self) -> xr.Dataset:
-        """The record as an xarray dataset; attributes say how to repeat the run."""
+        """The record as an xarray dataset, with attributes from which the run can be repeated."""
         import xarray as xr
 
         event = ("event",)
@@ -226,10 +226,10 @@ def phases_of(mechanism: Mechanism, phase: float) -> list[float]:
 
 
 class Flights(NamedTuple):
-    """Flights one after the other: when each begins, and what it begins with."""
+    """Consecutive flights: times and states at which they begin."""
 
     begin: Floats  # (k,)
-    low: Floats  # what rounding has left out of these times
+    low: Floats  # rounding errors of these times
     y: Floats  # (k, m)
     mode: Codes
 
@@ -242,18 +242,18 @@ class Flights(NamedTuple):
 
 
 def rounded_times(high: Floats, low: Floats) -> tuple[Floats, Floats]:
-    """Times of a clock in two parts, and what rounding leaves out of them."""
+    """Times of a clock in two parts, rounded, and their rounding errors."""
     total = high + low
     return total, low - (total - high)
 
 
 def latest(span: float) -> float:
-    """The latest time that a run answers for: durations that add up to t_max are rounded."""
+    """Latest time that a run covers: durations that add up to t_max are rounded."""
     return span + 4.0 * math.ulp(span)
 
 
 def phase_after(mechanism: Mechanism, phase: float, start: float, time: float) -> float:
-    """Phase of a state to go on from: that in [0, 2 pi), unless 2 pi is no period of all lines."""
+    """Phase of a later state: in [0, 2 pi), unless 2 pi is not a period of all lines."""
     lines = mechanism.forces
     if any((line.omega / lines[0].omega) % 1.0 for line in lines):
         return start + lines[0].omega * time
@@ -261,7 +261,7 @@ def phase_after(mechanism: Mechanism, phase: float, start: float, time: float) -
 
 
 def begin(compiled: Compiled, state: State) -> Any:
-    """The kernel's position for a state; refuses one behind a stop."""
+    """Position of a state in the kernel; a state behind a stop is refused."""
     m = compiled.mechanism
     check_kind("state", state, State, "a State")
     if len(state.position) != m.degrees:
@@ -299,7 +299,7 @@ def check_counts(impacts: Any, t_max: float) -> None:
 
 
 def events_for(impacts: int) -> int:
-    """Events that a record of so many impacts has room for: releases and grazes beside them."""
+    """Number of events in a record of so many impacts, with room for releases and grazes."""
     return 4 * impacts + 64
 
 
@@ -316,8 +316,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     system
         A :class:`Mechanism`, or anything with a ``mechanism``, such as :class:`ImpactDamper`.
     state
-        Where to start: inside the clearance, or on a stop with any departing speed down to zero;
-        approaching a stop it stands on, it impacts at t = 0.
+        Initial state: inside the clearance, or on a stop with any departing speed down to zero;
+        on a stop and approaching it, it impacts at t = 0.
     impacts
         Stop after so many impacts (completed chatter counts as one).
     t_max

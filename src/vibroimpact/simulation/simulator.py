@@ -1,4 +1,4 @@
-"""A motion that goes on: settle, then record impacts, as often as wanted."""
+"""Stepwise simulation of one motion: discard a transient, then record impacts, repeatedly."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
 
 @dataclass(frozen=True)
 class Impacts:
-    """Every impact of a stretch of motion, at all stops; arrays with one entry per impact."""
+    """Every impact of a part of a motion, at all stops; arrays with one entry per impact."""
 
     system: System
     high: Floats
@@ -58,7 +58,7 @@ class Impacts:
 
 
 class Simulator:
-    """A motion that goes on: settle it, then record its impacts, as often as wanted."""
+    """Motion that is continued from call to call, with or without a record of its impacts."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.last = system, state
@@ -67,7 +67,7 @@ class Simulator:
 
     @property
     def position(self) -> Floats:
-        """Where it stands, shape (n,)."""
+        """Present coordinates, shape (n,)."""
         now = self.compiled.kernel.evaluate([self.at.mode], np.array([self.at.y]), np.zeros(1))
         return np.asarray(now[0, : self.compiled.mechanism.degrees])
 
@@ -82,7 +82,7 @@ class Simulator:
                 return result
 
     def settle(self, impacts: int) -> RunEnd:
-        """Run over so many impacts without a record."""
+        """Advance by so many impacts without a record."""
         if impacts == 0:
             return RunEnd.IMPACTS
         limit, events = flight_limit_of(self.compiled), events_for(impacts)
@@ -119,7 +119,7 @@ class Simulator:
         )
 
     def states_at(self, times: Floats) -> tuple[Floats, RunEnd]:
-        """Go on from the start to the last of times in order.
+        """Advance from the start to the last of times in order.
 
         Returns
         -------
@@ -127,7 +127,7 @@ class Simulator:
             Position and velocity at each time, after an event at that time, shape (m, 2 n); fewer
             where the motion ends before.
         end
-            Why it ended; HORIZON at the last time.
+            Reason of the end; HORIZON at the last time.
         """
         kernel, end = self.compiled.kernel, RunEnd.EVENTS
         start = np.zeros(1)
