@@ -14,9 +14,9 @@ from scipy.spatial.distance import pdist, squareform
 import vibroimpact as vi
 from vibroimpact.attractors.matching import (
     TOLERANCE,
-    different,
-    distinct,
-    known,
+    count_attractors,
+    count_symbols,
+    known_attractor,
     longest_gaps,
     scale_of,
 )
@@ -54,50 +54,50 @@ def orbit(period: int, *, at: float = 0.0) -> Floats:
 
 @pytest.mark.parametrize("impact", range(3))
 def test_a_periodic_member_is_known_at_whichever_impact_it_ends(impact: int) -> None:
-    here = known(orbit(3), periodic=True)
+    here = known_attractor(orbit(3), periodic=True)
     member = np.roll(orbit(3), impact, axis=0)[None]
-    assert here.holds(member + 0.9 * TOLERANCE / np.sqrt(2.0)).all()
-    assert not here.holds(member + 1.1 * TOLERANCE / np.sqrt(2.0)).any()
+    assert here.contains(member + 0.9 * TOLERANCE / np.sqrt(2.0)).all()
+    assert not here.contains(member + 1.1 * TOLERANCE / np.sqrt(2.0)).any()
 
 
 def test_members_on_one_closed_curve_are_joined_wherever_they_are_on_it() -> None:
-    here = known(circle(4000), periodic=False)
+    here = known_attractor(circle(4000), periodic=False)
     members = np.array([circle(8, first=f) for f in np.random.default_rng(1).random(500)])
-    assert here.holds(members).all()
+    assert here.contains(members).all()
 
 
 def test_a_curve_nearby_is_another_one_beyond_the_spacing_of_the_points() -> None:
-    here = known(circle(4000), periodic=False)
+    here = known_attractor(circle(4000), periodic=False)
     spacing = 2.0 * np.pi / 4000  # of evenly spaced points; a rotation by GOLDEN leaves twice that
     assert here.reach < 2.0 * spacing
-    assert not here.holds(circle(8, radius=1.0 + 3.0 * spacing)[None]).any()
+    assert not here.contains(circle(8, radius=1.0 + 3.0 * spacing)[None]).any()
 
 
 def test_members_in_chaos_are_joined_although_no_two_points_repeat() -> None:
-    here = known(henon(4000, 0.1), periodic=False)
+    here = known_attractor(henon(4000, 0.1), periodic=False)
     members = np.array([henon(8, x) for x in np.linspace(-0.5, 0.5, 300)])
-    assert here.holds(members).all()
-    assert not here.holds(members + 0.1).any()
+    assert here.contains(members).all()
+    assert not here.contains(members + 0.1).any()
 
 
 def test_missing_points_are_left_out_and_a_member_without_any_is_on_nothing() -> None:
-    here = known(circle(1000), periodic=False)
+    here = known_attractor(circle(1000), periodic=False)
     few, none = circle(8, first=0.3), np.full((8, 4), np.nan)
     few[3:] = np.nan
-    assert here.holds(np.array([few, none])).tolist() == [True, False]
+    assert here.contains(np.array([few, none])).tolist() == [True, False]
 
 
 def test_the_chance_to_be_split_is_that_of_the_binomial() -> None:
     """With one point instead of eight the rule fails for the one in a hundred that (2) says."""
-    here = known(henon(4000, 0.1), periodic=False)
-    far = ~here.holds(henon(20_000, 0.3)[:, None, :])
+    here = known_attractor(henon(4000, 0.1), periodic=False)
+    far = ~here.contains(henon(20_000, 0.3)[:, None, :])
     spread = 3.0 * np.sqrt(0.01 * 0.99 / 4000)  # of the quantile itself, 4000 points
     assert far.mean() == pytest.approx(0.01, abs=spread)
 
 
 def test_a_single_point_is_known_by_the_tolerance() -> None:
-    here = known(np.zeros((1, 2)), periodic=False, tolerance=0.1)
-    assert here.holds(np.full((1, 3, 2), 0.05)).all()
+    here = known_attractor(np.zeros((1, 2)), periodic=False, tolerance=0.1)
+    assert here.contains(np.full((1, 3, 2), 0.05)).all()
 
 
 # ---- counting ------------------------------------------------------------------------------------
@@ -113,7 +113,7 @@ def counted(members: list[tuple[Floats, tuple[int, int, int]]], k: int = 16) -> 
         np.arange(len(members)),
         *np.random.default_rng(2).permuted([range(len(members))] * 3, axis=1),
     ]
-    (count,) = {distinct(points[order], symbols[order], 1) for order in orders}
+    (count,) = {count_attractors(points[order], symbols[order], 1) for order in orders}
     return count
 
 
@@ -267,7 +267,7 @@ def test_an_ensemble_in_which_nothing_is_periodic_has_codes_too() -> None:
 def test_symbols_that_are_not_proportional_are_different(
     symbols: list[tuple[int, int, int]], count: int
 ) -> None:
-    assert different(np.array(symbols, dtype=np.int64).reshape(-1, 3)) == count
+    assert count_symbols(np.array(symbols, dtype=np.int64).reshape(-1, 3)) == count
 
 
 def against(wall: float) -> vi.Mechanism:

@@ -12,7 +12,7 @@ import vibroimpact as vi
 from vibroimpact.branches import grazing
 from vibroimpact.branches.same_orbit import loop_of, same_loop
 from vibroimpact.continuation import Stopped
-from vibroimpact.continuation.newton import Attempt, Outcome
+from vibroimpact.continuation.newton import Attempt, NewtonStatus
 from vibroimpact.orbits.maps import solved_map
 
 TOUCH = 1e-6  # at a touch the square root of rounding, and the accuracy of Newton's method
@@ -244,7 +244,7 @@ def test_a_grazing_that_cannot_be_located_is_unresolved_and_loses_no_branch(
     )
 
     def fails(_problem: object, guess: np.ndarray, *_: object) -> Attempt:
-        return Attempt(Outcome.NO_CONVERGENCE, guess)
+        return Attempt(NewtonStatus.NO_CONVERGENCE, guess)
 
     orbit = vi.symmetric_orbits(damper)[0]
     before = vi.continue_orbit(orbit, "omega", (0.5, 0.53))

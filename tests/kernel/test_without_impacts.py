@@ -135,5 +135,5 @@ def test_a_motion_that_leaves_the_stop_of_the_section_alone_names_it() -> None:
     found = vi.classify(slot, ORIGIN)
     assert found.kind == "undecided"
     assert found.reason.startswith("0 of ")
-    assert found.reason.endswith("at stop A of contact 0: look at another stop or contact.")
+    assert found.reason.endswith("at stop A of contact 0: take another stop or contact.")
     assert vi.classify(slot, ORIGIN, stop="B").kind == "periodic"

@@ -1,1 +1,1 @@
-"""What motions settle on: classified by stated tests, compared, followed along a parameter."""
+"""Attractors of motions: classified by stated tests, compared, followed along a parameter."""

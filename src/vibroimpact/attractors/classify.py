@@ -1,9 +1,9 @@
-"""Attractors: what a motion settles on, decided by stated tests and never by eye.
+"""Classification of the attractor of a motion, by stated tests.
 
-Method      windows of section points after 1, 8, 64 ... times the shortest settling are looked
-            at (point_sets.py); the first periodic window decides, otherwise the last; where that is
-            undecided, all are taken again with more points and settling; where chaos ends while
-            its exponent is measured, one more window is looked at from there on
+Method      windows of section points after 1, 8, 64 ... times the shortest settling are classified
+            (point_sets.py); the first periodic window decides, otherwise the last; where that is
+            undecided, all are repeated with more points and settling; where chaos ends while
+            its exponent is measured, one more window is classified from there on
             transient: the settling before the first window from which all windows agree
 Fails       undecided, with the reason
 """
@@ -48,14 +48,14 @@ EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per 
 # A stop and a state on it agree within so much of their size.
 ON_STOP = 64.0 * np.finfo(float).eps
 # Where nothing decides, all is repeated with four times the points (near a locked motion a curve
-# shows only after many turns) and four times the longest settling, twice.
+# is visible only after many turns) and four times the longest settling, twice.
 ATTEMPTS, MORE = 3, 4
-MOST_CHANGES = 3  # of the motion while exponents are measured, that are followed
+MOST_CHANGES = 3  # changes of the motion while exponents are measured, with a new window each
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """What a motion settles on.
+    """Attractor of a motion.
 
     Attributes
     ----------
@@ -74,8 +74,8 @@ class Attractor:
     symmetric
         Whether the attractor is its own mirror image; None where not decided (chaos).
     exponent
-        Largest Lyapunov exponent, from where the points end; of its last part where the motion
-        changes on the way.
+        Largest Lyapunov exponent after the section points; that of the last part where the motion
+        changes meanwhile.
     periods_per_point
         Forcing periods per section point, on average; 0 without forcing.
     impacts, chatters, sticks
@@ -107,12 +107,12 @@ class Attractor:
 
     @property
     def kind(self) -> Kind:
-        """What it is."""
+        """Kind of the attractor."""
         return self.shape.kind
 
     @property
     def reason(self) -> str:
-        """Why it is undecided; else empty."""
+        """Reason if it is undecided; else empty."""
         return self.shape.reason
 
     @property
@@ -143,7 +143,7 @@ class Attractor:
 
     @property
     def label(self) -> str:
-        """Name, symmetry, chatter, sticking and what was chaos before in one line."""
+        """Name, symmetry, chatter, sticking and preceding transient chaos in one line."""
         words = [self.name]
         if self.symmetric is not None:
             words.append("symmetric" if self.symmetric else "not symmetric")
@@ -155,7 +155,7 @@ class Attractor:
 
     @property
     def transient_name(self) -> str:
-        """What the motion looked like before it settled; empty if it settled at once."""
+        """Name of the motion before it settled; empty if it settled at once."""
         before = [name for settled, name in self.windows if settled < self.transient]
         return before[-1] if before else ""
 
@@ -170,14 +170,14 @@ def classify(
     stop: StopName = "A",
     contact: int = 0,
 ) -> Attractor:
-    """Say what a motion settles on.
+    """Classify the attractor on which a motion settles.
 
     Parameters
     ----------
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
     state
-        Where to start.
+        Initial state.
     settle
         Impacts (at all stops) discarded before the first window, >= 1; every next window waits 8
         times longer.
@@ -227,19 +227,19 @@ def classify(
         )
         found = _with_history(list(windows))
         if found.kind is not Kind.UNDECIDED or len(found.section.time) < FEWEST_POINTS:
-            break  # more of what is not there decides nothing
+            break  # without section points, more settling cannot decide
     return found
 
 
 def _windows(
     motion: Simulator, settle: int, max_settle: int, points: int, contact: int, stop: StopName
 ) -> Iterator[tuple[int, Attractor]]:
-    """Impacts settled and what is seen then, until a window decides."""
+    """Impacts discarded and the window after them, until a window decides."""
     spent = changes = 0
     while settle <= max_settle:
         motion.settle(max(settle - spent, 0))
         spent = max(settle, spent)
-        window = _look(motion, points, contact, stop)
+        window = _classify_window(motion, points, contact, stop)
         yield spent, window
         if window.kind in (Kind.PERIODIC, Kind.SILENT, Kind.DIVERGED):
             return
@@ -250,25 +250,25 @@ def _windows(
             max_settle = max(max_settle, settle)
 
 
-def _with_history(seen: list[tuple[int, Attractor]]) -> Attractor:
-    """Return the last window with what the earlier ones say about transients and rare chatter."""
-    last = seen[-1][1]
-    agreeing = len(seen)
-    while agreeing and seen[agreeing - 1][1].name == last.name:
+def _with_history(windows: list[tuple[int, Attractor]]) -> Attractor:
+    """Return the last window, with the transient and rare events of the earlier ones."""
+    last = windows[-1][1]
+    agreeing = len(windows)
+    while agreeing and windows[agreeing - 1][1].name == last.name:
         agreeing -= 1
-    kept = seen[agreeing:]
+    kept = windows[agreeing:]
     return dataclasses.replace(
         last,
         impacts=sum(window.impacts for _, window in kept),
         chatters=sum(window.chatters for _, window in kept),
         sticks=sum(window.sticks for _, window in kept),
         transient=kept[0][0] if agreeing else 0,
-        windows=tuple((settled, window.name) for settled, window in seen),
+        windows=tuple((settled, window.name) for settled, window in windows),
     )
 
 
-def _look(motion: Simulator, points: int, contact: int, stop: StopName) -> Attractor:
-    """Take the next window of a motion and say what it looks like."""
+def _classify_window(motion: Simulator, points: int, contact: int, stop: StopName) -> Attractor:
+    """Record the next window of a motion and classify it."""
     part = motion.record(_impacts_for(motion, points, contact, stop))
     section = section_of(motion, [part], contact, stop, points, part.end)
     scale = scale_of(part.position, part.velocity, part.velocity_before, section.time)
@@ -278,7 +278,7 @@ def _look(motion: Simulator, points: int, contact: int, stop: StopName) -> Attra
         seldom = (
             f"{len(section)} of {len(part.high)} impacts are at stop {stop} of contact {contact}"
         )
-        shape = InvariantSet(Kind.UNDECIDED, reason=f"{seldom}: look at another stop or contact.")
+        shape = InvariantSet(Kind.UNDECIDED, reason=f"{seldom}: take another stop or contact.")
     elif part.end is RunEnd.IMPACTS:
         iterates = scale.points(section.position, section.velocity, section.phase)
         first = (*exponent.earlier, exponent)[0]  # the points come before the exponent
@@ -308,10 +308,10 @@ def _look(motion: Simulator, points: int, contact: int, stop: StopName) -> Attra
 
 
 def rest_on_stops(system: System, position: Floats) -> list[str]:
-    """Say where motions without impacts rest that have come to these positions, shape (k, n).
+    """Name the stops on which motions without impacts rest at these positions, shape (k, n).
 
     "at rest on stop A", with the number of the contact ("A1 and B2") where there are several; empty
-    of motions in flight.
+    for motions in flight.
     """
     words = [""] * len(position)
     for name, rests in _stops(system, position):
@@ -321,7 +321,7 @@ def rest_on_stops(system: System, position: Floats) -> list[str]:
 
 
 def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """The name of every stop, and which positions (k, n) lie on it."""
+    """Name of every stop, and the mask of the positions (k, n) that lie on it."""
     contacts = mechanism_of(system).contacts
     for number, law in enumerate(contacts):
         row = np.array(law.row)
@@ -333,7 +333,7 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
 
 
 def _impacts_for(motion: Simulator, points: int, contact: int, stop: StopName) -> int:
-    """Impacts at all stops that hold so many points of the section, from a look ahead."""
+    """Number of impacts at all stops that hold so many section points, from a trial run."""
     at, last = motion.at, motion.last
     count = 2 * points
     while True:

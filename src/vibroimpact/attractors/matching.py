@@ -1,7 +1,7 @@
-"""Which members of an ensemble end on the same attractor.
+"""Matching of members of an ensemble that end on the same attractor.
 
-Method      A member is known by its last points on a section, z = (x, v, cos theta, sin theta), x
-            and v in units of their largest values in the ensemble. An attractor is known by more
+Method      A member is given by its last points on a section, z = (x, v, cos theta, sin theta), x
+            and v in units of their largest values in the ensemble. An attractor is given by more
             points of the same section, z_j; d(z) = min over j of |z - z_j|.
               periodic: the last point of the member lies on the orbit, whichever impact it is,
                 d(z) <= tolerance                                                           (1)
@@ -15,10 +15,10 @@ Method      A member is known by its last points on a section, z = (x, v, cos th
             On one attractor d(z) and e_j are drawn from the same distribution, so that the rule
             needs no length: with k independent points (2) fails with a probability below
             binomial(k, k/2) 0.01^(k/2), 7e-7 for k = 8.
-            Where attractors are counted, the few points of a member are all that is known of one.
-            On a torus near p/q they come in q heaps and say nothing of the curve between these.
+            Where attractors are counted, each is known only by the few points of a member.
+            On a torus near p/q they form q clusters and do not show the curve between these.
               periodic with no more impacts at the stop than points: (1), (3)
-              else: what lies in the gaps of a member is on its attractor, median of d <= the
+              else: members in the gaps of a member are on its attractor, median of d <= the
                 longest edge of the minimum spanning tree of the z_j; widest gaps first     (4)
 Assumes     members that have settled; points of an attractor that visit all of it
 Accuracy    (1) joins a member that still settles, by less than ``tolerance``. (1) separates orbits
@@ -49,10 +49,10 @@ QUANTILE = 0.99  # of (2)
 
 
 def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
-    """The units of an ensemble with sections and impact speeds.
+    """Units of an ensemble with sections and impact speeds.
 
-    An impact speed |row . v| says that a velocity before the impact was at least |row . v| / |row|,
-    |row| the sum of the absolute values.
+    From an impact speed |row . v|, a velocity before the impact was at least |row . v| / |row|,
+    with |row| the sum of the absolute values.
     """
     position, velocity, time = (
         members[f"section_{kind}"].values for kind in ("position", "velocity", "time")
@@ -62,15 +62,15 @@ def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
 
 
 @dataclass(frozen=True)
-class Known:
-    """An attractor by its points; ``reach`` is the right side of (1) or (2)."""
+class KnownAttractor:
+    """Attractor given by its points; ``reach`` is the right side of (1) or (2)."""
 
     tree: cKDTree
     periodic: bool
     reach: float
 
-    def holds(self, points: Floats) -> Flags:
-        """Which members, shape (m, k, dimension), are on it; missing points are NaN, at the end."""
+    def contains(self, points: Floats) -> Flags:
+        """Mask of the members, shape (m, k, dimension), on it; missing points are NaN, at the end."""
         looked = last(points)[:, None] if self.periodic else points
         there = np.asarray(np.isfinite(looked).all(axis=-1))
         distance = np.full(there.shape, np.nan)
@@ -82,29 +82,31 @@ class Known:
 
 
 def last(points: Floats) -> Floats:
-    """The last point of each member, shape (m, dimension); NaN of one without any."""
+    """Last point of each member, shape (m, dimension); NaN for one without points."""
     counts = np.isfinite(points).all(axis=-1).sum(axis=1)
     return np.asarray(points[np.arange(len(points)), np.maximum(counts, 1) - 1])
 
 
-def known(points: Floats, periodic: bool, tolerance: float = TOLERANCE, gap: float = 0.0) -> Known:
-    """An attractor from its points, shape (n_point, dimension), without NaN.
+def known_attractor(
+    points: Floats, periodic: bool, tolerance: float = TOLERANCE, gap: float = 0.0
+) -> KnownAttractor:
+    """Attractor from its points, shape (n_point, dimension), without NaN.
 
-    ``gap``: the widest of a closed curve, along it.
+    ``gap``: widest gap along a closed curve.
     """
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points)
     if periodic or len(points) < 2:
-        return Known(tree, True, tolerance)
+        return KnownAttractor(tree, True, tolerance)
     own = tree.query(points, k=2)[0][:, 1]
-    return Known(tree, False, max(float(np.quantile(own, QUANTILE)), 0.5 * gap))
+    return KnownAttractor(tree, False, max(float(np.quantile(own, QUANTILE)), 0.5 * gap))
 
 
 def longest_gaps(points: Floats) -> Floats:
     """Longest edge of the minimum spanning tree of the points of each member, (4): shape (m,).
 
-    By Prim's algorithm, for all members at once; points as in :func:`distinct`.
+    By Prim's algorithm, for all members at once; points as in :func:`count_attractors`.
     """
     apart = np.linalg.norm(points[:, :, None] - points[:, None], axis=-1)
     apart = np.where(np.isfinite(apart), apart, np.inf)
@@ -123,14 +125,14 @@ def longest_gaps(points: Floats) -> Floats:
 
 
 def proportional(symbols: NDArray[np.int64], symbol: NDArray[np.int64]) -> Flags:
-    """Which symbols (m, k) have the impacts per forcing period of one of them (3); zeros have."""
+    """Mask of symbols (m, k) with the impacts per forcing period of one (3); true for zeros."""
     largest = symbol.argmax()
     scaled = symbols * symbol[largest] == symbols[:, largest, None] * symbol
     return np.asarray(scaled.all(axis=1))
 
 
-def different(symbols: NDArray[np.int64]) -> int:
-    """How many of some symbols (m, k) are not proportional (3); zeros count alone only."""
+def count_symbols(symbols: NDArray[np.int64]) -> int:
+    """Number of symbols (m, k) that are not proportional (3); zeros count only by themselves."""
     left, count = symbols[symbols.any(axis=1)], 0
     while len(left):
         left = left[~proportional(left, left[0])]
@@ -138,10 +140,10 @@ def different(symbols: NDArray[np.int64]) -> int:
     return count or min(len(symbols), 1)
 
 
-def distinct(
+def count_attractors(
     points: Floats, symbols: NDArray[np.int64], column: int, tolerance: float = TOLERANCE
 ) -> int:
-    """How many attractors some members meet, by (1) and (4); in any order of the members.
+    """Number of attractors of some members, by (1) and (4), independent of their order.
 
     Parameters
     ----------
@@ -150,9 +152,9 @@ def distinct(
     symbols
         n, all p, all q of each, shape (member, k), zeros where not periodic.
     column
-        Of these, which counts the impacts at the stop.
+        Column of ``symbols`` with the impacts at the stop.
     tolerance
-        Of (1).
+        Tolerance of (1).
     """
     from scipy.spatial import cKDTree
 
@@ -166,9 +168,9 @@ def distinct(
             continue
         own = points[first][there[first]]
         reach = tolerance if short[first] else max(tolerance, float(gaps[first]))
-        shape = Known(cKDTree(own), bool(short[first]), reach)
+        shape = KnownAttractor(cKDTree(own), bool(short[first]), reach)
         same = (short[first] | ~short) & proportional(symbols, symbols[first])
-        left &= ~(same & shape.holds(points))
+        left &= ~(same & shape.contains(points))
         left[first] = False
         count += 1
     return count

@@ -1,9 +1,9 @@
-"""The type n-p-q of a periodic motion, its multipliers, and whether an attractor is symmetric.
+"""Type n-p-q of a periodic motion, its multipliers, and the symmetry of attractors.
 
 Method      n = elapsed forcing periods, p and q = impacts at stops A and B while the orbit closes
             multipliers: eigenvalues of the Jacobian of the closed loop of impacts in the section,
-            from tangents dz along it that keep to the stop, row . dx = 0                    (1)
-            symmetric: the states at stop B, turned by (x, v, theta) -> (-x, -v, theta + pi), are
+            from tangents dz along it that stay on the stop, row . dx = 0                    (1)
+            symmetric: the states at stop B, mapped by (x, v, theta) -> (-x, -v, theta + pi), are
             those at stop A                                                                  (2)
 """
 

@@ -1,4 +1,4 @@
-"""What the iterates of a map lie on: a periodic orbit, closed curves, or a chaotic set.
+"""Invariant sets from iterates of a map: a periodic orbit, closed curves, or a chaotic set.
 
 Method      period p        the smallest p with  max |x_n - x_m| <= 1e-9  over the last third of
                             the record, m in the last p iterates, m = n (mod p). Where it
@@ -28,10 +28,10 @@ from vibroimpact._core.types import Floats
 from vibroimpact.attractors.rotation import ClosedCurve, closed_curve, weights
 from vibroimpact.simulation.lyapunov import LEAST_GROWTH, LyapunovEstimate
 
-FEWEST_POINTS = 64  # fewer are not looked at
+FEWEST_POINTS = 64  # fewer are not classified
 LONGEST_PERIOD = 256  # iterates; longer orbits are undecided, and contracting
 # (1): rounding of 1e-16 per iterate, amplified by 1 / (1 - |multiplier|), stays below for every
-# orbit that contracts by more than 1e-6 per period; a torus of this size is not told from a point.
+# orbit that contracts by more than 1e-6 per period; a torus of this size counts as a point.
 RETURN_TOLERANCE = 1e-9
 NEARLY = 1e-6
 # (2): six neighbours reach both ways along a curve, so that their lags are not all alike; one in a
@@ -42,12 +42,12 @@ UNSTABLE = 0.01  # e-folds: rounding alone leaves 1e-12 where an exponent is 0
 # (4): the weighted spread of a quasiperiodic motion changes between thirds by far less; of a spiral
 # by more, unless it contracts by less than this per record.
 DRIFT_TOLERANCE = 1e-3
-# (4): a longer gap than one part in twenty of the curve and nobody sees that it closes.
+# (4): with a gap longer than one part in twenty of the curve, it is not certain that it closes.
 WIDEST_GAP = 0.05
 
 
 class Kind(StrEnum):
-    """What an attractor is."""
+    """Kinds of attractors."""
 
     PERIODIC = "periodic"
     QUASIPERIODIC = "quasiperiodic"
@@ -59,7 +59,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class InvariantSet:
-    """What a record of iterates lies on.
+    """Invariant set of a record of iterates.
 
     Attributes
     ----------
@@ -72,13 +72,13 @@ class InvariantSet:
     curve
         One of the closed curves, of every ``pieces``-th iterate.
     return_distance
-        Of (1), for the period, or the smallest of any p up to 256.
+        Left side of (1) for the period, or the smallest of any p up to 256.
     drift
         Relative change of the spread over the record, by thirds.
     settled
         False where the record still changes: iterate longer.
     reason
-        Why it is undecided; else empty.
+        Reason if it is undecided; else empty.
     """
 
     kind: Kind
@@ -92,7 +92,7 @@ class InvariantSet:
 
 
 def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) -> InvariantSet:
-    """Say what the iterates of a map lie on.
+    """Classify the invariant set on which the iterates of a map lie.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
     Raises
     ------
     InvalidParameterError
-        Points that are no finite numbers of this shape, an exponent of another class.
+        Points that are not finite numbers of this shape, an exponent of another class.
 
     Notes
     -----
@@ -162,7 +162,7 @@ def _periodic(period: int, distance: float, exponent: LyapunovEstimate | None) -
 def _curves(
     points: Floats, pieces: int, distance: float, exponent: LyapunovEstimate | None
 ) -> InvariantSet:
-    """Look for closed curves (4), so many, and say why not."""
+    """Search for so many closed curves (4); undecided with the reasons where there are none."""
     curve = closed_curve(points[::pieces])
     drift = spread_drift(points[::pieces])
     doubts = [] if curve else [f"{pieces} set(s) of points on no smooth closed curve"]
@@ -201,9 +201,9 @@ def find_period(points: Floats) -> tuple[int, float]:
 
 
 def _primitive(tail: Floats, period: int) -> int:
-    """The period, or a part of it after which all nearly returns; 0 where it still settles there.
+    """Period, or a part of it after which all points nearly return; 0 where they still settle.
 
-    Within ten times the tolerance it is the rounding of a short orbit that repeats after more.
+    Within ten times the tolerance, a short orbit repeats only after more iterates by rounding.
     """
     orbit = tail[-period:]
     for part in (d for d in range(1, period // 2 + 1) if period % d == 0):
@@ -214,7 +214,7 @@ def _primitive(tail: Floats, period: int) -> int:
 
 
 def _return_distance(tail: Floats, period: int) -> float:
-    """Largest distance of a point from the one of the last period that it should repeat."""
+    """Largest distance of a point from its counterpart in the last period."""
     # The nearest return is enough to reject, and cheap.
     last = float(np.linalg.norm(tail[-1] - tail[-1 - period]))
     if last > RETURN_TOLERANCE:

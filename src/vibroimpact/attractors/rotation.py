@@ -22,15 +22,15 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Complexes, Floats
 
-REFINEMENTS = 3  # each turns an error of 1 / N into the next order; the third changes nothing
+REFINEMENTS = 3  # each reduces an error of 1 / N by an order; the third changes nothing
 MOST_TURNS = 4  # a curve that winds more often around its centre is left undecided
 # (4): lengths from N / 8 and N / 2 points agree to O(1 / N^2) on a smooth curve and differ by a
 # factor of 4 where the points are in disorder; folds of a curve about to break up cost some per
 # cent. The points are picked at random because neighbours among the first N are always so many
-# iterates apart, which can hide that they jump between two strands.
+# iterates apart, which can hide jumps between two strands.
 SPARSE, DENSE, SMOOTH = 8, 2, 1.1
-DISORDER = 1.5  # from here on the lengths say that the points are not in order
-SEED = 0  # of the pick, so that the answer is always the same
+DISORDER = 1.5  # from this ratio of the lengths on, the points are not in order
+SEED = 0  # of the random choice, so that the result is reproducible
 
 
 def weights(n: int) -> Floats:
@@ -51,9 +51,9 @@ def weighted_average(values: Floats) -> Floats:
 class Rotation:
     """A rotation number in [0, 1/2] and its error.
 
-    The orientation of a closed curve in a space of more than two dimensions is a matter of the
-    viewer, so rho and 1 - rho are the same; 2 pi rho compares with the angle of a Neimark-Sacker
-    multiplier in (0, pi).
+    A closed curve in a space of more than two dimensions has no preferred orientation, so rho and
+    1 - rho are the same; 2 pi rho compares with the angle of a Neimark-Sacker multiplier in
+    (0, pi).
     """
 
     value: float
@@ -69,7 +69,7 @@ class ClosedCurve:
     rotation
         Share of the curve passed per iterate, folded to [0, 1/2].
     turns
-        How often the curve winds around its centre before it closes: 2 for a doubled torus.
+        Number of turns of the curve around its centre before it closes: 2 for a doubled torus.
     order
         Indices of the points along the curve.
     widest_gap
@@ -157,7 +157,7 @@ def closed_curve(points: Floats) -> ClosedCurve | None:
     -----
     A curve that winds t times around its centre before it closes passes the strongest line rho at
     (rho + s) / t for some s: the smallest t <= 4 whose order (4) is smooth is taken. More than one
-    turn is believed only where one turn is clearly in disorder. O(t^2 N log N).
+    turn is accepted only where one turn is clearly in disorder. O(t^2 N log N).
     """
     strongest = rotation_number(main_coordinate(points))
     for turns in range(1, MOST_TURNS + 1):
@@ -174,7 +174,7 @@ def closed_curve(points: Floats) -> ClosedCurve | None:
 
 
 def _order(points: Floats, rho: float) -> tuple[NDArray[np.intp], float]:
-    """Put the points in the order of the phases, and by how much the length (4) grows with N."""
+    """Order of the points by phase, and the growth of the length (4) with N."""
     n = len(points)
     order = np.argsort(np.mod(np.arange(n) * rho, 1.0))
     lot = np.random.default_rng(SEED).permutation(n)[order]

@@ -1,4 +1,4 @@
-"""Following an attractor along a parameter: every step starts where the last one ended."""
+"""Sweep of a parameter along an attractor: every step starts from the last state of the former."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SystemOf = Callable[[float], System]
 
 
 class Step(NamedTuple):
-    """One value of the parameter: the section there, and the state handed to the next step."""
+    """Value of the parameter, section at this value, and last state, the start of the next step."""
 
     value: float
     section: Section
@@ -41,7 +41,7 @@ def sweep_attractor(
     stop: StopName = "A",
     contact: int = 0,
 ) -> list[Step]:
-    """Follow an attractor along a parameter, in the order given.
+    """Follow an attractor along values of a parameter, in the given order.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def sweep_attractor(
     Returns
     -------
     list of Step
-        (value, section, last state). A motion that stops impacting leaves a short section, with
-        the reason in ``section.end``; the next value then starts from the same state again.
+        (value, section, last state). A motion that stops impacting has a short section, with
+        the reason in ``section.end``; the next value then starts from the same state.
 
     Raises
     ------
@@ -127,18 +127,18 @@ def _is_record(system: object) -> bool:
 def carried(
     mechanism: Mechanism, state: State, contact: int, stop: StopName, *, on_stop: bool
 ) -> State:
-    """Place a state where a system allows it: on its stop, if it stood on one.
+    """Place a state where a system allows it: on its stop, if it was on one.
 
     Parameters
     ----------
     mechanism
-        The system to go on with.
+        The next system.
     state
         The state to carry over.
     contact, stop
         The stop of the section.
     on_stop
-        Whether the state stands on that stop; otherwise it is moved only if it lies behind one.
+        Whether the state is on that stop; otherwise it is moved only if it lies behind one.
     """
     law = mechanism.contacts[contact]
     u = float(np.dot(law.row, state.position))

@@ -19,7 +19,7 @@ from vibroimpact.branches.stop_rules import StopWhen, points_asked
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import AT_START, Tell, check_steps
+from vibroimpact.continuation.walk import AT_START, CurveProgress, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
@@ -36,7 +36,7 @@ def continue_orbit(
     both: bool = True,
     tangent: Floats | None = None,
     stop_when: StopWhen | None = None,
-    progress: Tell | None = None,
+    progress: CurveProgress | None = None,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
 

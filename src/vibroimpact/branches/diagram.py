@@ -43,7 +43,7 @@ from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps, Stopped
-from vibroimpact.continuation.walk import Tell
+from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME, Guess, converged, solve
@@ -303,7 +303,7 @@ class _Junction(NamedTuple):
 class _Options(TypedDict):
     steps: Steps | None
     stop_when: StopWhen | None
-    progress: Tell
+    progress: CurveProgress
 
 
 class _Following(NamedTuple):

@@ -17,7 +17,7 @@ from vibroimpact._core.checks import check_count, nonnegative, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.continuation.walk import Ask, Begin
+from vibroimpact.continuation.walk import BeginRule, StopRule
 from vibroimpact.orbits.orbit import NEUTRAL, Orbit
 
 
@@ -96,7 +96,7 @@ def unstable(*, multipliers: int = 1) -> Rule:
 
 def points_asked(
     stop_when: StopWhen | None, family: OrbitFamily, bounds: tuple[float, float]
-) -> Begin | None:
+) -> BeginRule | None:
     """What a continuation asks at its points, begun anew in each direction.
 
     Raises
@@ -117,7 +117,7 @@ def points_asked(
                 "list of them",
             )
 
-    def begin() -> Ask:
+    def begin() -> StopRule:
         rules = [
             rule.begin(bounds[1] - bounds[0]) if isinstance(rule, Inadmissible) else rule
             for rule in given

@@ -27,7 +27,7 @@ from vibroimpact.branches.continue_orbit import STEPS, branch_of
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.stop_rules import RuleError, StopWhen, points_asked
 from vibroimpact.continuation import Steps, continue_curve, switch
-from vibroimpact.continuation.walk import Begin, Tell, check_steps
+from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import Guess, repeated, rotated, unfolded, with_mirror
 from vibroimpact.orbits.problem import OrbitProblem, Signature
@@ -65,7 +65,7 @@ def switch_branch(
     *,
     steps: Steps | None = None,
     stop_when: StopWhen | None = None,
-    progress: Tell | None = None,
+    progress: CurveProgress | None = None,
 ) -> Branch | NoBranch:
     """Follow the other branch through a special point.
 
@@ -115,8 +115,8 @@ def _followed(
     start: _Start,
     bounds: Bounds,
     steps: Steps | None,
-    stop_when: Begin | None,
-    progress: Tell | None,
+    stop_when: BeginRule | None,
+    progress: CurveProgress | None,
 ) -> Branch:
     curve = continue_curve(
         start.family, start.z, start.parameter, bounds, tangent=start.tangent,

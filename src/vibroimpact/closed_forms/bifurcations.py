@@ -58,16 +58,16 @@ class Bifurcation:
         "SN" fold (nu = +1, the two signs of (14) meet), "BP" symmetry breaking (nu = -1: two
         mirror images are born), "NS" Neimark-Sacker (a pair nu on the unit circle).
     omega
-        Where, to rounding of the test function (better than 1e-12).
+        Location, to rounding of the test function (better than 1e-12).
     sign
         Sign in (14) of the orbit, 0 at a fold.
     half_multiplier, multiplier
         The critical nu (upper half plane) and lambda = nu^2.
     crossing
-        "leaves" or "enters": what the critical |nu| does to the unit disc as omega increases;
-        empty at a fold.
+        "leaves" or "enters": direction in which the critical nu crosses the unit circle as omega
+        increases; empty at a fold.
     orbit
-        The orbit at the point; its ``admissible`` says whether the bifurcation is real.
+        The orbit at the point; the bifurcation is one of the damper if this is ``admissible``.
     """
 
     kind: str
@@ -79,7 +79,7 @@ class Bifurcation:
 
     @property
     def multiplier(self) -> complex:
-        """Lambda = nu^2."""
+        """Critical multiplier lambda = nu^2."""
         return self.half_multiplier**2
 
     @property
@@ -144,7 +144,7 @@ def _test_functions(damper: ImpactDamper, omega: float, upper: bool) -> Floats:
 
 @dataclass(frozen=True)
 class _Chart:
-    """A smooth piece of the branch: omega(s), and which half of the curve s lies on."""
+    """Smooth piece of the branch: omega(s), and the half of the curve on which s lies."""
 
     low: float
     high: float
@@ -183,7 +183,7 @@ def _charts_between(a: float, b: float, fold_a: bool, fold_b: bool) -> list[_Cha
 
 
 def _polished(f: Callable[[float], float], a: float, b: float, zeros: Floats) -> list[float]:
-    """Zeros (in [-1, 1]) of a piece's series, moved to where f itself changes sign."""
+    """Zeros (in [-1, 1]) of a piece's series, moved to the changes of sign of f itself."""
     found: list[float] = []
     for x in zeros:
         at, reach = (a + b) / 2 + (b - a) / 2 * float(x), 1e-8 * (b - a)
@@ -194,7 +194,7 @@ def _polished(f: Callable[[float], float], a: float, b: float, zeros: Floats) ->
                 break
             reach *= 4.0
         else:
-            continue  # a zero just outside the piece: its neighbour has it
+            continue  # a zero just outside the piece belongs to its neighbour
         if not found or abs(at - found[-1]) > 1e-12 * (b - a):
             found.append(at)
     return found
@@ -225,7 +225,8 @@ def symmetric_bifurcations(
 
     Notes
     -----
-    Module docstring: why none is skipped. Cost: some hundred closed-form orbits, about a second.
+    None is skipped, for the reason in the module's docstring. Cost: some hundred closed-form
+    orbits, about a second.
 
     Examples
     --------
@@ -251,7 +252,7 @@ def symmetric_bifurcations(
 
 
 def _fold(damper: ImpactDamper, omega: float) -> Bifurcation:
-    """The orbit at a fold; where rounding leaves none, the nearest omega that has one."""
+    """Orbit at a fold, or where rounding leaves none, at the nearest omega that has one."""
     for step in range(64):
         for side in (1.0, -1.0):
             near = omega * (1.0 + side * step * 2.0**-52)
@@ -299,7 +300,7 @@ def _direction(chart: _Chart, s: float) -> float:
 def _identify(
     damper: ImpactDamper, chart: _Chart, s: float, k: int, slope: float
 ) -> Bifurcation | None:
-    """A zero of test function k as a bifurcation; None for a pair nu, 1/nu off the circle."""
+    """Bifurcation at a zero of test function k; None for a pair nu, 1/nu off the circle."""
     omega = chart.omega(s)
     orbits = symmetric_orbits(replace(damper, omega=omega))
     values = [_nearest(orbit, k) for orbit in orbits]
@@ -315,7 +316,7 @@ def _identify(
 
 
 def _nearest(orbit: SymmetricOrbit, k: int) -> tuple[float, complex, float]:
-    """(how far from critical, the critical nu, product of the other factors of test function k)."""
+    """(distance from critical, the critical nu, product of the other factors of function k)."""
     nus = orbit.half_multipliers
     if k == 0:
         at = int(np.argmin(np.abs(nus + 1.0)))

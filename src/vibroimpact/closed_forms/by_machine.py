@@ -1,4 +1,4 @@
-"""Closed forms by machine: general analyses ask here what is known of a system.
+"""Closed forms by machine, for general analyses.
 
 A machine with closed-form orbits is one line of ``SYMMETRIC``.
 """
@@ -17,12 +17,12 @@ SYMMETRIC: dict[type, Callable[[Any], tuple[SymmetricOrbit, ...]]] = {
 
 
 def has_symmetric_orbits(machine: type) -> bool:
-    """Whether closed forms of symmetric orbits are known of a class of systems."""
+    """Whether closed forms of symmetric orbits are known for a class of systems."""
     return any(issubclass(machine, known) for known in SYMMETRIC)
 
 
 def symmetric_orbits_of(system: object) -> tuple[SymmetricOrbit, ...]:
-    """The symmetric orbits in closed form; none where there are or where none are known."""
+    """Symmetric orbits in closed form; empty where none exist or none are known."""
     found = (orbits for known, orbits in SYMMETRIC.items() if isinstance(system, known))
     orbits = next(found, None)
     return orbits(system) if orbits else ()

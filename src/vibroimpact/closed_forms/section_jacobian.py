@@ -1,4 +1,4 @@
-"""The impact map of the damper in the section coordinates of the paper, differentiated."""
+"""Jacobian of the damper's impact map in the section coordinates of the paper."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ SECTION_ROWS = [2, 0, 3, 4]  # v1, x1, v2, theta of (x1, x2, v1, v2, theta)
 
 
 def section_jacobian(damper: ImpactDamper, state: State, *, impacts: int = 2) -> Floats:
-    """Jacobian of the damper's impact map in the section coordinates (v1+, x1, v2+, theta).
+    """Compute the Jacobian of the damper's impact map in section coordinates (v1+, x1, v2+, theta).
 
     Parameters
     ----------
     damper
         The system.
     state
-        On a stop, leaving it.
+        State on a stop, leaving it.
     impacts
-        How many impacts the map takes; 2 is the paper's full map near a 1-1-1 orbit, 1 leads
-        from one stop to the next event.
+        Number of impacts of the map; 2 is the paper's full map near a 1-1-1 orbit, 1 leads from
+        one stop to the next event.
 
     Returns
     -------

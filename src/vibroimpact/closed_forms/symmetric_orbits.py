@@ -1,13 +1,13 @@
 """Symmetric 1-1-1 orbits of the impact damper, in closed form.
 
 The half map H takes a state just after an impact at stop A to the one just after the next impact,
-at stop B, and turns it by the symmetry (x, v, theta) -> (-x, -v, theta + pi). A symmetric 1-1-1
+at stop B, and applies the symmetry (x, v, theta) -> (-x, -v, theta + pi). A symmetric 1-1-1
 orbit is a fixed point of H with flight time pi / omega. With Phi, Gamma the flow over half a
 period and J the impact,
 
     w = -J (Phi w + Gamma (sin theta, cos theta))    =>    w = W (sin theta, cos theta)      (1)
 
-is linear in the phase, and standing on stop A asks for
+is linear in (sin theta, cos theta), and the state is on stop A where
 
     u = alpha sin theta + beta cos theta = half_clearance,                                   (2)
 
@@ -50,14 +50,14 @@ def on_circle(damper: ImpactDamper) -> tuple[Floats, float, float, Compiled]:
 
 @dataclass(frozen=True)
 class SymmetricOrbit:
-    """A symmetric 1-1-1 orbit and what decides its stability.
+    """Symmetric 1-1-1 orbit with its multipliers and residuals.
 
     Attributes
     ----------
     damper, sign
         The system, and the sign (+1, -1) in (14) of the paper.
     state
-        On stop A, just after the impact.
+        State on stop A, just after the impact.
     half_multipliers
         nu_i: eigenvalues of DH, shape (4,), largest modulus first. lambda_i = nu_i^2.
     half_jacobian
@@ -65,9 +65,10 @@ class SymmetricOrbit:
     impact_speed
         Closing speed at the impacts.
     determinant_error
-        Relative error of det DH = R^2 exp(-2 pi zeta omega_n / omega): an error meter.
+        Relative error of det DH = R^2 exp(-2 pi zeta omega_n / omega), a measure of accuracy.
     admissible, inadmissible_reason
-        Whether the masses really move so: no earlier contact, departing after each impact.
+        Whether the orbit is a motion of the damper: no earlier contact, departing after each
+        impact; and the reason if it is not.
     residuals
         Relative residual of each condition (11) of the paper.
     """
@@ -99,7 +100,7 @@ class SymmetricOrbit:
 
     @property
     def stable(self) -> bool:
-        """All multipliers inside the unit circle, and admissible."""
+        """Whether all multipliers are inside the unit circle, and the orbit is admissible."""
         return self.admissible and bool(np.all(np.abs(self.half_multipliers) < 1.0))
 
     def __repr__(self) -> str:
@@ -124,7 +125,7 @@ def symmetric_orbits(damper: ImpactDamper) -> tuple[SymmetricOrbit, ...]:
     -------
     tuple of SymmetricOrbit
         The plus sign first. Empty where (16) fails; at the fold itself both are equal.
-        Orbits that are no motions of the damper are returned too, with the reason.
+        Orbits that are not motions of the damper are returned too, with the reason.
 
     Raises
     ------

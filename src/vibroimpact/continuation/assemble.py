@@ -1,4 +1,4 @@
-"""A curve from the walks in its two directions."""
+"""Assembly of a curve from the walks in its two directions."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from vibroimpact.continuation.expansion import Expansion, positions
 from vibroimpact.continuation.newton import Node, log_determinant
 from vibroimpact.continuation.panel import BRANCH_POINT, BUILT_IN, FOLD, Panel
 from vibroimpact.continuation.problem import Scaled
-from vibroimpact.continuation.special import Found
+from vibroimpact.continuation.special import LocatedZero
 from vibroimpact.continuation.walk import Stretch, Walk
 
-DISTINCT = 1e-9  # a node this close to where the curve was cut, relative to its panel, is left out
+DISTINCT = 1e-9  # a node this close to the cut of the curve, relative to its panel, is left out
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A node with its place on the curve; sense is -1 on the part before the start."""
+    """Node with its place on the curve; sense is -1 on the part before the start."""
 
     node: Node
     sense: int
@@ -35,7 +35,7 @@ class _Point:
 def assemble(problem: Scaled, forward: Walk, backward: Walk | None) -> Curve:
     """Join both directions, in order of the arclength."""
     if backward is not None and forward.stretches and backward.stretches:
-        _forget_start(backward)
+        _drop_start(backward)
     walks = [(forward, 1)] + ([] if backward is None else [(backward, -1)])
     start = _Point(forward.start, 1, 0.0, 0, problem.watched(forward.start.y))
     before = [] if backward is None else list(_points(backward, -1))
@@ -60,8 +60,8 @@ def assemble(problem: Scaled, forward: Walk, backward: Walk | None) -> Curve:
     )
 
 
-def _forget_start(walk: Walk) -> None:
-    """Leave special points at the common start to the other direction."""
+def _drop_start(walk: Walk) -> None:
+    """Remove special points at the common start, which belong to the other direction."""
     first = walk.stretches[0]
     walk.stretches[0] = replace(first, found=tuple(z for z in first.found if z.s > 0.0))
 
@@ -140,7 +140,9 @@ def _special(problem: Scaled, walk: Walk, sense: int) -> Iterator[SpecialPoint]:
             yield _special_point(problem, zero, sense, arclength)
 
 
-def _special_point(problem: Scaled, zero: Found, sense: int, arclength: float) -> SpecialPoint:
+def _special_point(
+    problem: Scaled, zero: LocatedZero, sense: int, arclength: float
+) -> SpecialPoint:
     z, p = problem.solution(zero.y)
     tangent = sense * zero.direction / np.linalg.norm(zero.direction) * problem.sizes
     # Against the walk's direction dp/ds and the determinant change sign as s does.

@@ -1,4 +1,4 @@
-"""A solution curve from one of its points, in both directions."""
+"""Continuation of a solution curve from one of its points, in both directions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from vibroimpact.continuation.curve import Curve
 from vibroimpact.continuation.newton import Attempt, Node, correct, equilibrated
 from vibroimpact.continuation.panel import BUILT_IN
 from vibroimpact.continuation.problem import Problem, Scaled, scaled
-from vibroimpact.continuation.walk import Begin, Steps, Tell, turned, turns_back, walk
+from vibroimpact.continuation.walk import (
+    BeginRule,
+    CurveProgress,
+    Steps,
+    reversed_node,
+    turns_back,
+    walk,
+)
 
 NEARBY = 1e-3  # a start that is only found by moving p, as at a fold, may lie this far in scaled y
 REGULAR = 1e-7  # least singular value of the Jacobian, rows of length 1, with one tangent
@@ -29,8 +36,8 @@ def continue_curve(
     both: bool = True,
     terminal: Collection[str] = (),
     steps: Steps | None = None,
-    stop_when: Begin | None = None,
-    progress: Tell | None = None,
+    stop_when: BeginRule | None = None,
+    progress: CurveProgress | None = None,
 ) -> Curve:
     """Follow the solutions of F(z, p) = 0 through a point, with all special points.
 
@@ -41,7 +48,7 @@ def continue_curve(
     z, p
         A solution or a guess from which Newton's iteration converges at this p; shape (d,).
     bounds
-        Range of the parameter, both ends included; the problem is not asked outside.
+        Range of the parameter, both ends included; the problem is not evaluated outside.
     tangent
         Direction to start in, in unscaled unknowns with the parameter last, shape (d + 1,). The
         start is then corrected perpendicularly to it instead of at fixed p: needed at and near
@@ -53,8 +60,9 @@ def continue_curve(
     steps
         Lengths, tolerances, number of points.
     stop_when
-        Gives, for each direction, a function that is asked in order at the start and at every point
-        (z, p) after it. Where it returns a reason, the curve ends; at the start it only looks.
+        Returns, for each direction, a function that is called in order at the start and at every
+        point (z, p) after it. Where it returns a reason, the curve ends; its result at the start is
+        ignored.
     progress
         Called after every panel with the number of points so far in this direction and the
         parameter.
@@ -62,8 +70,8 @@ def continue_curve(
     Returns
     -------
     Curve
-        Points, special points, why both ends stopped. A step that fails is a status with the
-        part that succeeded; so is ``KeyboardInterrupt``, which is not raised again.
+        Points, special points, reasons of both ends. A step that fails is a status with the
+        part that succeeded; so is ``KeyboardInterrupt``, which is not raised further.
 
     Raises
     ------
@@ -82,17 +90,17 @@ def continue_curve(
     inside = scaled(problem, bounds)
     start = _start(inside, np.asarray(z, dtype=float), float(p), tangent)
     _check_names(inside, start, terminal)
-    tell = progress or _silent
-    forward = walk(inside, start, steps, terminal, tell, stop_when)
+    report = progress or _no_progress
+    forward = walk(inside, start, steps, terminal, report, stop_when)
     backward = None
     if both and not forward.final and not turns_back(inside, start.y, start.direction):
-        backward = walk(inside, turned(start), steps, terminal, tell, stop_when, forward)
+        backward = walk(inside, reversed_node(start), steps, terminal, report, stop_when, forward)
         if backward.closed:
             forward.end = backward.end
     return assemble(inside, forward, backward)
 
 
-def _silent(points: int, parameter: float) -> None:
+def _no_progress(points: int, parameter: float) -> None:
     """Report nothing."""
 
 
@@ -112,7 +120,7 @@ def _start(problem: Scaled, z: Floats, p: float, tangent: Floats | None) -> Node
     """The node to start from."""
     d = len(problem.sizes) - 1
     if z.shape != (d,):
-        raise InvalidParameterError(f"z has shape {z.shape}; expected ({d},) as scale() says.")
+        raise InvalidParameterError(f"z has shape {z.shape}; expected ({d},) from scale().")
     if not problem.low <= p <= problem.high:
         raise InvalidParameterError(
             f"p = {p}: must be within bounds = ({problem.low}, {problem.high})."
@@ -149,7 +157,7 @@ def _along_null_vector(problem: Scaled, y: Floats, failed: Attempt) -> Attempt:
 def _converged(attempt: Attempt, p: float) -> Node:
     if attempt.node is None:
         raise InvalidParameterError(
-            f"start at p = {p!r}: {attempt.outcome.value}. Give a better solution; at a branch "
+            f"start at p = {p!r}: {attempt.status.value}. Give a better solution; at a branch "
             "point give the tangent of the branch to follow."
         )
     return attempt.node

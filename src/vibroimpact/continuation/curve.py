@@ -1,4 +1,4 @@
-"""A continued curve: its points, its special points, and why it ended."""
+"""Continued curve: its points, its special points, and the reasons of its ends."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vibroimpact._core.types import Floats, Integers
 
 
 class Stopped(StrEnum):
-    """Why a curve ended."""
+    """Reasons for the end of a curve."""
 
     RANGE = "the parameter reached the end of its range"
     EVENT = "a terminal event was reached"
@@ -33,7 +33,7 @@ class End:
     reason
         Why the curve stopped.
     detail
-        What exactly happened: the name of the event, what failed below the minimal step.
+        Details: the name of the event, or the failure below the minimal step.
     """
 
     reason: Stopped
@@ -52,7 +52,7 @@ class SpecialPoint:
     name
         The test function; "SN" (fold) and "BP" (simple branch point) are built in.
     parameter
-        Where.
+        Value of the parameter.
     z
         The solution there, shape (d,).
     tangent
@@ -77,14 +77,14 @@ class SpecialPoint:
 
 @dataclass(frozen=True)
 class Unresolved:
-    """A stretch of a curve where zeros of a test function may have been missed.
+    """Part of a curve where zeros of a test function may have been missed.
 
     Attributes
     ----------
     name
         The test function.
     first, last
-        Indices of the points at the ends of the stretch.
+        Indices of the points at the ends of the part.
     reason
         "not finite", "zero everywhere", or that its expansion does not converge.
     """
@@ -125,7 +125,7 @@ class Curve:
     start
         Index of the starting point.
     unresolved
-        Where test functions could not be resolved.
+        Parts where test functions could not be resolved.
     rejected
         Panels that were tried and rejected.
     """

@@ -1,11 +1,11 @@
-"""Functions sampled on an interval, and where they change sign.
+"""Expansions of functions on an interval, and their changes of sign.
 
 Method      f(s) = sum_k c_k T_k(x), s = middle + half x, through x_j = -cos(pi j / K)    (1)
             f changes sign once between two neighbouring extrema of opposite signs, and nowhere
             else; extrema are the zeros of the series of f' (colleague matrix)                   (2)
             an extremum whose value is below the error of (1) is doubtful: f itself is expanded
-            again on an interval around it that is just wide enough for f to stand out           (3)
-Assumes     f analytic; the last coefficients bound what (1) leaves out
+            once more on an interval around it, just wide enough for f to exceed the error       (3)
+Assumes     f analytic; the last coefficients bound the truncation error of (1)
 Accuracy    two zeros of f that are 1e-7 of the interval apart are separated by (3); closer
             ones, and a double zero, are a touch: no change of sign
 Reference   [trefethen2013] ch. 3, 8, 18
@@ -27,13 +27,13 @@ from vibroimpact._core.chebyshev import real_zeros
 from vibroimpact._core.types import Floats
 
 DEGREE = 12  # K of (1): the cheapest for curves resolved to 1e-8; 10 and 14 cost 5 to 10 % more
-TAIL = 2  # coefficients that tell what is left out; two, for f may be even or odd
+TAIL = 2  # coefficients that measure the truncation error; two, for f may be even or odd
 # An extremum is doubtful below so many times the largest of the last coefficients; of more than the
-# last two, for these may be small by chance where there is rounding: of that, all coefficients have
-# their share, and 13 of one size add up.
+# last two, for these may be small by chance where there is rounding: it affects all coefficients
+# equally, and 13 of one size add up.
 DOUBT, DOUBTFUL = 16.0, 4
 STANDS_OUT = 30.0  # the interval of (3) ends where f is this many times the error
-NARROWER = 0.9  # of an interval: (3) is repeated only if that gains something
+NARROWER = 0.9  # of an interval: (3) is repeated only if the interval shrinks to this part
 SMOOTH = 5  # on such an interval f is nearly a parabola: coefficients from here on are rounding
 DEEPEST = 3  # expansions within expansions: each gains the square root of the error
 NOISE = 16.0 * float(np.finfo(float).eps)  # rounding of f relative to its size, at the least
@@ -60,7 +60,7 @@ def positions(low: float, high: float) -> Floats:
 
 @dataclass(frozen=True)
 class Expansion:
-    """Functions known at the points (1) of an interval.
+    """Functions by their values at the points (1) of an interval.
 
     Attributes
     ----------
@@ -81,14 +81,14 @@ class Expansion:
 
     @property
     def tail(self) -> Floats:
-        """Size of what (1) leaves out, for each function."""
+        """Size of the truncation error of (1), for each function."""
         return np.asarray(np.abs(self.coefficients[-TAIL:]).max(axis=0))
 
     def _x(self, s: float) -> float:
         return (2.0 * s - self.low - self.high) / (self.high - self.low)
 
     def at(self, s: float) -> Floats:
-        """The series at s."""
+        """Value of the series at s."""
         return np.asarray(series.chebval(self._x(s), self.coefficients))
 
     def slope(self, s: float) -> Floats:
@@ -119,7 +119,7 @@ def edges(f: Expansion, true: Function) -> list[Edge]:
     f
         Expansion of one function.
     true
-        The function itself, asked only where the expansion is in doubt.
+        The function itself, evaluated only where the expansion is in doubt.
 
     Returns
     -------
@@ -143,8 +143,8 @@ def _edges(f: Expansion, true: Function, error: float, depth: int) -> list[Edge]
             found += these
             continue
         after = next((s for s, _ in extrema if s > these[-1][0]), f.high)
-        low = _standing_out(f, these[0][0], found[-1][0], STANDS_OUT * error)
-        high = _standing_out(f, these[-1][0], after, STANDS_OUT * error)
+        low = _exceeding(f, these[0][0], found[-1][0], STANDS_OUT * error)
+        high = _exceeding(f, these[-1][0], after, STANDS_OUT * error)
         if depth == 0 or high - low > NARROWER * (f.high - f.low):
             found += [(s, 0.0) for s, _ in these]
         else:
@@ -152,8 +152,8 @@ def _edges(f: Expansion, true: Function, error: float, depth: int) -> list[Edge]
     return [*found, last]
 
 
-def _standing_out(f: Expansion, s: float, end: float, size: float) -> float:
-    """The point nearest to s, going towards ``end``, where f has this size; or ``end``."""
+def _exceeding(f: Expansion, s: float, end: float, size: float) -> float:
+    """Nearest point to s, towards ``end``, at which f has this size; or ``end``."""
     width = math.copysign((f.high - f.low) * float(np.finfo(float).eps) ** 0.5, end - s)
     while abs(width) < abs(end - s):
         if abs(float(f.at(s + width))) > size:
@@ -176,9 +176,9 @@ def zero_between(f: Expansion, a: float, b: float) -> float:
 
 
 def brent(f: Function, a: float, b: float) -> float:
-    """The zero of f in a bracket, to rounding of b; an end if that is a zero or f has one sign.
+    """Zero of f in a bracket, to rounding of b; an end if that is a zero or f has one sign.
 
-    NaN where f is not finite on the way.
+    NaN if a value of f is not finite.
     """
     if f(a) * f(b) >= 0.0:
         return b if f(b) == 0.0 else a

@@ -1,4 +1,4 @@
-"""Points of a curve by Newton's iteration in a hyperplane.
+"""Newton's iteration in a hyperplane, for points of a curve.
 
 Method      [ J ]           [ -F          ]
             [ c ] (step)  = [ s - <c, y>  ],   J = dF/dy, c a row, s a number                   (1)
@@ -7,9 +7,9 @@ Method      [ J ]           [ -F          ]
 Assumes     a guess in Newton's ball: a step longer than the last one is a failure
 Accuracy    a step shorter than the tolerance is the last; it is taken too, so that the error of
             the point is its square, or rounding. The Jacobian, the direction and the residual
-            belong to the point before it. With tolerance 0 the iteration goes on until rounding
+            belong to the point before it. With tolerance 0 the iteration continues until rounding
             stops it
-Fails       the outcomes of ``Outcome``
+Fails       the statuses of ``NewtonStatus``
 Reference   [keller1977] for (1); [allgower1990] ch. 2 for (2)
 """
 
@@ -31,8 +31,8 @@ STALLED = 1e-8
 ROUNDING = 4.0 * float(np.finfo(float).eps)
 
 
-class Outcome(StrEnum):
-    """How one Newton iteration ended."""
+class NewtonStatus(StrEnum):
+    """Status of a Newton iteration."""
 
     CONVERGED = "Newton's iteration converged"
     NO_CONVERGENCE = "Newton's iteration did not converge"
@@ -75,9 +75,9 @@ class Node:
 
 @dataclass(frozen=True)
 class Attempt:
-    """What Newton's iteration gave: a node where it converged, the last iterate anyway."""
+    """Result of Newton's iteration: the last iterate, and a node if it converged."""
 
-    outcome: Outcome
+    status: NewtonStatus
     y: Floats
     node: Node | None = None
 
@@ -91,25 +91,25 @@ def correct(
     for count in range(MOST_STEPS):
         residual, jacobian = problem.linearised(y)
         if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
-            return Attempt(Outcome.NOT_FINITE, y)
+            return Attempt(NewtonStatus.NOT_FINITE, y)
         solved = _solve(jacobian, residual, row, target - float(row @ y))
         if solved is None:
-            return Attempt(Outcome.SINGULAR, y)
+            return Attempt(NewtonStatus.SINGULAR, y)
         step, direction = solved
         size = float(np.linalg.norm(step))
         if _finished(size, previous, tolerance, float(np.linalg.norm(y))):
             largest = float(np.abs(residual).max())
             y = problem.inside(y + step)
             node = Node(y, jacobian, direction, largest, count + 1, size)
-            return Attempt(Outcome.CONVERGED, y, node)
+            return Attempt(NewtonStatus.CONVERGED, y, node)
         if size > previous:
             break
         moved = problem.inside(y + step)
         outside = outside + 1 if moved[-1] != y[-1] + step[-1] else 0
         if outside == 2:
-            return Attempt(Outcome.OUTSIDE, moved)
+            return Attempt(NewtonStatus.OUTSIDE, moved)
         y, previous = moved, size
-    return Attempt(Outcome.OUTSIDE if outside else Outcome.NO_CONVERGENCE, y)
+    return Attempt(NewtonStatus.OUTSIDE if outside else NewtonStatus.NO_CONVERGENCE, y)
 
 
 def equilibrated(jacobian: Floats) -> tuple[Floats, Floats]:

@@ -4,13 +4,13 @@ Method      from a node y_0 with unit tangent t_0 the points F(y_j) = 0, <t_0, y
             the K + 1 Chebyshev points s_j of [0, h]; guesses by Hermite extrapolation (1) of the
             nodes before
             a panel is resolved when the tail of the expansion of y(s) is below tolerance h and
-            that of every test function below tolerance times its largest value; of dp/ds what
-            rounding leaves is allowed, too                                                   (2)
+            that of every test function below tolerance times its largest value; for dp/ds
+            rounding is allowed, too                                                          (2)
             built-in test functions, both analytic along the curve:
             SN  dp/ds       BP  det [J; t_0]                                                     (3)
             next length: h (safety / (tail / allowed))^(1/K)                                     (4)
 Assumes     F analytic; the tangent turns by less than ``turn`` within a panel
-Accuracy    what (2) says; nodes to Newton's tolerance
+Accuracy    that of (2); nodes to Newton's tolerance
 Fails       the sentences of ``Failure``: Newton, the turn, the expansion of y. A test function
             that shorter panels do not resolve (a kink, a pole, noise) does not stop the curve: it
             is listed in ``Panel.unresolved``
@@ -29,8 +29,8 @@ from vibroimpact._core.types import Floats
 from vibroimpact.continuation.expansion import DEGREE, Expansion, positions
 from vibroimpact.continuation.newton import (
     Attempt,
+    NewtonStatus,
     Node,
-    Outcome,
     correct,
     log_determinant,
 )
@@ -42,11 +42,11 @@ NOT_FINITE = "not finite"
 HISTORY = 3  # nodes that the extrapolation (1) uses, each with its tangent
 SAFETY = 0.3  # (4) aims at this part of what is allowed
 # After a failure of Newton's iteration. Not 1/2: with a branch point at the end of a panel the next
-# panel would end there again, and so on, ever closer to it.
+# panel would end there, too, and so on, ever closer to it.
 NEXT = 0.6
 SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
 NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
-ROUNDING = 1e-13  # the expansion of y is never asked for more
+ROUNDING = 1e-13  # least tolerance of the expansion of y
 
 
 @dataclass(frozen=True)
@@ -96,11 +96,11 @@ class Failure:
     Attributes
     ----------
     reason
-        What failed, half a sentence.
+        The failure, half a sentence.
     factor
         The length to try next, relative to the one that failed.
     tests
-        Names of the test functions that alone are to blame; empty if the curve itself is.
+        Names of the test functions that are the only cause; empty if the curve itself is one.
     outside
         The first Newton attempt that ended outside the bounds of p, if that is the reason.
     """
@@ -113,14 +113,14 @@ class Failure:
 
 @dataclass(frozen=True)
 class Standard:
-    """When a panel is accepted.
+    """Conditions for accepting a panel.
 
     Attributes
     ----------
     turn
         Largest turn of the tangent, radians.
     tolerance
-        Of (2).
+        Tolerance of (2).
     excused
         Test functions that need not satisfy (2).
     """
@@ -162,7 +162,7 @@ def hermite(at: list[float], nodes: list[Node], s: float) -> Floats:
 def trace(
     problem: Scaled, origin: Node, length: float, standard: Standard, last: Node | None
 ) -> Trace | Failure:
-    """Solve for the nodes of a panel; ``last`` is its end where that is known already."""
+    """Solve for the nodes of a panel; ``last`` is its end node if that is known already."""
     row = origin.tangent
     first = Node(origin.y, origin.jacobian, row, origin.residual, origin.steps, origin.step)
     traced = Trace([0.0], [first])
@@ -174,8 +174,8 @@ def trace(
         else:
             attempt = correct(problem, traced.guess(s), row, base + s, tolerance)
             if attempt.node is None:
-                outside = attempt if attempt.outcome is Outcome.OUTSIDE else None
-                return Failure(attempt.outcome.value, outside=outside)
+                outside = attempt if attempt.status is NewtonStatus.OUTSIDE else None
+                return Failure(attempt.status.value, outside=outside)
             node = attempt.node
         if float(row @ node.tangent) < ahead:
             return Failure(f"the tangent turned by more than {standard.turn:.2g} rad")
@@ -209,7 +209,7 @@ def build(
 def _with_tests(
     problem: Scaled, traced: Trace, curve: Expansion, standard: Standard, demand: float
 ) -> Panel | Failure:
-    """Evaluate the test functions at the nodes, and ask (2) of them."""
+    """Evaluate the test functions at the nodes, and check (2) for them."""
     row = traced.nodes[0].direction
     reference = max(log_determinant(node, row)[1] for node in traced.nodes)
     values = [test_values(problem, node, row, reference) for node in traced.nodes]
@@ -226,7 +226,9 @@ def _with_tests(
         worst = max(demands[name] for name in short)
         reason = f"test function {', '.join(sorted(short))} is not resolved"
         return Failure(reason, _factor(worst), frozenset(short))
-    unresolved = {name: why for name, f in tests.items() if (why := _complaint(f, demands[name]))}
+    unresolved = {
+        name: why for name, f in tests.items() if (why := _reason_unresolved(f, demands[name]))
+    }
     held = [demand, *(d for d in demands.values() if d <= 1.0)]
     return Panel(row, tuple(traced.nodes), curve, tests, unresolved, reference, max(held))
 
@@ -246,7 +248,7 @@ def _relative_determinant(node: Node, row: Floats, reference: float) -> float:
 
 
 def _noise(problem: Scaled, node: Node, row: Floats) -> float:
-    """By how much dp/ds changes where a node is solved for again: much, next to a branch point."""
+    """Change of dp/ds when a node is solved for once more: large next to a branch point."""
     values, y = [node.direction[-1]], node.y
     for _ in range(2):
         again = correct(problem, y, row, float(row @ node.y), tolerance=math.inf).node
@@ -265,8 +267,8 @@ def _demand(f: Expansion, tolerance: float, noise: float = 0.0) -> float:
     return float(f.tail / (tolerance * size + noise)) if size > 0.0 else 0.0
 
 
-def _complaint(f: Expansion, demand: float) -> str:
-    """Why a test function cannot be trusted on a panel; empty if it can."""
+def _reason_unresolved(f: Expansion, demand: float) -> str:
+    """Reason why a test function is not resolved on a panel; empty if it is."""
     if not np.all(np.isfinite(f.values)):
         return NOT_FINITE
     if not np.any(f.values):

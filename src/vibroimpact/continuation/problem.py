@@ -1,4 +1,4 @@
-"""What a curve of solutions is made of, and the same in unknowns of size one."""
+"""Definition of a curve of solutions, and its scaled form with unknowns of size one."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Image = tuple[Floats, Floats]  # of a solution and of a direction there
 class Problem(Protocol):
     """A curve of solutions F(z, p) = 0: d equations for d unknowns z and one parameter p.
 
-    F is analytic along the curve. Where it cannot be evaluated it returns NaN: the curve then
-    stops there with a status.
+    F is analytic along the curve. Where it cannot be evaluated it returns NaN: the curve stops
+    there with a status.
     """
 
     def residual(self, z: Floats, p: float) -> Floats:
@@ -26,7 +26,7 @@ class Problem(Protocol):
         ...
 
     def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
-        """F_z of shape (d, d) and F_p of shape (d,), exact; asked for right after residual."""
+        """F_z of shape (d, d) and F_p of shape (d,), exact; called right after residual."""
         ...
 
     def scale(self) -> Floats:
@@ -36,14 +36,14 @@ class Problem(Protocol):
     def watch(self, z: Floats, p: float) -> Mapping[str, float]:
         """Test functions by name: smooth along the curve, zero at special points.
 
-        The names do not change along the curve; NaN says that a value could not be computed.
+        The names do not change along the curve; NaN stands for a value that cannot be computed.
         """
         ...
 
 
 @runtime_checkable
 class WithImages(Protocol):
-    """A problem with several solutions that stand for one object: its symmetries' images.
+    """Problem in which several solutions, images under its symmetries, represent one object.
 
     Every symmetry z -> A z + a, the same for all p, maps solutions to solutions at the same p.
     """
@@ -58,8 +58,8 @@ class WithImages(Protocol):
         along
             A direction in z, shape (d,): its image is A along.
         near
-            Where a symmetry has infinitely many powers, as a turn of a phase has, the image
-            nearest to this is meant; shape (d,).
+            Where a symmetry has infinitely many powers, as a shift of a phase has, the image
+            nearest to this point is taken; shape (d,).
         """
         ...
 
@@ -69,7 +69,7 @@ class Scaled:
     """A problem in the unknowns y = (z, p) / sizes, within bounds of p.
 
     The sizes are those of ``problem.scale()`` rounded to powers of two, so that scaling is exact:
-    a bound of p survives it to the last bit.
+    bounds of p keep all their bits.
     """
 
     problem: Problem
@@ -78,12 +78,12 @@ class Scaled:
     high: float
 
     def scaled(self, z: Floats, p: float) -> Floats:
-        """Y of a solution."""
+        """Scaled unknowns y of a solution."""
         y: Floats = np.append(z, p) / self.sizes
         return y
 
     def solution(self, y: Floats) -> tuple[Floats, float]:
-        """(z, p) of y."""
+        """Solution (z, p) of scaled unknowns y."""
         unscaled = y * self.sizes
         return unscaled[:-1], float(unscaled[-1])
 
@@ -124,14 +124,14 @@ class Scaled:
         return residual, np.column_stack([by_z, by_p]) * self.sizes
 
     def inside(self, y: Floats) -> Floats:
-        """Y with p moved to the nearest value within the bounds."""
+        """The point y with p moved to the nearest value within the bounds."""
         moved = y.copy()
         p = y[-1] * self.sizes[-1]
         moved[-1] = min(max(p, self.low), self.high) / self.sizes[-1]
         return moved
 
     def bound(self, y: Floats) -> float | None:
-        """The bound of p that y stands on, scaled."""
+        """Bound of p, scaled, on which y lies; None for other points."""
         p = y[-1] * self.sizes[-1]
         return float(y[-1]) if p in (self.low, self.high) else None
 

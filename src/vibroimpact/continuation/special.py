@@ -3,12 +3,12 @@
 Method      intervals with one change of sign each: expansion.py
             there, Brent's method on the function itself at points corrected by Newton, from the
             zero of the expansion                                                             (1)
-            at a branch point Newton's matrix is singular: the curve is expanded again on an
+            at a branch point Newton's matrix is singular: the curve is expanded once more on an
             interval around it with no node close to it, and the zero of that expansion taken  (2)
 Assumes     what expansion.py assumes; branch points are simple
-Accuracy    rounding of the test function; the estimate is in ``Found.error``
-Fails       where Newton's iteration cannot be repeated the panel's expansion stands in, and the
-            error estimate says so; a change of sign at a pole or a jump is no zero
+Accuracy    rounding of the test function; the estimate is in ``LocatedZero.error``
+Fails       where Newton's iteration cannot be repeated the panel's expansion is used, and the
+            error estimate is larger; a change of sign at a pole or a jump is not a zero
 Reference   [kuznetsov2004] sec. 10.2 on branch points; [trefethen2013] ch. 18
 """
 
@@ -46,7 +46,7 @@ WIDEN = 16.0
 
 
 @dataclass(frozen=True)
-class Found:
+class LocatedZero:
     """A zero of a test function on a panel.
 
     Attributes
@@ -62,7 +62,7 @@ class Found:
     error
         Estimated error of s.
     floor
-        Error of the scaled parameter that stays where the curve turns and dp/ds = 0.
+        Error of the scaled parameter that remains where the curve turns and dp/ds = 0.
     """
 
     name: str
@@ -79,21 +79,21 @@ class Sampler:
 
     def __init__(self, problem: Scaled, panel: Panel) -> None:
         self.problem, self.panel = problem, panel
-        self.stood_in = False  # whether an expansion had to stand in for a value
+        self.used_expansion = False  # whether an expansion was used in place of a value
         self._known: dict[float, tuple[Node, Mapping[str, float]] | None] = {}
 
     def node(self, s: float) -> Node | None:
-        """The node at s, or None where Newton's iteration fails."""
+        """Node at s, or None where Newton's iteration fails."""
         known = self._at(s)
         return None if known is None else known[0]
 
     def value(self, name: str, s: float) -> float:
-        """A test function at s; from the panel's expansion where it cannot be evaluated."""
+        """Value of a test function at s, from the panel's expansion where it cannot be evaluated."""
         known = self._at(s)
         value = np.nan if known is None else known[1].get(name, np.nan)
         if np.isfinite(value):
             return float(value)
-        self.stood_in = True
+        self.used_expansion = True
         return float(self.panel.tests[name].at(s))
 
     def _at(self, s: float) -> tuple[Node, Mapping[str, float]] | None:
@@ -110,7 +110,7 @@ class Sampler:
         return node, test_values(self.problem, node, panel.row, panel.log_determinant)
 
 
-def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[Found]:
+def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[LocatedZero]:
     """All zeros of all test functions on a panel, in order.
 
     Parameters
@@ -121,7 +121,7 @@ def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[F
         For each test function a value that has the sign it had before the panel.
     """
     sampler = Sampler(problem, panel)
-    found: list[Found] = []
+    found: list[LocatedZero] = []
     for name, f in panel.tests.items():
         if np.any(f.values):
             found += _zeros(sampler, name, before.get(name, 0.0))
@@ -134,20 +134,20 @@ def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[F
     return sorted(kept, key=lambda zero: zero.s)
 
 
-def at_start(panel: Panel) -> list[Found]:
+def at_start(panel: Panel) -> list[LocatedZero]:
     """Test functions that are exactly zero at the panel's first node.
 
-    ``locate`` leaves these to the panel before; the start of a curve has none.
+    ``locate`` assigns these to the previous panel, which the start of a curve does not have.
     """
     return _exact(panel, 0, 1)
 
 
-def at_end(panel: Panel) -> list[Found]:
+def at_end(panel: Panel) -> list[LocatedZero]:
     """Test functions that are exactly zero at the panel's last node; for the end of a curve."""
     return _exact(panel, -1, -1)
 
 
-def _exact(panel: Panel, index: int, sense: int) -> list[Found]:
+def _exact(panel: Panel, index: int, sense: int) -> list[LocatedZero]:
     node, s = panel.nodes[index], 0.0 if index == 0 else panel.length
     found = []
     for name, f in panel.tests.items():
@@ -155,11 +155,11 @@ def _exact(panel: Panel, index: int, sense: int) -> list[Found]:
         others = signed[signed != 0.0]
         if f.values[index] == 0.0 and others.size:
             crossing = sense if others[0] > 0.0 else -sense
-            found.append(Found(name, s, node.y, node.direction, crossing, node.step))
+            found.append(LocatedZero(name, s, node.y, node.direction, crossing, node.step))
     return found
 
 
-def _zeros(sampler: Sampler, name: str, before: float) -> list[Found]:
+def _zeros(sampler: Sampler, name: str, before: float) -> list[LocatedZero]:
     panel = sampler.panel
     f = panel.tests[name]
 
@@ -178,10 +178,10 @@ def _zeros(sampler: Sampler, name: str, before: float) -> list[Found]:
     return [zero for zero in zeros if zero is not None]
 
 
-def _polished(sampler: Sampler, name: str, a: float, b: float) -> Found | None:
+def _polished(sampler: Sampler, name: str, a: float, b: float) -> LocatedZero | None:
     if name == BRANCH_POINT:
         return _branch_point(sampler, a, b)
-    f, sampler.stood_in = sampler.panel.tests[name], False
+    f, sampler.used_expansion = sampler.panel.tests[name], False
 
     def true(s: float) -> float:
         return sampler.value(name, s)
@@ -198,17 +198,17 @@ def _polished(sampler: Sampler, name: str, a: float, b: float) -> Found | None:
     crossing = 1 if true(b) > 0.0 else -1
     node = sampler.node(s)
     if node is None:
-        return Found(
+        return LocatedZero(
             name, s, sampler.panel.curve.at(s), sampler.panel.curve.slope(s), crossing, error
         )
-    return Found(name, s, node.y, node.direction, crossing, error)
+    return LocatedZero(name, s, node.y, node.direction, crossing, error)
 
 
 def _uncertainty(sampler: Sampler, name: str, s: float, rate: float) -> float:
     """Error of a zero s: rounding of f and of s, the last Newton step, or the expansion's tail."""
     f, node = sampler.panel.tests[name], sampler.node(s)
     value = EPS * float(np.nanmax(np.abs(f.values)))
-    if sampler.stood_in:
+    if sampler.used_expansion:
         value += float(f.tail)
     return EPS * f.high + (node.step if node else 0.0) + (value / rate if rate > 0.0 else np.inf)
 
@@ -226,7 +226,7 @@ def _narrowed(true: Function, f: Expansion, a: float, b: float) -> tuple[float, 
         width *= WIDEN
 
 
-def _branch_point(sampler: Sampler, a: float, b: float) -> Found:
+def _branch_point(sampler: Sampler, a: float, b: float) -> LocatedZero:
     """A zero of the branch-point function in [a, b], from an expansion about it (2)."""
     panel = sampler.panel
     first = panel.tests[BRANCH_POINT]
@@ -246,6 +246,6 @@ def _branch_point(sampler: Sampler, a: float, b: float) -> Found:
     aside = [curve.at(min(max(s + e, low), high))[-1] for e in (-error, error)]
     moved = np.median([node.step for node in solved]) if solved else 0.0
     floor = float(moved + np.max(curve.tail) + np.abs(np.array(aside) - curve.at(s)[-1]).max())
-    return Found(
+    return LocatedZero(
         BRANCH_POINT, s, curve.at(s), curve.slope(s), 1 if rate > 0.0 else -1, error, floor
     )

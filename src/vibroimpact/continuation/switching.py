@@ -1,4 +1,4 @@
-"""The other branch through a simple branch point.
+"""Switching to the other branch through a simple branch point.
 
 Method      at the point u_b the null space of J is spanned by the tangent t_1 of the known branch
             and q, orthogonal to it                                                           (1)
@@ -6,11 +6,11 @@ Method      at the point u_b the null space of J is spanned by the tangent t_1 o
             With x along t_1 and e along q the curve near u_b is e (a x + b e + ...) = 0. On the
             other branch (2) is linear in x to leading order: any angle between the branches is
             met in one step, and no second derivative is needed.
-            u belongs to a branch through u_b, and is no far point of the known one, if the
+            u belongs to a branch through u_b, and is not a distant point of the known one, if the
             tangent at u has the slope of the chord: <q, t(u)> |u - u_b| = e (1 + O(e))         (3)
 Assumes     a simple branch point with two transversal branches
 Accuracy    the start is a solution to Newton's tolerance, at distance about e from u_b
-Fails       ``Switch.status`` says what failed at the last e tried
+Fails       ``Switch.status`` states the failure at the last e tried
 Reference   [keller1977] method of branch switching onto the orthogonal complement; [allgower1990]
             sec. 8.3
 """
@@ -27,26 +27,26 @@ from vibroimpact.continuation.newton import Attempt, correct
 from vibroimpact.continuation.problem import Problem, Scaled, scaled
 
 FURTHEST, NEAREST, SHRINK = 0.02, 1e-5, 0.25  # e of (2) in scaled unknowns: tried in this order
-SLOPE = 0.25  # (3) is accepted within this; a far point of a parabola gives 1
-# Singular value of J, rows of length 1, that still counts as none: the branch point may be known to
+SLOPE = 0.25  # (3) is accepted within this; a distant point of a parabola gives 1
+# Singular value of J, rows of length 1, that still counts as zero: the branch point may be known to
 # 1e-8 only, and the slope of the singular value along the curve is at most some tens.
 NULL = 1e-6
 
 
 @dataclass(frozen=True)
 class Switch:
-    """A start on the other branch.
+    """Start on the other branch.
 
     Attributes
     ----------
     found
         Whether there is one.
     status
-        A sentence: how it was found, or what failed.
+        A sentence: the distance at which it was found, or the failure.
     z, parameter
         A solution on the other branch, near the branch point; NaN if there is none.
     tangent
-        Its direction there away from the branch point, unscaled, parameter last, shape (d + 1,).
+        Tangent there, away from the branch point, unscaled, parameter last, shape (d + 1,).
     """
 
     found: bool
@@ -64,8 +64,8 @@ def switch(
     Parameters
     ----------
     problem
-        The problem of the other branch. It may have solutions that the known branch's problem has
-        not: at a period doubling give the doubled orbit's problem and the doubled point.
+        The problem of the other branch. It may have solutions that the problem of the known branch
+        lacks: at a period doubling give the problem of the doubled orbit and the doubled point.
     z, p, tangent
         The branch point and the tangent of the known branch, as in ``SpecialPoint``.
     bounds
@@ -94,7 +94,7 @@ def switch(
     status = ""
     for signed in _distances():
         attempt = correct(inside, y + signed * across, across, float(across @ y) + signed)
-        status = _verdict(attempt, y, across, signed)
+        status = _defect(attempt, y, across, signed)
         if attempt.node is not None and not status:
             return _start(inside, attempt, signed)
     return _nothing(inside, f"{status}, {NEAREST:g} from the branch point")
@@ -109,10 +109,11 @@ def _distances() -> Iterator[float]:
 
 
 def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | None:
-    """Q of (1); None where the null space of J is one-dimensional.
+    """Direction q of (1); None where the null space of J is one-dimensional.
 
-    Its sign, which decides what side of the branch point is tried first, is that of the first entry
-    above half the largest: entries of one size, as of doubled solutions, do not decide by rounding.
+    Its sign, which decides the side of the branch point that is tried first, is that of the first
+    entry above half the largest: with entries of one size, as of doubled solutions, rounding does
+    not decide.
     """
     jacobian = problem.linearised(y)[1]
     # A row may vanish at the branch point itself, so rows are measured beside it too.
@@ -131,13 +132,13 @@ def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | Non
     return unit
 
 
-def _verdict(attempt: Attempt, y: Floats, across: Floats, signed: float) -> str:
-    """What is wrong with a point of (2); empty if nothing is (3)."""
+def _defect(attempt: Attempt, y: Floats, across: Floats, signed: float) -> str:
+    """Reason to reject a point of (2); empty if (3) holds."""
     if attempt.node is None:
-        return attempt.outcome.value
+        return attempt.status.value
     chord = float(np.linalg.norm(attempt.node.y - y))
     slope = abs(float(across @ attempt.node.tangent)) * chord / abs(signed)
-    return "" if abs(slope - 1.0) <= SLOPE else "the point found belongs to no branch through it"
+    return "" if abs(slope - 1.0) <= SLOPE else "the point found is not on a branch through it"
 
 
 def _start(problem: Scaled, attempt: Attempt, signed: float) -> Switch:

@@ -1,17 +1,17 @@
-"""One direction of a curve: panel after panel until there is a reason to stop.
+"""Continuation of a curve in one direction, panel by panel, until there is a reason to stop.
 
 Method      try a panel (panel.py); shorten it where it fails, lengthen it where it was easy
             bounds of p: where Newton's iterates leave them, the point F(z, p) = 0 at the bound is
-            solved for and the panel rebuilt to end there; so is a panel whose expansion bulges
-            out of the bounds between two nodes                                               (1)
+            solved for and the panel rebuilt to end there; likewise where the expansion of a panel
+            leaves the bounds between two nodes                                               (1)
             events: the first zero of a terminal test function ends the curve                 (2)
             a rule: the first point at which it gives a reason ends the curve                 (3)
             return: a zero of <t_start, y - y_start> at which y = y_start. Images of the start under
-            symmetries of F count as the start: the curve goes on as its own image            (4)
-            a branch point whose image is itself and turns the tangent round: the curve goes on as
-            the image of what came before, and ends                                           (5)
+            symmetries of F count as the start: from there the curve is its own image         (4)
+            a branch point that is its own image, with the tangent reversed: from there the curve
+            is the image of the part before, and ends                                         (5)
 Assumes     what panel.py assumes
-Fails       the reasons of ``Stopped``, with what was found up to there
+Fails       the reasons of ``Stopped``, with the curve up to there
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ from vibroimpact.continuation.expansion import Expansion, first_zero, positions
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.panel import BRANCH_POINT, Failure, Panel, Standard, build, growth
 from vibroimpact.continuation.problem import Scaled
-from vibroimpact.continuation.special import Found, at_end, at_start, locate
+from vibroimpact.continuation.special import LocatedZero, at_end, at_start, locate
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
 EXCUSED_BELOW = 1.0 / 64.0
 CLOSED = 1e-6  # |y - y_start| on return (4): a hundred times the error of the expansions
-PARALLEL = 1e-3  # of unit tangents of a curve that goes on as its image
+PARALLEL = 1e-3  # difference of unit tangents of a curve and its image
 # A curve may start on a special point, known to rounding: a terminal event there does not stop it,
 # and a closed curve does not list it twice.
 AT_START = 1e-8
-BULGE = 1e-10  # how far the expansion may leave the bounds of p (1), in scaled p
+BULGE = 1e-10  # distance by which the expansion may leave the bounds of p (1), in scaled p
 
-Tell = Callable[[int, float], None]
-Ask = Callable[[Floats, float], str]  # why a curve is to end at (z, p); empty if it goes on
-Begin = Callable[[], Ask]
+CurveProgress = Callable[[int, float], None]
+StopRule = Callable[[Floats, float], str]  # reason to end a curve at (z, p), or empty
+BeginRule = Callable[[], StopRule]
 
 
 @names_arguments()
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """How a curve is followed; lengths in scaled arclength.
+    """Step lengths and tolerances of a continuation; lengths in scaled arclength.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Steps:
     ------
     InvalidParameterError
         A length, tolerance or turn that is not positive, ``largest`` below ``least``, ``points``
-        that is no integer >= 1.
+        that is not an integer >= 1.
     """
 
     first: float = 0.1
@@ -98,47 +98,47 @@ class Steps:
 
 
 def check_steps(steps: object, progress: object) -> None:
-    """Refuse what does not say how a curve is followed, and what cannot be told of it."""
+    """Refuse ``steps`` that are no :class:`Steps`, and a ``progress`` that is no function."""
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
     check_function("progress", progress)
 
 
-def turned(node: Node) -> Node:
-    """A node of the curve walked in the other direction."""
+def reversed_node(node: Node) -> Node:
+    """Node of the curve in the other direction."""
     return replace(node, direction=-node.direction)
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A panel as far as it belongs to the curve.
+    """Part of a panel that belongs to the curve.
 
     Attributes
     ----------
     panel
         The panel.
     stop
-        Where the curve ends on it; its length if it does not.
+        Place at which the curve ends on it; its length if the curve does not end.
     last
         The node at ``stop``.
     found
         Special points up to ``stop``.
     end
-        Why the curve ends here, if it does.
+        Reason if the curve ends here.
     """
 
     panel: Panel
     stop: float
     last: Node
-    found: tuple[Found, ...]
+    found: tuple[LocatedZero, ...]
     end: End | None = None
 
 
 @dataclass
 class Walk:
-    """What one direction gave.
+    """Result of one direction.
 
-    ``met`` is the walk in the other direction if that stopped on its way: the curve is closed
-    where it comes to the end of that one, else where it returns to the start.
+    ``met`` is the walk in the other direction if that stopped early: the curve is closed where it
+    reaches the end of that one, else where it returns to the start.
     """
 
     start: Node
@@ -148,14 +148,14 @@ class Walk:
     rejected: int = 0
 
     @property
-    def on_its_way(self) -> bool:
-        """Whether it stopped on a curve that goes on."""
+    def stopped_early(self) -> bool:
+        """Whether it stopped on a curve that can be continued."""
         reason = None if self.end is None else self.end.reason
         return bool(self.stretches) and reason in (Stopped.POINTS, Stopped.STEP)
 
     @property
     def closed(self) -> bool:
-        """Whether it came back."""
+        """Whether the curve is closed."""
         return self.end is not None and self.end.reason is Stopped.CLOSED
 
     @property
@@ -165,17 +165,17 @@ class Walk:
 
     @property
     def last(self) -> Node:
-        """Where it has come to."""
+        """Last node."""
         return self.stretches[-1].last if self.stretches else self.start
 
     @property
     def goal(self) -> Node:
-        """Where the curve is closed."""
-        return self.start if self.met is None else turned(self.met.last)
+        """Node at which the curve is closed."""
+        return self.start if self.met is None else reversed_node(self.met.last)
 
     @property
     def listed_at_goal(self) -> set[str]:
-        """Special points there that are listed already."""
+        """Names of special points at the goal that are listed already."""
         if self.met is None:
             return {zero.name for zero in self.stretches[0].found if zero.s < AT_START}
         last = self.met.stretches[-1]
@@ -192,22 +192,22 @@ def walk(
     start: Node,
     steps: Steps,
     terminal: Collection[str],
-    tell: Tell,
-    stop_when: Begin | None = None,
+    progress: CurveProgress,
+    stop_when: BeginRule | None = None,
     other: Walk | None = None,
 ) -> Walk:
-    """Follow the curve from a node along its tangent; ``other`` is the walk against it.
+    """Follow the curve from a node along its tangent; ``other`` is the walk in the other direction.
 
     An interruption (``KeyboardInterrupt``) ends the curve with a status and keeps its panels.
     """
-    done = Walk(start, other if other is not None and other.on_its_way else None)
+    done = Walk(start, other if other is not None and other.stopped_early else None)
     pace = _Pace(steps, steps.first)
     try:
-        ask = stop_when() if stop_when else None
-        if ask:
-            ask(*problem.solution(start.y))
+        rule = stop_when() if stop_when else None
+        if rule:
+            rule(*problem.solution(start.y))
         while done.end is None:
-            _advance(problem, done, pace, terminal, tell, ask)
+            _advance(problem, done, pace, terminal, progress, rule)
     except KeyboardInterrupt:
         done.end = End(Stopped.INTERRUPTED)
     if done.stretches and not done.stretches[-1].end:
@@ -218,7 +218,7 @@ def walk(
 
 @dataclass
 class _Pace:
-    """What one panel hands to the next."""
+    """Step control, passed from one panel to the next."""
 
     steps: Steps
     length: float
@@ -231,7 +231,7 @@ class _Pace:
         return Standard(self.steps.turn, self.steps.tolerance, self.excused)
 
     def shorter(self, length: float, failure: Failure) -> float:
-        """The length to try after a failure: the same if test functions are excused instead."""
+        """Length to try after a failure: the same if test functions are excused instead."""
         shorter = length * failure.factor
         if not failure.tests:
             self.natural = min(self.natural, shorter)
@@ -259,10 +259,10 @@ def _advance(
     done: Walk,
     pace: _Pace,
     terminal: Collection[str],
-    tell: Tell,
-    ask: Ask | None,
+    progress: CurveProgress,
+    rule: StopRule | None,
 ) -> None:
-    """Add one panel to a walk, or say why it ends."""
+    """Add one panel to a walk, or set the reason of its end."""
     origin = done.last
     if _leaving(problem, origin):
         done.end = End(Stopped.RANGE, f"{problem.solution(origin.y)[1]!r}")
@@ -273,18 +273,18 @@ def _advance(
         done.end = panel
         return
     stretch = _cut(problem, panel, done, terminal, pace.before)
-    if ask:
-        stretch = _asked(problem, stretch, ask)
+    if rule:
+        stretch = _up_to_rule(problem, stretch, rule)
     pace.learn(panel, done.rejected - rejected)
     done.stretches.append(stretch)
     done.end = stretch.end
     if done.end is None and done.points >= pace.steps.points:
         done.end = End(Stopped.POINTS, f"{done.points}")
-    tell(done.points, problem.solution(stretch.last.y)[1])
+    progress(done.points, problem.solution(stretch.last.y)[1])
 
 
 def _leaving(problem: Scaled, node: Node) -> bool:
-    """Whether a node stands on a bound of p and the curve leaves there."""
+    """Whether a node lies on a bound of p and the curve leaves the range there."""
     p = problem.solution(node.y)[1]
     ahead = node.direction[-1]
     return bool((p == problem.high and ahead > 0.0) or (p == problem.low and ahead < 0.0))
@@ -299,7 +299,7 @@ def _next_panel(problem: Scaled, origin: Node, pace: _Pace, done: Walk) -> Panel
         if last is not None:
             length = float(origin.tangent @ (last.y - origin.y))
             tried = build(problem, origin, length, pace.standard, last)
-        if isinstance(tried, Panel) and not _bulges(problem, tried):
+        if isinstance(tried, Panel) and not _leaves_between_nodes(problem, tried):
             return tried
         failure = tried if isinstance(tried, Failure) else Failure("it leaves the range of p")
         done.rejected += 1
@@ -316,7 +316,7 @@ def _last_inside(
     if isinstance(tried, Failure):
         guess = None if tried.outside is None else tried.outside.y
     else:
-        guess = _bulge(problem, tried)
+        guess = _exit_between_nodes(problem, tried)
     if guess is None:
         return None
     along_p = np.zeros_like(guess)
@@ -327,12 +327,12 @@ def _last_inside(
     return node
 
 
-def _bulges(problem: Scaled, panel: Panel) -> bool:
-    return _bulge(problem, panel) is not None
+def _leaves_between_nodes(problem: Scaled, panel: Panel) -> bool:
+    return _exit_between_nodes(problem, panel) is not None
 
 
-def _bulge(problem: Scaled, panel: Panel) -> Floats | None:
-    """Where the expansion of a panel first leaves the bounds of p between two nodes."""
+def _exit_between_nodes(problem: Scaled, panel: Panel) -> Floats | None:
+    """First point between two nodes at which a panel's expansion leaves the bounds of p."""
     p = Expansion(0.0, panel.length, panel.curve.values[:, -1])
     for s in p.extrema():
         y = panel.curve.at(s)
@@ -370,8 +370,8 @@ def _cut(
     return Stretch(panel, panel.length, panel.nodes[-1], tuple(found))
 
 
-def _event(problem: Scaled, zero: Found, terminal: Collection[str]) -> End | None:
-    """Why a special point ends the curve, if it does."""
+def _event(problem: Scaled, zero: LocatedZero, terminal: Collection[str]) -> End | None:
+    """Reason if a special point ends the curve, else None."""
     if zero.name in terminal:
         return End(Stopped.EVENT, zero.name)
     if zero.name == BRANCH_POINT and turns_back(problem, zero.y, zero.direction):
@@ -380,7 +380,7 @@ def _event(problem: Scaled, zero: Found, terminal: Collection[str]) -> End | Non
 
 
 def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
-    """Whether a curve goes on from a point as the image of what came before (5)."""
+    """Whether the curve after a point is the image of the part before it (5)."""
     unit = direction / np.linalg.norm(direction)
     return any(
         np.linalg.norm(image - y) <= CLOSED and np.linalg.norm(along + unit) <= PARALLEL
@@ -388,20 +388,22 @@ def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
     )
 
 
-def _asked(problem: Scaled, stretch: Stretch, ask: Ask) -> Stretch:
-    """A stretch up to the first point at which the rule gives a reason (3)."""
+def _up_to_rule(problem: Scaled, stretch: Stretch, rule: StopRule) -> Stretch:
+    """Part of a stretch up to the first point at which the rule gives a reason (3)."""
     panel = stretch.panel
     for s, node in zip(positions(0.0, panel.length)[1:], panel.nodes[1:], strict=True):
         if s > stretch.stop:
             break
-        reason = ask(*problem.solution(node.y))
+        reason = rule(*problem.solution(node.y))
         if reason:
             kept = tuple(zero for zero in stretch.found if zero.s <= s)
             return Stretch(panel, float(s), node, kept, End(Stopped.RULE, reason))
     return stretch
 
 
-def _before_return(found: list[Found], back: float, listed: set[str]) -> tuple[Found, ...]:
+def _before_return(
+    found: list[LocatedZero], back: float, listed: set[str]
+) -> tuple[LocatedZero, ...]:
     """Special points up to the return; one at the start itself is not listed twice."""
     return tuple(
         zero
@@ -411,7 +413,7 @@ def _before_return(found: list[Found], back: float, listed: set[str]) -> tuple[F
 
 
 def _return(problem: Scaled, goal: Node, panel: Panel) -> tuple[float, Node] | None:
-    """Where on a panel the curve comes to a node or an image of it, if it does (4)."""
+    """Place on a panel at which the curve returns to a node or its image (4), or None."""
     for y, along in problem.images(goal.y, goal.tangent, panel.nodes[0].y):
         s = _passes(panel, y, along)
         if s is not None:
@@ -420,7 +422,7 @@ def _return(problem: Scaled, goal: Node, panel: Panel) -> tuple[float, Node] | N
 
 
 def _passes(panel: Panel, y: Floats, tangent: Floats) -> float | None:
-    """Where the curve of a panel passes through a point along a unit tangent, if it does."""
+    """Place at which a panel's curve passes a point along a unit tangent, or None."""
     apart = panel.curve.values - y
     if float(np.linalg.norm(apart, axis=1).min()) > panel.length:
         return None
@@ -438,7 +440,7 @@ def _image(problem: Scaled, node: Node, y: Floats, direction: Floats) -> Node:
     return Node(y, jacobian, direction, node.residual, node.steps, node.step)
 
 
-def _node_at(problem: Scaled, zero: Found) -> Node:
+def _node_at(problem: Scaled, zero: LocatedZero) -> Node:
     """A special point as a node."""
     residual, jacobian = problem.linearised(zero.y)
     return Node(zero.y, jacobian, zero.direction, float(np.abs(residual).max()), 0, zero.error)

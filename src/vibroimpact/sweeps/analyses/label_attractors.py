@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Floats, Integers, Rows
 from vibroimpact.attractors.classify import Attractor, classify
-from vibroimpact.attractors.matching import TOLERANCE, Known, known, proportional
+from vibroimpact.attractors.matching import TOLERANCE, KnownAttractor, known_attractor, proportional
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import StopName
@@ -138,13 +138,13 @@ def label_attractors(
 class Class(NamedTuple):
     """What members of an attractor look like: its points, and the symbol of one of them."""
 
-    shape: Known
+    shape: KnownAttractor
     symbol: Integers
 
     def among(self, table: Table, rows: Rows) -> Rows:
         """Those of some members that are on it."""
         alike = _alike(table.symbols[rows], self.symbol, self.shape)
-        return rows[alike & self.shape.holds(table.points[rows])]
+        return rows[alike & self.shape.contains(table.points[rows])]
 
 
 @dataclass
@@ -223,11 +223,11 @@ class Search:
         self.classified.append(member)
         return found if known_as is None else None
 
-    def _shape(self, attractor: Attractor, own: Floats) -> Known:
+    def _shape(self, attractor: Attractor, own: Floats) -> KnownAttractor:
         """What is on an attractor; its gap is in units of its own, which are no larger."""
         curve = attractor.shape.curve
         gap = curve.widest_gap if curve and attractor.kind is Kind.QUASIPERIODIC else 0.0
-        return known(own, attractor.kind is Kind.PERIODIC, self.tolerance, gap)
+        return known_attractor(own, attractor.kind is Kind.PERIODIC, self.tolerance, gap)
 
     def to_extend(self, table: Table, flew: int) -> Rows:
         """Who goes on: all without a label; of many in flight none where as many flew before."""
@@ -282,7 +282,7 @@ def _points(attractor: Attractor, scale: Scale) -> Floats:
     return points[-attractor.shape.period :] if attractor.shape.period else points
 
 
-def _alike(symbols: Integers, first: Integers, shape: Known) -> NDArray[np.bool_]:
+def _alike(symbols: Integers, first: Integers, shape: KnownAttractor) -> NDArray[np.bool_]:
     """Members whose symbol allows them to move as the first one does, (3) of matching.py."""
     if not shape.periodic:
         return np.asarray((symbols == first).all(axis=1))
@@ -290,10 +290,10 @@ def _alike(symbols: Integers, first: Integers, shape: Known) -> NDArray[np.bool_
     return np.asarray(settling | proportional(symbols, first))
 
 
-def _one(one: Found, shape: Known, other: Found, points: Floats) -> bool:
+def _one(one: Found, shape: KnownAttractor, other: Found, points: Floats) -> bool:
     """Whether an attractor is one that is known: same kind and type, points on its points."""
     alike = (one.kind, one.word) == (other.kind, other.word)
-    return alike and bool(shape.holds(points[None])[0])
+    return alike and bool(shape.contains(points[None])[0])
 
 
 def _found(attractor: Attractor) -> Found:

@@ -13,7 +13,7 @@ from vibroimpact._core.checks import check_kind, share, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.attractors.classify import rest_on_stops
-from vibroimpact.attractors.matching import TOLERANCE, different, distinct, scale_of
+from vibroimpact.attractors.matching import TOLERANCE, count_attractors, count_symbols, scale_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
@@ -198,10 +198,10 @@ def _counted(
     elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
     counts = np.zeros(shape, dtype=np.int16)
     for at in np.ndindex(*shape):
-        others = different(symbols[at][elsewhere[at]])
+        others = count_symbols(symbols[at][elsewhere[at]])
         silent = ends[at][kinds[at] == NO_IMPACTS]
         if len(silent):
             values = {name: float(members[name][i]) for name, i in zip(over, at, strict=True)}
             others += len(set(rest_on_stops(with_parameters(system, values), silent)))
-        counts[at] = distinct(points[at], symbols[at], impacts, tolerance) + others
+        counts[at] = count_attractors(points[at], symbols[at], impacts, tolerance) + others
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})
