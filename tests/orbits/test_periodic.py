@@ -273,7 +273,7 @@ GUESS = vi.Guess(np.array([[1.0, -1.3, 0.1]]), np.array([6.3]))
         ({"impacts": ["A"], "cycles": 0}, "cycles = 0: must be at least 1"),
         ({"impacts": ["C"], "cycles": 1}, '"A", "B"'),
         ({"impacts": ["B"], "cycles": 1}, "no stop on side -1"),
-        ({"impacts": [(1, 1)], "cycles": 1}, "is no stop"),
+        ({"impacts": [(1, 1)], "cycles": 1}, "is not a stop"),
         ({"impacts": [], "cycles": 1}, "at least one impact"),
         ({"impacts": ["A", "A"], "cycles": 1}, "expected \\(2, 3\\)"),
         ({"impacts": ["A"], "cycles": 1, "symmetric": True}, "not symmetric"),

@@ -1,8 +1,8 @@
 """Normal forms of maps at bifurcations of codimension one, and at two strong resonances.
 
-What is analysed is anything with :class:`Forms`: the return map or half map of an orbit, an
-:class:`ExplicitMap`, a :class:`Composition`. Coefficients are in the coordinates of the forms, with
-|q| = 1, <p, q> = 1 and 0 < arg(nu) < pi.
+The functions take :class:`Forms`: those of the return map or half map of an orbit, of an
+:class:`ExplicitMap`, or a :class:`Composition`. Coefficients are in the coordinates of the forms,
+with |q| = 1, <p, q> = 1 and 0 < arg(nu) < pi.
 """
 
 from __future__ import annotations

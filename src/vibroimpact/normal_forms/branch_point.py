@@ -38,7 +38,7 @@ from vibroimpact.normal_forms.critical import (
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
 
-FOLD = "the parameter pushes along q (<p, F_p> is not zero): a fold, not a branch point."
+FOLD = "the parameter acts along q (<p, F_p> is not zero): a fold, not a branch point."
 NO_CROSSING = "no two curves cross with different tangents"
 UNDECIDED = "the cubic term does not decide"
 
@@ -132,7 +132,7 @@ def branch_point(forms: Forms) -> BranchPoint | Refusal:
     Parameters
     ----------
     forms
-        Of the map at its fixed point, with the parameter.
+        Forms of the map at its fixed point, with the parameter.
 
     Returns
     -------
@@ -164,7 +164,7 @@ def branch_point(forms: Forms) -> BranchPoint | Refusal:
 def _coefficients(
     at: Multilinear, A: Floats, critical: Critical, push: Floats
 ) -> tuple[BranchPoint, float, tuple[float, float]]:
-    """The normal form; the sizes of the terms of a, and of b^2 - 4 a c and e."""
+    """Normal form, and the sizes of the terms of a, and of b^2 - 4 a c and e."""
     q, p = critical.q.real, critical.p.real
     drift = _complementary(A, q, p, push)
     along = with_parameter(drift, 1.0)
@@ -189,6 +189,6 @@ def _coefficients(
 
 
 def _complementary(A: Floats, q: Floats, p: Floats, right: Floats) -> Floats:
-    """The x with (I - A) x = right - <p, right> q and <p, x> = 0."""
+    """Solution x of (I - A) x = right - <p, right> q, <p, x> = 0."""
     bordered = np.block([[np.eye(len(A)) - A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
     return np.asarray(np.linalg.solve(bordered, np.append(right, 0.0))[:-1], np.float64)

@@ -1,4 +1,4 @@
-"""First Lyapunov coefficient by the route of the paper: eigenbasis, centre-manifold graph, (39).
+"""First Lyapunov coefficient by the method of the paper: eigenbasis, centre-manifold graph, (39).
 
 Method      X = H Y, H = (Re k1, -Im k1, basis of the other invariant subspace)             (33)
             Y' = F(Y), z = y1 + i y2, w = (y3, ..., yn) on the centre manifold
@@ -34,7 +34,7 @@ from vibroimpact.normal_forms.forms import Forms, jacobian
 
 @dataclass(frozen=True)
 class CentreManifold:
-    """Reduction of a map to its centre manifold, in the letters of the paper.
+    """Reduction of a map to its centre manifold, in the notation of the paper.
 
     Attributes
     ----------
@@ -69,12 +69,12 @@ def eigenbasis(critical: Critical) -> Floats:
 
 
 def centre_manifold(forms: Forms) -> CentreManifold | Refusal:
-    """Compute f1 by the paper's route.
+    """Compute f1 by the paper's method.
 
     Parameters
     ----------
     forms
-        Of the map at its fixed point.
+        Forms of the map at its fixed point.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""One door to all normal forms of codimension one."""
+"""Common entry to all normal forms of codimension one."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
         nu is above 90 degrees.
     parameter
         Whether the forms take the parameter's direction. False gives the coefficient alone, without
-        the side, the size and the shape of what is born. A branch point with multiplier +1 needs
-        it.
+        the side, the size and the shape of the new solutions. A branch point with multiplier +1
+        needs it.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
 
     Notes
     -----
-    Which derivatives each costs stands with the functions of each kind; none needs a full tensor.
+    The functions of each kind state the derivatives that they cost; none needs a full tensor.
 
     Examples
     --------

@@ -3,9 +3,9 @@
 Method      A q = nu q,  A^T p = conj(nu) p,  |q| = 1,  <p, q> = conj(p) . q = 1             (1)
             with 0 < arg(nu) < pi for a pair, and the entry of q of largest modulus > 0. A normal
             form holds where nu is simple and no other multiplier lies on the unit circle.   (2)
-Assumes     nothing: what does not hold is said
+Assumes     nothing: hypotheses are checked
 Accuracy    rounding times the condition |p| of the multiplier
-Fails       a :class:`Refusal` that says which hypothesis does not hold
+Fails       a :class:`Refusal` that names the hypothesis that does not hold
 Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4; the conventions are
             those of MatContM
 """
@@ -30,17 +30,17 @@ amount as nu.
 """
 
 HALF_OF_THE_DIGITS = 2.0**-26
-"""A coefficient below this share of the terms it is the sum of counts as zero.
+"""A coefficient below this share of the terms whose sum it is counts as zero.
 
 It has lost half of its digits by cancellation, and at a point that is located to half of the digits
-it cannot be told from zero.
+it cannot be distinguished from zero.
 """
 
 NOT_FINITE = "is not finite: the map is not smooth here (a grazing or sticking orbit)."
 
 
 class Status(StrEnum):
-    """Why a normal form was refused."""
+    """Reasons for refusing a normal form."""
 
     NOT_CRITICAL = "multiplier not critical"
     OTHERS_CRITICAL = "other multipliers critical"
@@ -52,7 +52,7 @@ class Status(StrEnum):
 
 @runtime_checkable
 class NormalForm(Protocol):
-    """A normal form of codimension one: coefficients, and what is born on which side."""
+    """Normal form of codimension one: coefficients, and the new solutions and their side."""
 
     @property
     def kind(self) -> str:
@@ -69,20 +69,20 @@ class NormalForm(Protocol):
 
 @dataclass(frozen=True)
 class Refusal:
-    """A normal form that does not exist, or does not decide, here.
+    """Result where a normal form does not exist, or does not decide.
 
     Attributes
     ----------
     kind
-        What was asked for: "NS", "PD", "BP" or "SN".
+        The requested kind: "NS", "PD", "BP" or "SN".
     status
-        Which hypothesis fails.
+        The hypothesis that fails.
     reason
         A sentence with the numbers.
     multipliers
         All multipliers of the fixed point, shape (d,).
     critical
-        What could be computed, without the parameter, where a coefficient vanishes or
+        The part that could be computed, without the parameter, where a coefficient vanishes or
         transversality fails; else None.
     """
 
@@ -95,7 +95,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Critical:
-    """A simple critical multiplier.
+    """Simple critical multiplier with its eigenvectors.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critica
     Parameters
     ----------
     kind
-        Named in a refusal.
+        Kind of the bifurcation, for the text of a refusal.
     A
         Jacobian, shape (d, d).
     target
@@ -138,8 +138,8 @@ def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critica
     Returns
     -------
     Critical or Refusal
-        NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has met at 1 or -1) or
-        OTHERS_CRITICAL.
+        Refused as NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has merged at 1 or -1)
+        or OTHERS_CRITICAL.
     """
     if not np.all(np.isfinite(A)):
         unknown = np.full(len(A), np.nan, dtype=np.complex128)
@@ -181,7 +181,7 @@ def _partner(values: Complexes, at: int) -> int:
 
 
 def _all_real(kind: str, values: Complexes) -> Refusal:
-    """No pair: it may have met at 1 or -1."""
+    """Refusal where no pair exists: it may have merged at 1 or -1."""
     for q, target in ((1, 1.0), (2, -1.0)):
         if np.count_nonzero(np.abs(values - target) <= ON_CIRCLE) > 1:
             reason = f"two multipliers are {target:+.0f}: the pair has met at the resonance 1:{q}."
@@ -214,11 +214,11 @@ def zero(
     Parameters
     ----------
     name, value, scale
-        The coefficient, and the size of the terms that it is the sum of.
+        The coefficient, and the size of the terms whose sum it is.
     status, meaning
-        What it means where it is zero (``HALF_OF_THE_DIGITS``).
+        Status and text where it is zero (``HALF_OF_THE_DIGITS``).
     form
-        The normal form without what depends on it.
+        The normal form without the parts that depend on it.
     """
     if not math.isfinite(value):
         return Refusal(form.kind, Status.NOT_SMOOTH, f"{name} {NOT_FINITE}", form.multipliers)

@@ -30,20 +30,20 @@ Function = Callable[[Any, Any], Sequence[Any]]
 """function(x, p): x is an array of floats or of jets, shape (d,), p a float or a jet."""
 
 MOST = 10**6
-"""Of dimensions and iterates."""
+"""Largest number of dimensions and iterates."""
 
 MOST_STEPS = 50
 """Newton steps (2): from a start in its basin it takes six or so."""
 
 LAST_STEP = 2.0**-26
-"""Relative size of the step that is the last: its square is rounding."""
+"""Relative size of the last step: its square is rounding."""
 
 DERIVATIVE_AT = {1: 1, 2: 3, 3: 7}
 """Order of a derivative to its place among the eight coefficients of a jet (1)."""
 
 
 class FixedPointStatus(StrEnum):
-    """How Newton's method ended."""
+    """Status of Newton's method."""
 
     CONVERGED = "converged"
     NOT_CONVERGED = "not converged"
@@ -53,7 +53,7 @@ class FixedPointStatus(StrEnum):
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """A fixed point of a map, or how far the search for it came.
+    """Fixed point of a map, or the last iterate of a search without convergence.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class FixedPoint:
 
     @property
     def converged(self) -> bool:
-        """Whether this is a fixed point."""
+        """Whether the search converged to a fixed point."""
         return self.status is FixedPointStatus.CONVERGED
 
     @property
@@ -92,7 +92,7 @@ class FixedPoint:
 
 @dataclass(frozen=True)
 class MapForms:
-    """Forms of an explicit map at a point; see :class:`vibroimpact.normal_forms.Forms`.
+    """Multilinear forms of an explicit map at a point; see :class:`vibroimpact.normal_forms.Forms`.
 
     Attributes
     ----------
@@ -139,8 +139,8 @@ class ExplicitMap:
     Raises
     ------
     InvalidParameterError
-        A bad dimension, iterate or size; and, when the map is evaluated, a function that returns
-        something else than d real numbers or cannot be evaluated on jets.
+        A bad dimension, iterate or size; and, when the map is evaluated, a function that does not
+        return d real numbers or cannot be evaluated on jets.
 
     Examples
     --------
@@ -216,7 +216,7 @@ class ExplicitMap:
         Returns
         -------
         FixedPoint
-            Whose ``status`` says whether it converged.
+            With its ``status``.
         """
         x, p = np.array(vector("guess", guess, self.dimension)), real("p", p)
         steps, converged = 0, False
@@ -295,7 +295,7 @@ class ExplicitMap:
         return list(image)
 
     def _image(self, x: NDArray[Any], p: Any) -> list[Any]:
-        """The function's own answer, of the right length."""
+        """Values of the function, checked for their number."""
         try:
             with np.errstate(all="ignore"):
                 image = list(self.function(x, p))
@@ -313,7 +313,7 @@ class ExplicitMap:
 
 
 def _objects(jets: Sequence[Any]) -> NDArray[Any]:
-    """An array of jets, as functions with matrix products want it."""
+    """Array of jets, as functions with matrix products need it."""
     array = np.empty(len(jets), dtype=object)
     array[:] = jets
     return array

@@ -1,4 +1,4 @@
-"""Period doubling, symmetry breaking and fold: coefficients and the orbits that are born.
+"""Period doubling, symmetry breaking and fold: coefficients and the new orbits.
 
 Method      Flip (nu = -1), on x = x0 + q w + h2 w^2 / 2 + ...:
                 w -> -w + c w^3 + ...,  h2 = (I - A)^-1 B(q, q),                             (1)
@@ -42,7 +42,7 @@ from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 UNDECIDED = "the cubic term does not decide"
 TOUCHES = "in this parameter the multiplier touches -1 without crossing it"
 FLAT = "a cusp, or a pitchfork (kind BP)"
-BRANCHES_CROSS = "two branches cross here (kind BP), this is no fold"
+BRANCHES_CROSS = "two branches cross here (kind BP), this is not a fold"
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Flip:
     others_inside
         Whether every multiplier but -1 lies inside the unit circle.
     unfolding
-        What the parameter does, or None where it was left out.
+        Effect of the parameter, or None if it was left out.
     """
 
     kind: str
@@ -131,7 +131,7 @@ class Fold:
     others_inside
         Whether every multiplier but 1 lies inside the unit circle.
     drive
-        s = <p, F_p>, or None where the parameter was left out.
+        s = <p, F_p>, or None if the parameter was left out.
     """
 
     a: float
@@ -171,11 +171,11 @@ def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Re
     Parameters
     ----------
     forms
-        Of the map at its fixed point; for symmetry breaking those of the half map.
+        Forms of the map at its fixed point; for symmetry breaking those of the half map.
     kind
-        "PD" or "BP": what the two new points mean; the formula is the same.
+        "PD" or "BP": the meaning of the two new points; the formula is the same.
     parameter
-        False where the forms take no parameter.
+        False if the forms take no parameter.
 
     Returns
     -------
@@ -204,7 +204,7 @@ def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Re
 def _flip_coefficient(
     kind: str, at: Multilinear, A: Floats, critical: Critical
 ) -> tuple[Flip, float]:
-    """The normal form without the parameter, and the size of the terms of c."""
+    """Normal form without the parameter, and the size of the terms of c."""
     q, p = critical.q.real, critical.p.real
     h2 = np.asarray(np.linalg.solve(np.eye(len(A)) - A, at.real(q, q)), np.float64)  # (1)
     terms = at.real(q, q, q), 3.0 * at.real(q, h2)
@@ -219,9 +219,9 @@ def fold(forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
     Parameters
     ----------
     forms
-        Of the map at its fixed point.
+        Forms of the map at its fixed point.
     parameter
-        False where the forms take no parameter.
+        False if the forms take no parameter.
 
     Returns
     -------

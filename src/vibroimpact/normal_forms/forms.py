@@ -34,7 +34,7 @@ HIGHEST_ORDER = 3
 class Forms(Protocol):
     """Derivatives of a map at a point, in the map's own coordinates and in its parameter.
 
-    Anything with these two members can be analysed: an orbit's return map, an explicit map, a
+    Any object with these two members can be analysed: an orbit's return map, an explicit map, a
     composition of two.
     """
 
@@ -60,7 +60,7 @@ class Forms(Protocol):
 
 
 class Multilinear:
-    """The forms with complex arguments (3); every real form is evaluated once and remembered.
+    """Forms with complex arguments (3); every real form is evaluated once and stored.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Multilinear:
         return np.asarray(self(*directions).real)
 
     def _real(self, directions: list[Floats]) -> Floats:
-        """The form of directions other than zero, looked up by their lines through 0."""
+        """Form of nonzero directions, stored by their lines through 0."""
         signs = [1.0 if u[np.flatnonzero(u)[0]] > 0.0 else -1.0 for u in directions]
         aligned = sorted(
             ((s * u + 0.0).tobytes(), i)
@@ -129,7 +129,7 @@ def checked(directions: tuple[Any, ...], dimension: int) -> list[Floats]:
     """
     if not 1 <= len(directions) <= HIGHEST_ORDER:
         raise InvalidParameterError(
-            f"directions = {len(directions)} of them: give 1, 2 or 3, one per order."
+            f"directions: {len(directions)} are given; give 1, 2 or 3, one per order."
         )
     whole = [u if isinstance(u, np.ndarray) else numbers("direction", u) for u in directions]
     for u in whole:

@@ -1,4 +1,4 @@
-"""Neimark-Sacker bifurcation: first Lyapunov coefficient, and the circle that is born.
+"""Neimark-Sacker bifurcation: first Lyapunov coefficient, and the new invariant circle.
 
 Method      On the centre manifold x = x0 + 2 Re(q z) + Re(h20 z^2) + h11 |z|^2 + ... the map is
                 z -> nu z (1 + d |z|^2) + ...,  nu = exp(i theta),                           (1)
@@ -9,7 +9,7 @@ Method      On the centre manifold x = x0 + 2 Re(q z) + Re(h20 z^2) + h11 |z|^2 
                 nu(dp) = nu + nu_p dp,    nu_p = <p, A_p q + B(q, x_p)>,                     (5)
             so that with kappa = conj(nu) nu_p a circle |z| = r exists where
                 r^2 = -Re(kappa) dp / Re(d) > 0,                                             (6)
-            and turns per iterate by
+            with the rotation per iterate
                 phi = theta + Im(kappa) dp + Im(d) r^2.                                      (7)
 Assumes     nu simple, no other multiplier on the unit circle, nu^q != 1 for q = 1, 2, 3, 4,
             Re(d) != 0, Re(kappa) != 0; each is checked (critical.py)
@@ -73,12 +73,12 @@ class NeimarkSacker:
     others_inside
         Whether every multiplier but nu and conj(nu) lies inside the unit circle.
     resonant_radius
-        |z| at which a removed term conj(z)^2 or conj(z)^3 is as large as z: the normal form holds
-        far below. Infinite where both vanish.
+        |z| at which a removed term conj(z)^2 or conj(z)^3 is as large as z: the normal form is
+        valid far below. Infinite where both vanish.
     warnings
-        Sentences; not empty next to a strong resonance.
+        Warnings in words; not empty next to a strong resonance.
     unfolding
-        What the parameter does, or None where it was left out.
+        Effect of the parameter, or None if it was left out.
     """
 
     multiplier: complex
@@ -102,7 +102,7 @@ class NeimarkSacker:
 
     @property
     def supercritical(self) -> bool:
-        """Re(d) < 0: the circle attracts on the centre manifold and lies where |nu| > 1."""
+        """Whether Re(d) < 0: the circle attracts on the centre manifold, where |nu| > 1."""
         return self.d.real < 0.0
 
     @property
@@ -122,7 +122,7 @@ class NeimarkSacker:
 
     @property
     def kappa(self) -> complex:
-        """conj(nu) dnu/dp: growth d|nu|/dp and turning d(arg nu)/dp."""
+        """conj(nu) dnu/dp: d|nu|/dp as real, d(arg nu)/dp as imaginary part."""
         return self.multiplier.conjugate() * self._unfolded().multiplier_slope
 
     @property
@@ -210,9 +210,9 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
     Parameters
     ----------
     forms
-        Of the map at its fixed point; for a symmetric orbit those of the half map.
+        Forms of the map at its fixed point; for a symmetric orbit those of the half map.
     parameter
-        False where the forms take no parameter: only d and the centre manifold.
+        False if the forms take no parameter: only d and the centre manifold.
 
     Returns
     -------
@@ -242,7 +242,7 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
 
 
 def _coefficient(at: Multilinear, A: Floats, critical: Critical) -> tuple[NeimarkSacker, float]:
-    """The normal form without the parameter, and the size of the terms of d."""
+    """Normal form without the parameter, and the size of the terms of d."""
     q, identity = critical.q, np.eye(len(A))
     nu = critical.multiplier / abs(critical.multiplier)
     h20 = np.asarray(np.linalg.solve(nu**2 * identity - A, at(q, q)), np.complex128)  # (2)
@@ -284,6 +284,6 @@ def _resonant(critical: Critical, resonance: Resonance) -> Refusal:
     reason = (
         f"nu = {critical.multiplier:.9g} is the strong resonance {resonance.p}:{resonance.q} "
         f"(|nu^{resonance.q} - 1| = {resonance.distance:.2g}): the normal form divides by zero. "
-        "Of a symmetric orbit take the half map, where the resonance may be weak."
+        "For a symmetric orbit take the half map, where the resonance may be weak."
     )
     return Refusal("NS", Status.STRONG_RESONANCE, reason, critical.multipliers)

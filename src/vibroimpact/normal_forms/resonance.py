@@ -1,4 +1,4 @@
-"""Resonances p/q of a multiplier on the unit circle, and what a strong one does to a normal form.
+"""Resonances p/q of a multiplier on the unit circle, and the effect of strong ones.
 
 Method      distance to the resonance p/q of nu = exp(i theta):  |nu^q - 1|                  (1)
             Removing the terms that the normal form nu z (1 + d |z|^2) does not have divides by
@@ -6,7 +6,7 @@ Method      distance to the resonance p/q of nu = exp(i theta):  |nu^q - 1|     
                 nu - conj(nu)             (in <p, q> = 1)            |nu^2 - 1|              (3)
                 nu^2 - conj(nu)           (term zbar^2)              |nu^3 - 1|              (4)
                 nu - conj(nu)^3           (term zbar^3)              |nu^4 - 1|              (5)
-            and by no smaller number from q >= 5 on: those are weak.
+            and by no smaller number for q >= 5: those are weak.
 Assumes     |nu| = 1
 Accuracy    rounding
 Fails       never
@@ -29,7 +29,7 @@ NEAR = 0.1
 """|nu^q - 1| below which a strong resonance is warned of.
 
 Each divisor (2) to (5) is |nu^q - 1|, so below 0.1 a term that the leading-order prediction leaves
-out is more than ten times what its own coefficient says. In angle: 5.7 / q degrees.
+out is more than ten times as large as its own coefficient. In angle: 5.7 / q degrees.
 """
 
 CONSEQUENCE = {
@@ -82,8 +82,8 @@ def resonances(angle: float, highest: int = HIGHEST) -> tuple[Resonance, ...]:
     Returns
     -------
     tuple of Resonance
-        In order of q. A q whose nearest fraction is not in lowest terms is left out: a smaller q
-        has it.
+        In order of q. A q whose nearest fraction is not in lowest terms is left out, since that is
+        listed under a smaller q.
 
     Examples
     --------
@@ -112,12 +112,12 @@ def strong_resonances(angle: float, within: float = NEAR) -> tuple[Resonance, ..
 
 
 def warning(resonance: Resonance, radius: float) -> str:
-    """Return a sentence: why a coefficient next to a strong resonance is unreliable.
+    """Return the reason why a coefficient next to a strong resonance is unreliable.
 
     Parameters
     ----------
     resonance
-        A strong one.
+        A strong resonance.
     radius
         |z| at which the removed resonant term is as large as z; infinite where there is none.
     """

@@ -59,7 +59,7 @@ class OneToTwo:
 
     @property
     def scaled(self) -> tuple[float, float]:
-        """(4 c, -2 d - 6 c)."""
+        """Scaled coefficients (4 c, -2 d - 6 c)."""
         return 4.0 * self.c, -2.0 * self.d - 6.0 * self.c
 
 
@@ -80,10 +80,10 @@ class OneToThree:
 
     @property
     def scaled(self) -> complex:
-        """(conj(nu) c / |b|^2 - 1) / 3; a negative real part: the circle attracts.
+        """Scaled coefficient (conj(nu) c / |b|^2 - 1) / 3; if negative, the circle attracts.
 
-        Only its real part is invariant under changes of coordinates: the choice of h20 along
-        conj(q), which conj(z)^2 leaves free, moves the imaginary part.
+        Only its real part, the one that decides, is invariant under changes of coordinates: the
+        imaginary part depends on the choice of h20 along conj(q), which conj(z)^2 leaves free.
         """
         return (CUBE_ROOT.conjugate() * self.c / abs(self.b) ** 2 - 1.0) / 3.0
 
@@ -96,7 +96,7 @@ def strong_resonance(kind: str, forms: Forms) -> OneToTwo | OneToThree | Refusal
     kind
         "R2" or "R3".
     forms
-        Of the map at its fixed point, at the critical parameters.
+        Forms of the map at its fixed point, at the critical parameters.
 
     Returns
     -------

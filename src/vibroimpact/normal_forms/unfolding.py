@@ -1,8 +1,8 @@
-"""What the parameter does to a critical fixed point.
+"""Effect of the parameter on a critical fixed point.
 
 Method      x_p  = (I - A)^-1 F_p                   drift of the fixed point                 (1)
             nu_p = <p, A_p q + B(q, x_p)>           slope of the critical multiplier         (2)
-Assumes     1 is no multiplier
+Assumes     1 is not a multiplier
 Accuracy    rounding times the conditions of I - A and of the multiplier
 Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 4.7: exact derivatives, along
             the branch of fixed points
@@ -24,7 +24,7 @@ Part = TypeVar("Part")
 
 
 def given(name: str, part: Part | None) -> Part:
-    """A part of a normal form that needs the parameter, or refuse where it was left out."""
+    """Return a part of a normal form that needs the parameter, or raise if it was left out."""
     if part is None:
         raise InvalidParameterError(
             f"{name} = None: this normal form was computed without the parameter. "
@@ -44,7 +44,7 @@ class Unfolding:
     multiplier_slope
         d nu / d p.
     scale
-        Size of the terms that the slope is the sum of.
+        Size of the terms whose sum the slope is.
     """
 
     drift: Floats

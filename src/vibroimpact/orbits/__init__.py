@@ -1,1 +1,1 @@
-"""Periodic orbits with any sequence of impacts: found, judged, differentiated."""
+"""Periodic orbits with any sequence of impacts: search, admissibility, maps, multipliers."""

@@ -1,4 +1,4 @@
-"""Whether an orbit of the equations is a motion of the machine: no stop is crossed in between.
+"""Admissibility of a solution of the orbit equations: no stop is crossed between impacts.
 
 Method      Every flight is expanded, window by window, in Chebyshev polynomials of the contact
             coordinate's rate u', which over a window of 6 radians of the fastest rate have fallen
@@ -6,11 +6,11 @@ Method      Every flight is expanded, window by window, in Chebyshev polynomials
             that every extremum of every gap is found, not sampled. An orbit is admissible if
               - no flight takes negative time,                                                 (1)
               - no gap is negative at an interior extremum or at an impact of another contact. (2)
-            (2) decides whether impacts come from the front, too: a motion that reaches a stop from
-            behind has crossed it, and by Rolle's theorem its gap has a negative extremum since,
-            the impact's own, which vanishes with its speed. So no speed has to be compared with
-            zero, which it is at a touch; only in a flight of no duration, where there is nothing
-            in between, the rate itself must have its sign.                                    (3)
+            (2) also decides whether impacts come from the front: a motion that reaches a stop from
+            behind has crossed it, and by Rolle's theorem its gap has a negative extremum since
+            then, the impact's own, which vanishes with its speed. So no speed has to be compared
+            with zero, its value at a touch; only in a flight of no duration, which has no interior,
+            the rate itself must have its sign.                                                (3)
             The clearance is the least gap at those places: zero at grazing.
 Accuracy    gaps to about 1e-13 of the amplitude: the largest of |row| . |x| along the orbit and of
             the contact's limits. Crossings of less than PLAY of it are contacts; with the
@@ -33,14 +33,14 @@ from vibroimpact.compile.prescribed import Linearised, Prescribed
 from vibroimpact.model.mechanism import infinite
 from vibroimpact.model.stop import Stop
 
-# Of the largest u' in a window. It moves an extremum of the gap by as much, and its value by the
-# square of that; where two extrema are about to merge by the power 3/2, 3e-14.
+# Relative to the largest u' in a window. It moves an extremum of the gap by as much, and its value
+# by the square of that; where two extrema are about to merge by the power 3/2, 3e-14.
 FLAT = 1e-9
 PLAY = 1e-11  # of the amplitude, of the period: rounding of a flight and of Newton's method
 
 
 class Place(NamedTuple):
-    """Where gaps are compared: a stop in a flight; own extrema of impacts apart."""
+    """Key of a gap: a stop in a flight, with the own extrema of impacts apart."""
 
     contact: int
     side: int
@@ -49,7 +49,7 @@ class Place(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """A gap at one of its extrema, or where another contact has its impact."""
+    """Gap at one of its extrema, or at the impact of another contact."""
 
     gap: float
     contact: int
@@ -71,7 +71,7 @@ class Nearest(NamedTuple):
 
 
 class _Flights(NamedTuple):
-    """Windows of free flight, one after the other over all segments, and the segments' ends."""
+    """Consecutive windows of free flight over all segments, and the segments' ends."""
 
     length: float  # of a window
     segment: Integers  # (w,)
@@ -90,9 +90,9 @@ def least_gaps(
     ends: Sequence[Stop],
     begun: Sequence[Stop],
 ) -> dict[Place, Nearest]:
-    """The nearest approach to each stop in each flight.
+    """Nearest approach to each stop in each flight.
 
-    Looked at are the extrema of the gaps within the flights, and the ends where another contact
+    Considered are the extrema of the gaps within the flights, and the ends where another contact
     impacts. ``begun[k]`` begins flight k, ``ends[k]`` ends it.
     """
     least: dict[Place, Nearest] = {}
@@ -104,7 +104,7 @@ def least_gaps(
 
 
 def amplitudes(compiled: Prescribed, states: Floats, durations: Floats) -> Floats:
-    """What the gap of each contact is compared with, shape (contacts,)."""
+    """Reference length for the gap of each contact, shape (contacts,)."""
     contacts, n = compiled.mechanism.contacts, compiled.degrees
     rows = np.abs([contact.row for contact in contacts])
     sizes = (np.abs(compiled.sampled(states, durations)[:, :n]) @ rows.T).max(axis=0)
@@ -162,7 +162,7 @@ def _gaps(compiled: Prescribed, flights: _Flights, i: int) -> Iterator[Nearest]:
 
 
 def _own(flights: _Flights, rate: Floats, i: int, segment: Integers, times: Floats) -> Flags:
-    """Which extrema are the own ones of an impact that is reached or left from behind."""
+    """Mask of extrema that belong to an impact which is reached or left from behind."""
     own = np.zeros(len(times), dtype=bool)
     zero = np.zeros(len(flights.durations))
     edges = ((flights.first, zero, 1.0), (flights.last, flights.durations, -1.0))
@@ -190,10 +190,10 @@ def why_inadmissible(
     sizes: Floats,
     slack: float = 0.0,
 ) -> str:
-    """Why no machine moves so, by (1) to (3); "" where one does.
+    """Reason why an orbit is not admissible, by (1) to (3); "" for an admissible one.
 
     ``sizes`` are the :func:`amplitudes`; ``slack`` is allowed beyond rounding, relative to the
-    period and to them: at a touch that is only nearly one.
+    period and to them, for a touch that is known approximately.
     """
     play = max(PLAY, slack)
     shortest = play * float(np.abs(durations).sum())

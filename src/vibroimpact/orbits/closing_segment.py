@@ -1,10 +1,10 @@
-"""The loop at the end of a motion: which impacts repeat, and over how many forcing cycles.
+"""Closing loop of a motion: the impacts that repeat at its end, and their forcing cycles.
 
-Method      Over the last impacts, the shortest stretch that ends where it began: within CLOSED of
+Method      Over the last impacts, the shortest part that ends where it began: within CLOSED of
             the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
-            up to LONGEST_NEARLY. Where the sequence is given, the last time that the motion shows
-            it, closed or not.
-Fails       a sentence: no such stretch; in its last period a contact rests, or several impact at
+            up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
+            closed or not.
+Fails       a sentence: no such part; in its last period a contact rests, or several impact at
             once
 """
 
@@ -22,14 +22,14 @@ from vibroimpact.simulation.simulate import Run, RunEnd, Status
 
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
 CLOSED = 1e-5  # the same for a settled periodic motion
-LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop that is looked for
+LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop, at most
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
 TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
 RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
 
 
-class EndLoop(NamedTuple):
-    """Impacts that repeat, forcing cycles; states after them (m, 2n + 1), flight times (m,)."""
+class ClosingLoop(NamedTuple):
+    """Impacts of a loop, forcing cycles, states after impacts (m, 2n + 1), flight times (m,)."""
 
     impacts: tuple[Stop, ...]
     cycles: int
@@ -54,17 +54,19 @@ def cycles_of(system: System, span: float) -> int:
     return max(1, round(span * omega / (2.0 * math.pi))) if omega else 0
 
 
-def loop_at_end(run: Run, sequence: tuple[Stop, ...] | None, cycles: int | None) -> EndLoop | str:
-    """The loop at the end of a run; a sentence where there is none.
+def closing_loop(
+    run: Run, sequence: tuple[Stop, ...] | None, cycles: int | None
+) -> ClosingLoop | str:
+    """Find the loop at the end of a run; return a sentence if there is none.
 
     Parameters
     ----------
     run
         A simulated motion.
     sequence
-        Impacts that it must show; None for any.
+        Required impacts; None for any.
     cycles
-        Forcing cycles that it must take; None for any.
+        Required forcing cycles; None for any.
     """
     states, times, stops = segments_of(run)
     found = _nearest_loop(run, cycles) if sequence is None else _last_time(stops, sequence)
@@ -81,11 +83,11 @@ def loop_at_end(run: Run, sequence: tuple[Stop, ...] | None, cycles: int | None)
     if why:
         return why
     durations = np.diff(times[first : last + 1])
-    return EndLoop(tuple(stops[first:last]), whole, states[first:last], durations)
+    return ClosingLoop(tuple(stops[first:last]), whole, states[first:last], durations)
 
 
 def _without_signature(run: Run, since: float, until: float) -> str:
-    """Why a part of a run has no signature: contacts rest, or several impact at once."""
+    """Reason why a part of a run has no signature: contacts rest, or several impact at once."""
     status = run.status[(run.time >= since) & (run.time <= until)]
     if np.isin(status, REST).any():
         return RESTING
@@ -116,7 +118,7 @@ def _nearest_loop(run: Run, cycles: int | None) -> tuple[int, int] | None:
 
 
 def _last_time(stops: list[Stop], sequence: tuple[Stop, ...]) -> tuple[int, int] | None:
-    """(first, last) impact where a sequence, and its first stop once more, ends last."""
+    """(first, last) impact of the last occurrence of a sequence followed by its first stop."""
     count, wanted = len(sequence), [*sequence, *sequence[:1]]
     begins = [k for k in range(len(stops) - count) if stops[k : k + count + 1] == wanted]
     return (begins[-1], begins[-1] + count) if begins else None

@@ -1,7 +1,7 @@
-"""find_orbit: Newton's method on the segments of a periodic orbit.
+"""Periodic orbits from a guess, by Newton's method on their segments.
 
-Method      Newton's method (newton.py) on (1)-(3) of problem.py. The signature is given, or read
-            off a simulated motion (closing_segment.py).
+Method      Newton's method (newton.py) on (1)-(3) of problem.py. The signature is given, or taken
+            from a simulated motion (closing_segment.py).
 Fails       a status with a sentence: no convergence, a guess that leads to rest, a motion without a
             loop or one that chatters or sticks in it, one that only loses energy.
 Reference   theory.md, "Periodic orbits"
@@ -24,7 +24,7 @@ from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.closing_segment import cycles_of, loop_at_end
+from vibroimpact.orbits.closing_segment import closing_loop, cycles_of
 from vibroimpact.orbits.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
@@ -37,12 +37,12 @@ from vibroimpact.orbits.problem import (
 )
 from vibroimpact.simulation.simulate import Run, simulate
 
-SAME = 1e-6  # of their size: states of one orbit, found twice, even next to a fold
+SAME = 1e-6  # relative distance of states of one orbit that is found twice, even next to a fold
 SETTLING = 2000  # impacts simulated from a state
 
 
 class Guess(NamedTuple):
-    """Where Newton's method starts: states after the impacts (m, 2n + 1) and flight times (m,)."""
+    """Start of Newton's method: states after the impacts (m, 2n + 1) and flight times (m,)."""
 
     states: Floats
     durations: Floats
@@ -64,23 +64,25 @@ def find_orbit(
         The system.
     guess
         An orbit (of this system or one like it), a simulated run or a state to simulate from, or a
-        :class:`Guess`. Of a run the end is used, with ``impacts`` the last time that it shows them;
-        of a state without ``impacts`` what it settles to. The phase counts up to whole periods.
+        :class:`Guess`. For a run, its end is used, or with ``impacts`` their last occurrence;
+        for a state without ``impacts``, the motion to which it settles. Whole periods of the phase
+        do not matter.
     impacts
         The sequence of stops: (contact, side) with side +1 (upper, A) or -1 (lower, B), or "A",
-        "B" for contact 0. The orbit's first state is just after the first. By default read off.
+        "B" for contact 0. The orbit's first state is just after the first. By default taken from
+        the guess.
     cycles
-        Forcing cycles until the orbit closes, an integer. By default read off.
+        Forcing cycles until the orbit closes, an integer. By default taken from the guess.
     symmetric
-        Solve for an orbit that is its own mirror image. By default where the guess is one.
+        Solve for an orbit that is its own mirror image. By default if the guess is one.
 
     Returns
     -------
     Orbit
-        The one next to the guess where orbits come in a family (``family_dimension``). With
-        ``converged`` False and a sentence in ``status`` where none was reached, where there is none
-        since every impact loses energy, or where the motion chatters, sticks or has several impacts
-        at once in every period.
+        In a family of orbits (``family_dimension``), the one next to the guess. With ``converged``
+        False and a sentence in ``status`` where none was reached, where none exists because every
+        impact loses energy, or where the motion chatters, sticks or has several impacts at once in
+        every period.
 
     Raises
     ------
@@ -117,7 +119,7 @@ def find_orbit(
     guess = _checked(guess)
     if sequence is None:
         raise InvalidParameterError(
-            "impacts = None: states alone do not say which stops; give them."
+            "impacts = None: states alone do not determine the stops. Give impacts."
         )
     whole = cycles if cycles is not None else cycles_of(system, float(np.sum(guess.durations)))
     return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
@@ -156,7 +158,7 @@ def _checked(guess: Any) -> Guess:
 
 
 def _unwound(guess: Guess, cycles: int) -> Guess:
-    """A guess less whole periods of its phase, which then has as many digits as there can be."""
+    """Guess without whole periods in its phase, which then keeps most digits."""
     around = 2.0 * math.pi * max(cycles, 1)
     states = guess.states.copy()
     states[:, -1] -= around * math.floor(states[0, -1] / around)
@@ -186,7 +188,7 @@ def _from_orbit(
 
 
 def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
-    """The closed-form orbit of the damper as an :class:`Orbit`."""
+    """Closed-form orbit of the damper as an :class:`Orbit`."""
     s = orbit.state
     states = np.array([[*s.position, *s.velocity, s.phase]])
     durations = np.array([math.pi / orbit.damper.omega])
@@ -196,7 +198,7 @@ def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
 
 
 def converged(orbit: Any) -> Orbit:
-    """An orbit that a map or a branch can be taken of, a closed form solved once more.
+    """Return a converged orbit for a map or a branch; a closed form is solved numerically.
 
     Raises
     ------
@@ -210,7 +212,7 @@ def converged(orbit: Any) -> Orbit:
 
 
 def unfolded(orbit: Orbit) -> Guess:
-    """All segments of an orbit, of a symmetric one its second half too."""
+    """All segments of an orbit, including the second half of a symmetric one."""
     half = Guess(orbit.states, orbit.durations)
     return with_mirror(half, math.pi * orbit.signature.cycles) if orbit.symmetric else half
 
@@ -222,34 +224,34 @@ def with_mirror(half: Guess, turn: float) -> Guess:
 
 
 def mirrored(states: Floats, turn: float) -> Floats:
-    """(x, v, theta) -> (-x, -v, theta + turn) of states in rows."""
+    """Mirror images (-x, -v, theta + turn) of states (x, v, theta) in rows."""
     images = -states
     images[:, -1] = states[:, -1] + turn
     return images
 
 
 def later(states: Floats, turn: float) -> Floats:
-    """(x, v, theta) -> (x, v, theta + turn) of states in rows."""
+    """States (x, v, theta + turn) of states (x, v, theta) in rows."""
     moved = states.copy()
     moved[:, -1] += turn
     return moved
 
 
 def repeated(once: Guess, cycles: int, times: int) -> Guess:
-    """A loop of so many forcing cycles, gone round several times."""
+    """Loop of so many forcing cycles, repeated several times."""
     turns = 2.0 * math.pi * cycles * np.arange(times)
     states = np.vstack([later(once.states, turn) for turn in turns])
     return Guess(states, np.tile(once.durations, times))
 
 
 def rolled(once: Guess, cycles: int, first: int) -> Guess:
-    """A loop of so many forcing cycles, begun at a later segment."""
+    """Loop of so many forcing cycles, begun at a later segment."""
     passed = later(once.states[:first], 2.0 * math.pi * cycles)
     return Guess(np.vstack([once.states[first:], passed]), np.roll(once.durations, -first))
 
 
 def rotated(orbit: Orbit, count: int) -> Orbit:
-    """The same orbit with a later impact as its first."""
+    """Rotate an orbit, so that a later impact is its first."""
     signature, m = orbit.signature, len(orbit.durations)
     states, durations = rolled(unfolded(orbit), signature.cycles, count)
     impacts = (*signature.impacts[count:], *signature.impacts[:count])
@@ -265,7 +267,7 @@ def solve(
     iterations: int = ITERATIONS,
     halvings: int = HALVINGS,
 ) -> Orbit:
-    """Newton's method from a guess with all the signature's impacts, or those solved for."""
+    """Solve by Newton's method, from a guess with all impacts of the signature or its solved ones."""
     problem = OrbitProblem(system, signature, "")
     m = len(problem.impacts)
     states = np.array(guess.states, dtype=float)[:m]
@@ -286,10 +288,9 @@ def solve(
 
 
 def primitive(orbit: Orbit) -> Orbit:
-    """The same orbit without repetition, and solved as symmetric where it is its mirror image.
+    """Reduce an orbit to its shortest period, and to its half if it is its own mirror image.
 
-    An orbit that goes k times around a shorter one is that shorter one; states that agree within
-    SAME of their size count as equal.
+    States that agree within SAME of their size count as equal.
     """
     if not orbit.converged:
         return orbit
@@ -308,7 +309,7 @@ def primitive(orbit: Orbit) -> Orbit:
 
 
 def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
-    """Whether an orbit goes k times around a shorter one."""
+    """Whether an orbit is k repetitions of a shorter one."""
     impacts, cycles = orbit.signature.impacts, orbit.signature.cycles
     part = len(impacts) // k
     if len(impacts) % k or cycles % k or impacts != impacts[:part] * k:
@@ -322,7 +323,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
     return bool(np.all(change <= SAME * sizes))
 
 
-# ---- signatures read off a motion ----------------------------------------------------------------
+# ---- signatures of motions -----------------------------------------------------------------------
 
 
 def _run_from(system: System, state: State, sequence: tuple[Stop, ...] | None) -> Run:
@@ -338,7 +339,7 @@ def _from_run(
     cycles: int | None,
     symmetric: bool | None,
 ) -> Orbit:
-    loop = loop_at_end(run, sequence, cycles)
+    loop = closing_loop(run, sequence, cycles)
     if isinstance(loop, str):
         return _nothing(system, sequence, cycles, loop)
     signature = Signature(loop.impacts, loop.cycles, bool(symmetric))
@@ -350,7 +351,7 @@ def _from_run(
 def _nothing(
     system: System, sequence: tuple[Stop, ...] | None, cycles: int | None, status: str
 ) -> Orbit:
-    """An orbit that was not found: what was asked for, or else some stop and a whole period."""
+    """Result without an orbit: the requested signature, or else some stop and a whole period."""
     m = mechanism_of(system)
     side = 1 if math.isfinite(m.contacts[0].upper) else -1
     least = least_cycles(m)
@@ -367,7 +368,7 @@ def _nothing(
 
 
 def mirror_distance(system: System, signature: Signature, guess: Guess) -> float:
-    """How far a loop is from its mirror image, relative to its size; infinite where it has none."""
+    """Relative distance of a loop from its mirror image; infinite where it has none."""
     half = len(signature.impacts) // 2
     first, second = signature.impacts[:half], signature.impacts[half:]
     m = mechanism_of(system)

@@ -1,4 +1,4 @@
-"""The maps that an orbit defines, with their derivatives as multilinear forms.
+"""Maps of a periodic orbit, with their derivatives as multilinear forms.
 
 Full map P, half map H of a symmetric orbit (its symmetry included), the impact map from one impact
 to the next, and the stroboscopic map: each is given by its Jacobian and the forms D^2 F [u, v],
@@ -34,12 +34,12 @@ HIGHEST = 3  # order of the forms
 
 @dataclass(frozen=True, eq=False)
 class SegmentMap:
-    """A map over segments of an orbit and its derivatives there.
+    """Map over segments of an orbit and its derivatives there.
 
     Attributes
     ----------
     dimension
-        d, of its coordinates.
+        Number d of its coordinates.
     parameter
         Name of the parameter, "" for none.
     kept_in, kept_out
@@ -67,7 +67,7 @@ class SegmentMap:
         return self.compiled.parameter
 
     def derivative(self, *directions: Floats) -> Floats:
-        """D^k F [u_1, .., u_k], k = 1, 2 or 3.
+        """Return D^k F [u_1, .., u_k], k = 1, 2 or 3.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class SegmentMap:
         return self.signs * highest
 
     def jacobian(self) -> Floats:
-        """DF, shape (d, d)."""
+        """Return the Jacobian DF, shape (d, d)."""
         return np.column_stack([self.derivative(e) for e in np.eye(self.dimension)])
 
     def _seed(self, direction: Floats) -> Floats:
@@ -111,19 +111,19 @@ class SegmentMap:
         seed[list(self.kept_in)] = u[:d]
         if u.size > d and u[d]:
             if not self.parameter:
-                raise InvalidParameterError("direction: the map has no parameter; name one.")
+                raise InvalidParameterError("direction: the map has no parameter. Name one.")
             seed[-1] = u[d]
         return seed
 
 
 def full_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
-    """P: from just after the first impact, once around."""
+    """Return the full map P, over one period from just after the first impact."""
     orbit = converged(orbit)
     return _around(orbit, parameter, half=False)
 
 
 def half_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
-    """H of a symmetric orbit: half way around, then the symmetry; P = H H."""
+    """Return the half map H of a symmetric orbit: half a period, then the symmetry; P = H H."""
     orbit = converged(orbit)
     if not orbit.symmetric:
         raise refusal("orbit", orbit, "symmetric: no other orbit has a half map")
@@ -131,7 +131,7 @@ def half_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
 
 
 def solved_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
-    """H where the orbit was solved as symmetric, else P."""
+    """Half map H if the orbit was solved as symmetric, else P."""
     return _around(orbit, parameter, half=orbit.symmetric)
 
 
@@ -145,7 +145,7 @@ def _around(orbit: Orbit, parameter: str, *, half: bool) -> SegmentMap:
 
 
 def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap:
-    """The map from one impact of an orbit to the next, in the section of each."""
+    """Return the map from one impact of an orbit to the next, in the section of each."""
     orbit = converged(orbit)
     check_index("impact", impact, len(orbit.signature.impacts))
     states, durations = unfolded(orbit)
@@ -159,16 +159,16 @@ def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap
 
 
 def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> SegmentMap:
-    """The map over a whole period from a fixed phase inside a flight, in positions and velocities.
+    """Return the map over a period from a fixed phase in a flight, in positions and velocities.
 
     Parameters
     ----------
     orbit
         A forced orbit.
     after
-        Where it starts: share of the first flight, in (0, 1).
+        Start of the map: share of the first flight, in (0, 1).
     parameter
-        Name of the parameter, if its derivatives are wanted. The phase stays fixed; the period
+        Name of the parameter, if its derivatives are needed. The phase stays fixed; the period
         follows the forcing frequency.
 
     Raises
@@ -179,7 +179,7 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     orbit = converged(orbit)
     if not orbit.mechanism.forces:
         raise InvalidParameterError(
-            "orbit: its system has no forcing, hence no phase to look at. Take full_map."
+            "orbit: its system has no forcing, hence no phase. Take full_map."
         )
     after = share("after", after)
     compiled = _compiled(orbit, parameter)
@@ -206,7 +206,7 @@ def _as_coefficients(orders: Floats) -> list[float]:
 
 
 def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
-    """The equations of an orbit's system, differentiated by a parameter if one is named."""
+    """Equations of an orbit's system, differentiated by a parameter if one is named."""
     check_kind("parameter", parameter, str, 'the name of a parameter, or ""')
     if parameter:
         parameter_value(orbit.system, parameter)

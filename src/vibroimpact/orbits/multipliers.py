@@ -5,8 +5,8 @@ Method      With dzeta_0 = E dxi in the section of the first impact and dt_k the
                 dzeta_m = L_m (dxi, dt),    dgap_k = r_k L_k (dxi, dt) + u'_k dt_k = 0.        (1)
             Multipliers are the finite eigenvalues of the pencil
                 [K dzeta_m; dgap] - lambda [dxi; 0],                                           (2)
-            K selecting the section's coordinates (x but for one, v, theta). Eliminating dt_k would
-            divide by the closing rate u'_k, the saltation matrix does; (2) does not, so that at
+            K selecting the section's coordinates (x except one, v, theta). Eliminating dt_k would
+            divide by the closing rate u'_k, as the saltation matrix does; (2) does not, so that at
             grazing one multiplier goes to infinity and the others are as exact as elsewhere.
             det (2) = +-(product of u'_k) det(DP - lambda): pole-free test functions.          (3)
 Accuracy    that of the QZ algorithm, relative to the largest multiplier
@@ -28,13 +28,13 @@ from vibroimpact.orbits.problem import OrbitProblem
 
 
 def solved_coordinate(m: Mechanism, impact: Stop) -> int:
-    """The position that a section leaves out: the last with the row's largest entry."""
+    """Position that a section leaves out: the last with the row's largest entry."""
     row = np.abs(m.contacts[impact[0]].row)
     return int(len(row) - 1 - np.argmax(row[::-1]))
 
 
 def section_basis(m: Mechanism, impact: Stop, j: int, size: int) -> tuple[Floats, list[int]]:
-    """(E, kept): tangents of the section of an impact, and the entries of zeta that coordinate it.
+    """(E, kept): tangents of an impact's section, and the entries of zeta that are its coordinates.
 
     ``j`` is the position left out; ``size`` is 2n + 1, or 2n without forcing.
     """
@@ -46,14 +46,14 @@ def section_basis(m: Mechanism, impact: Stop, j: int, size: int) -> tuple[Floats
 
 
 class Pencil(NamedTuple):
-    """(2) as matrix A - lambda B, and the number of finite eigenvalues."""
+    """Pencil (2) as matrix A - lambda B, and the number of finite eigenvalues."""
 
     a: Floats
     b: Floats
     finite: int
 
     def eigenvalues(self) -> Complexes:
-        """Multipliers, largest modulus first; complex infinity where one has left the plane.
+        """Multipliers, largest modulus first; complex infinity for those that are infinite.
 
         NaN where entries have overflowed.
         """
@@ -67,18 +67,18 @@ class Pencil(NamedTuple):
         return sorted_multipliers(values)
 
     def determinant(self, at: float) -> float:
-        """(3) for lambda = at."""
+        """Determinant (3) for lambda = at."""
         return float(np.linalg.det(self.a - at * self.b))
 
 
 def sorted_multipliers(values: Complexes) -> Complexes:
-    """Largest modulus first, of a pair the one in the upper half plane."""
+    """Sort by modulus, largest first; of a pair, the one in the upper half plane is first."""
     order = np.lexsort((-values.imag, -np.round(np.abs(values), 9)))
     return values[order]
 
 
 def pencil_of(problem: OrbitProblem, m: Mechanism, parts: Linearised, sizes: Floats) -> Pencil:
-    """The pencil of an orbit's map: the half map where the signature is symmetric.
+    """Pencil of an orbit's map, which is the half map if the signature is symmetric.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ def pencil_of(problem: OrbitProblem, m: Mechanism, parts: Linearised, sizes: Flo
     parts
         The solved segments there.
     sizes
-        Of the unknowns of one segment: rows and columns are scaled by them, so that units do not
-        matter to QZ. Fixed along a branch, where the determinant is followed.
+        Sizes of the unknowns of one segment: rows and columns are scaled by them, so that QZ does
+        not depend on units. Fixed along a branch, where the determinant is followed.
     """
     count, q = len(problem.impacts), problem.size
     time = 2 * problem.mechanism.degrees + 1

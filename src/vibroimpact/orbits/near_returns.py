@@ -1,7 +1,7 @@
-"""Loops: stretches of motion that nearly close, and which of them are one.
+"""Near returns: parts of a motion that nearly close, without repetition.
 
-A loop is a sequence of impacts over whole forcing cycles with the state after each impact; where it
-begins does not matter.
+A loop is a sequence of impacts over whole forcing cycles with the state after each impact; the
+impact at which it begins does not matter.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NOT_FREE = (Status.CHATTER, Status.STICK, Status.RELEASE, Status.SIMULTANEOUS)
 
 
 def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float) -> list[Loop]:
-    """Stretches of a run that close to ``coarse``, the most nearly closed first.
+    """Parts of a run that close to ``coarse``, the most nearly closed first.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
     cycles, impacts
         Bounds; ``cycles`` counts only where there is forcing.
     widths
-        What distances of (x, v) are measured by, shape (2n,).
+        Units of distances of (x, v), shape (2n,).
     coarse
         The largest distance of the ends, in widths and in forcing cycles.
     """
@@ -64,7 +64,7 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
 
 @lru_cache(maxsize=4096)
 def beginnings(impacts: tuple[Stop, ...]) -> tuple[int, ...]:
-    """Where a sequence can begin to read as its first rotation, upper stops before lower."""
+    """Indices at which a sequence begins its first rotation in order, upper stops before lower."""
     around = [stop.opposite for stop in impacts]
     rotations = [around[k:] + around[:k] for k in range(len(around))]
     first = min(rotations)
@@ -72,12 +72,12 @@ def beginnings(impacts: tuple[Stop, ...]) -> tuple[int, ...]:
 
 
 class KnownLoops:
-    """Loops that were seen, compared up to where they begin.
+    """Set of loops, compared independently of their first impact.
 
     Parameters
     ----------
     widths
-        What distances of (x, v) are measured by, shape (2n,); phases by 2 pi.
+        Units of distances of (x, v), shape (2n,); that of phases is 2 pi.
     """
 
     def __init__(self, widths: Floats) -> None:
@@ -85,7 +85,7 @@ class KnownLoops:
         self._known: dict[tuple[int, tuple[Stop, ...]], Floats] = {}
 
     def add(self, signature: Signature, states: Floats) -> None:
-        """Remember a loop by the states after its impacts, shape (m, 2n + 1)."""
+        """Add a loop by the states after its impacts, shape (m, 2n + 1)."""
         first = beginnings(signature.impacts)[0]
         key, loop = _key(signature, first), self._scaled(np.roll(states, -first, axis=0))[None]
         self._known[key] = np.vstack([self._known[key], loop]) if key in self._known else loop

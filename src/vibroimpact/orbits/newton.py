@@ -7,8 +7,8 @@ Method      Steps of the Levenberg-Marquardt method on (1)-(3) of problem.py, F(
             positive. Near an isolated orbit (1) is Newton's step. Where orbits come in a family F'
             is singular along it: (1) does not move along the family, and leads to the member next
             to the guess. Both converge quadratically [yamashita2001].
-            A family is told from a fold or a branch point, where F' is singular too, by a second
-            orbit found at a distance HOP along each null vector of F'.                       (2)
+            A family is distinguished from a fold or a branch point, where F' is singular too, by a
+            second orbit found at a distance FAMILY_STEP along each null vector of F'.         (2)
 Accuracy    converged: the last step and the largest equation are below CONVERGED; the step is still
             taken, which leaves rounding. Next to a fold F' multiplies rounding: also converged are
             equations within ROUNDED, steps below STALLED that no longer halve
@@ -31,10 +31,10 @@ CONVERGED = 1e-10  # relative
 ROUNDED = 1e-12  # of the terms: rounding of long flights
 STALLED = 1e-6  # of the unknowns: a double root has half of the digits
 DAMPING, LEAST = 0.1, 1e-8  # (1); roots of rounding: singular values below them are noise or weak
-FAR = 1e-4  # of a position: with ROUNDED of it, what rounding leaves
-STILL = 1e-9  # of a position: what moves less does not move
-SHRUNK = 1e-6  # of the guess: what has become so short or slow is no orbit near it
-HOP, SINGULAR = 1e-2, 1e-6  # (2): in sizes of the unknowns; of the largest singular value
+FAR = 1e-4  # of a position: least size of its changes, of which ROUNDED is its rounding
+STILL = 1e-9  # of a position: a smaller motion counts as rest
+SHRUNK = 1e-6  # of the guess: a result so short or slow is not an orbit near it
+FAMILY_STEP, SINGULAR = 1e-2, 1e-6  # (2): in sizes of the unknowns; of the largest singular value
 ITERATIONS = 40
 HALVINGS = 12
 FOUND = "converged"
@@ -42,9 +42,9 @@ REST = "the guess leads to rest, not to an orbit"
 
 
 def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
-    """The size of each unknown's changes along the motion: of positions, velocities, phase, time.
+    """Size of each unknown's changes along the motion: of positions, velocities, phase, time.
 
-    Positions far from the origin are known to their own rounding, FAR of which is the least size.
+    The least size is FAR times the position: far from the origin its rounding is larger.
     """
     n, q = problem.mechanism.degrees, problem.size
     states, durations = problem.unpacked(z)
@@ -58,7 +58,7 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
 
 
 def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:
-    """The size of each equation's terms: as the unknowns, but lengths for the gaps."""
+    """Size of each equation's terms: as those of the unknowns, but lengths for the gaps."""
     rows = sizes.copy()
     contacts = problem.mechanism.contacts
     weights = [sum(abs(r) for r in contacts[contact].row) for contact, _ in problem.impacts]
@@ -69,7 +69,7 @@ def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:
 def newton(
     problem: OrbitProblem, z: Floats, iterations: int = ITERATIONS, halvings: int = HALVINGS
 ) -> tuple[Floats, float, str]:
-    """(unknowns, relative residual, status)."""
+    """Iterate from a guess; return (unknowns, relative residual, status)."""
     sizes = scale_of(problem, z)
     rows = rows_of(problem, sizes)
     times = slice(problem.size, None, problem.size + 1)
@@ -95,14 +95,14 @@ def newton(
 
 
 def _scaled(problem: OrbitProblem, z: Floats, sizes: Floats, rows: Floats) -> tuple[Floats, Floats]:
-    """F and F' of size one."""
+    """Scaled F and F', of size one."""
     residual, matrix, _p = problem.expanded(z, 0.0)
     with np.errstate(over="ignore", invalid="ignore"):
         return residual / rows, matrix / rows[:, None] * sizes
 
 
 def _step(matrix: Floats, residual: Floats) -> Floats:
-    """(1), by a QR decomposition of F' over nu I."""
+    """Step (1), by a QR decomposition of F' over nu I."""
     size = len(residual)
     nu = max(DAMPING * float(np.abs(residual).max()), LEAST)
     q, r = np.linalg.qr(np.vstack([matrix, nu * np.eye(size)]))
@@ -110,7 +110,7 @@ def _step(matrix: Floats, residual: Floats) -> Floats:
 
 
 def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
-    """Whether nothing moves; a forced motion does."""
+    """Whether the motion is at rest; a forced motion never is."""
     if problem.mechanism.forces:
         return False
     n, (states, durations) = problem.mechanism.degrees, problem.unpacked(z)
@@ -122,7 +122,7 @@ def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
 def _damped(
     problem: OrbitProblem, z: Floats, step: Floats, rows: Floats, error: float, halvings: int
 ) -> tuple[Floats, bool]:
-    """A step, halved until it helps; whether one did."""
+    """Halve a step until the residual falls; return the step and whether it did."""
     times = slice(problem.size, None, problem.size + 1)
     for _ in range(halvings):
         there = z + step
@@ -135,13 +135,13 @@ def _damped(
 
 
 def family_dimension(problem: OrbitProblem, z: Floats) -> int:
-    """The dimension of the family that an orbit is a member of, by (2); 0 where it is isolated."""
+    """Dimension of the family to which an orbit belongs, by (2); 0 where it is isolated."""
     sizes = scale_of(problem, z)
     matrix = _scaled(problem, z, sizes, rows_of(problem, sizes))[1]
     _, values, directions = np.linalg.svd(matrix)
     null = directions[values <= SINGULAR * values[0]]
     moved = []
     for direction in null:
-        there, _, status = newton(problem, z + HOP * direction * sizes)
+        there, _, status = newton(problem, z + FAMILY_STEP * direction * sizes)
         moved.append(null @ ((there - z) / sizes) * (status == FOUND))
-    return int(np.linalg.matrix_rank(np.array(moved), tol=HOP / 2.0)) if moved else 0
+    return int(np.linalg.matrix_rank(np.array(moved), tol=FAMILY_STEP / 2.0)) if moved else 0

@@ -1,4 +1,4 @@
-"""Periodic orbits: what they are, how stable, and whether the machine moves so."""
+"""Periodic orbits with their multipliers, stability and admissibility."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from vibroimpact.orbits.multipliers import pencil_of
 from vibroimpact.orbits.newton import FOUND, family_dimension, scale_of
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
-NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither in nor out
+NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither inside nor outside
 SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
-LEFT = 1e-8  # relative: with equations left so large Newton's method has gone astray
+LEFT = 1e-8  # relative: with larger residuals Newton's method has not converged
 
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """A periodic orbit with prescribed impacts, of any stability, admissible or not.
+    """Periodic orbit with prescribed impacts, of any stability, admissible or not.
 
     One that is not ``converged`` is neither admissible nor stable, and its multipliers are NaN.
 
@@ -53,11 +53,12 @@ class Orbit:
     durations
         Flight times of these segments, shape (m,).
     residual
-        Largest equation left over, relative to the size of its terms; above 1e-8 nothing converged.
+        Largest residual of an equation, relative to the size of its terms; above 1e-8 the orbit is
+        not converged.
     status
-        "converged", or a sentence that says what went wrong.
+        "converged", or a sentence with the reason of the failure.
     parameter
-        The parameter along which it was found, "" for none; of no consequence for the orbit.
+        The parameter along which it was found, "" for none; it does not affect the orbit.
     """
 
     system: System
@@ -85,12 +86,12 @@ class Orbit:
 
     @cached_property
     def problem(self) -> OrbitProblem:
-        """The equations that it solves."""
+        """Equations that the orbit solves."""
         return OrbitProblem(self.system, self.signature, self.parameter)
 
     @property
     def parameter_value(self) -> float:
-        """Of the parameter along which it was found."""
+        """Value of the parameter along which the orbit was found."""
         return parameter_value(self.system, self.parameter) if self.parameter else 0.0
 
     @property
@@ -106,7 +107,7 @@ class Orbit:
 
     @property
     def symbol(self) -> str:
-        """n-p-q: cycles, impacts at stops A and B; a pair p-q for every contact that impacts.
+        """Symbol n-p-q: cycles, impacts at stops A and B, with a pair p-q per impacting contact.
 
         Contacts are named unless they are the first ones: "1-2-1 (contact 1)".
         """
@@ -118,7 +119,7 @@ class Orbit:
 
     @property
     def state(self) -> State:
-        """Just after the first impact, to simulate from."""
+        """State just after the first impact, for simulation."""
         n = self.mechanism.degrees
         first = self.states[0]
         theta = float(first[2 * n]) % (2.0 * math.pi * max(self.signature.cycles, 1))
@@ -148,7 +149,7 @@ class Orbit:
 
     @cached_property
     def determinant_error(self) -> float:
-        """How far the multipliers' product is from its exact value, relative where that is not 0.
+        """Error of the product of the multipliers, relative to its exact value if that is not 0.
 
         The product is that of R^2 over all impacts, times exp(-period tr(M^-1 C)).
         """
@@ -162,10 +163,10 @@ class Orbit:
 
     @cached_property
     def family_dimension(self) -> int:
-        """Dimension of the family of orbits that this is a member of; 0 where it is isolated.
+        """Dimension of the family to which this orbit belongs; 0 where it is isolated.
 
-        Without forcing and loss there is an orbit for every energy, and where a mechanism can be
-        shifted as a whole, one for every place. Every dimension is a multiplier 1.
+        Without forcing and loss there is an orbit for every energy, and for a mechanism that can be
+        shifted as a whole, one for every place. Each dimension gives a multiplier 1.
         """
         if not self.converged or np.all(np.abs(self._of_solved_map - 1.0) > SPLIT):
             return 0
@@ -174,7 +175,7 @@ class Orbit:
 
     @property
     def stable(self) -> bool:
-        """Converged, admissible, and all multipliers inside the unit circle by more than 1e-9."""
+        """Whether it is converged and admissible, with all multipliers below 1 - 1e-9 in modulus."""
         inside = bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL))
         return self.converged and inside and self.admissible
 
@@ -185,13 +186,13 @@ class Orbit:
 
     @cached_property
     def inadmissible_reason(self) -> str:
-        """Which gap is violated, where and by how much; "" for an admissible orbit."""
+        """Violated gap with flight, time and amount; "" for an admissible orbit."""
         if not self.converged:
             return self.status
         return self.why_inadmissible()
 
     def why_inadmissible(self, slack: float = 0.0) -> str:
-        """The same with some slack beyond rounding, relative to amplitude and period."""
+        """Violated gap, with a tolerance beyond rounding, relative to amplitude and period."""
         slack = nonnegative("slack", slack)
         compiled = self.problem.compiled(self.parameter_value)
         sizes = amplitudes(compiled, self.states, self.durations)
@@ -200,14 +201,14 @@ class Orbit:
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:
-        """The nearest approach to each stop in each flight, by (contact, side, flight)."""
+        """Nearest approach to each stop in each flight, by (contact, side, flight)."""
         compiled, ends = self.problem.compiled(self.parameter_value), list(self.problem.impacts)
         begun = self.signature.impacts[: len(ends)]
         return least_gaps(compiled, self.states, self.durations, ends, begun)
 
     @property
     def nearest(self) -> Nearest | None:
-        """The nearest approach to a stop between the impacts; None where no gap has an extremum."""
+        """Nearest approach to a stop between the impacts; None where no gap has an extremum."""
         return min(self.gaps.values(), default=None)
 
     @property

@@ -1,4 +1,4 @@
-"""The equations of a periodic orbit with a prescribed sequence of impacts.
+"""Equations of a periodic orbit with a prescribed sequence of impacts.
 
 Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) just after an impact
             and the flight time t_k to the next; with the parameter p, and F the flight and impact
@@ -35,14 +35,14 @@ from vibroimpact.model.system import System, mechanism_of
 Key = TypeVar("Key")
 Made = TypeVar("Made")
 
-REMEMBERED = 64  # of the latest evaluations: those of some panels of a branch
+REMEMBERED = 64  # latest evaluations that are kept: those of some panels of a branch
 WHOLE = 1e-9  # a ratio of forcing frequencies this close to a whole number is one
 MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
 
 
 @dataclass(frozen=True)
 class Signature:
-    """Which impacts, in which order, over how many forcing cycles.
+    """Sequence of impacts over a number of forcing cycles.
 
     Parameters
     ----------
@@ -64,14 +64,14 @@ class Signature:
 
     @property
     def solved(self) -> tuple[Stop, ...]:
-        """The impacts that end the segments that are solved for."""
+        """Impacts at the ends of the segments that are solved for."""
         count = len(self.impacts) // 2 if self.symmetric else len(self.impacts)
         around = (*self.impacts, self.impacts[0])
         return around[1 : count + 1]
 
     @property
     def mirrored(self) -> Signature:
-        """The signature of the mirror image."""
+        """Signature of the mirror image."""
         return Signature(tuple(s.opposite for s in self.impacts), self.cycles, self.symmetric)
 
 
@@ -82,7 +82,7 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
     for contact, side in impacts:
         if not 0 <= contact < len(limits) or side not in (-1, 1):
             raise InvalidParameterError(
-                f"impacts: ({contact}, {side}) is no stop. Contacts are 0 to {len(limits) - 1}, "
+                f"impacts: ({contact}, {side}) is not a stop. Contacts are 0 to {len(limits) - 1}, "
                 "sides +1 (upper, A) and -1 (lower, B)."
             )
         if math.isinf(limits[contact][side > 0]):
@@ -102,15 +102,15 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
 
 
 def forcing_repeats(m: Mechanism, cycles: int) -> bool:
-    """Whether every line has come round after so many cycles of the first."""
+    """Whether so many cycles of the first line are whole periods of every line."""
     turns = [cycles * force.omega / m.omega for force in m.forces]
     return all(abs(t - round(t)) <= WHOLE * t for t in turns)
 
 
 def least_cycles(m: Mechanism) -> int:
-    """Cycles of the first line after which all have come round; 0 without forcing.
+    """Cycles of the first line in the common period of all lines; 0 without forcing.
 
-    Of incommensurable lines the cycles of their nearest fractions, after which they have not.
+    For incommensurable lines, those of their nearest fractions, which are no common period.
     """
     ratios = [Fraction(f.omega / m.omega).limit_denominator(MOST_CYCLES) for f in m.forces]
     return math.lcm(*(ratio.denominator for ratio in ratios)) if ratios else 0
@@ -129,7 +129,7 @@ def _check_symmetry(m: Mechanism, signature: Signature) -> None:
 
 
 def asymmetry(m: Mechanism, cycles: int) -> str:
-    """Why (x, v) -> (-x, -v) over half of so many cycles is no symmetry; "" where it is one."""
+    """Reason why (x, v) -> (-x, -v) over half of the cycles is no symmetry; "" if it is one."""
     if any(m.constant_force):
         return "a constant force has no mirror image"
     for i, contact in enumerate(m.contacts):
@@ -147,16 +147,16 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
 
 
 def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
-    """Why no motion with these impacts is periodic: energy is lost; "" where there may be one."""
+    """Reason why no motion with these impacts is periodic (energy is lost); "" if one may be."""
     if m.forces or np.linalg.eigvalsh(m.damping).min() < 0.0:
         return ""
     if all(stop.restitution(m.contacts) == 1.0 for stop in impacts):
         return ""
-    return "no orbit: without forcing every impact loses energy, so that none comes back"
+    return "no orbit: without forcing every impact loses energy, so that no motion is periodic"
 
 
 def latest(kept: dict[Key, Made], key: Key, make: Callable[[Key], Made]) -> Made:
-    """What was made for a key, made if it is not kept; the oldest gives way."""
+    """Value kept for a key, made if it is missing; the oldest is then dropped."""
     if key not in kept:
         if len(kept) >= REMEMBERED:
             del kept[next(iter(kept))]
@@ -173,7 +173,7 @@ class OrbitProblem:
     system
         The system; its own value of the parameter is not used.
     signature
-        What the orbit is.
+        Impacts and cycles of the orbit.
     parameter
         Name of the parameter.
     """
@@ -202,7 +202,7 @@ class OrbitProblem:
             self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
 
     def compiled(self, p: float) -> Prescribed:
-        """The system at the value p of the parameter; the latest are remembered."""
+        """System at the value p of the parameter; the latest ones are kept."""
         return latest(self._compiled, p, self._compile)
 
     def _compile(self, p: float) -> Prescribed:
@@ -211,11 +211,11 @@ class OrbitProblem:
         return compile_prescribed(with_parameter(self.system, self.parameter, p), self.parameter)
 
     def packed(self, states: Floats, durations: Floats) -> Floats:
-        """States (m, 2n + 1) and flight times (m,) as the unknowns z."""
+        """Unknowns z from states (m, 2n + 1) and flight times (m,)."""
         return np.column_stack([states[:, : self.size], durations]).ravel()
 
     def unpacked(self, z: Floats) -> tuple[Floats, Floats]:
-        """The states (m, 2n + 1) and flight times (m,) in z."""
+        """States (m, 2n + 1) and flight times (m,) from z."""
         rows = np.reshape(z, (len(self.impacts), self.size + 1))
         states = np.zeros((len(rows), 2 * self.mechanism.degrees + 1))
         states[:, : self.size] = rows[:, : self.size]

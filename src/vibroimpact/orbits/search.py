@@ -1,22 +1,22 @@
-"""find_orbits: the periodic orbits with few impacts that a seeded sweep finds.
+"""Search for periodic orbits with few impacts, from random starts.
 
 Method      From random starts on every stop (starts.py) motions are simulated from their first
-            impact on, transients included. Every stretch of a motion that ends on the stop it began
-            on, after at most ``impacts`` impacts and ``cycles`` forcing cycles, with
+            impact on, transients included. Every part of a motion that ends on the stop of its
+            beginning, after at most ``impacts`` impacts and ``cycles`` forcing cycles, with
                 |states at its ends apart| <= COARSE of the box,   |cycles - whole| <= COARSE   (1)
             is a guess: motions pass near unstable orbits, and chaos follows them. Guesses closer
-            than LIKE of the box to an earlier one, or to an orbit, with the same sequence are not
-            tried again. Newton's method (find.py) solves for a symmetric orbit first where the
-            sequence is its own mirror image, then for any. What it finds is reduced to the
-            primitive orbit, left out if an impact is slower than NO_SPEED of the box (a motion that
-            only touches a stop solves the equations too), and compared with what is there: orbits
-            are one if their sequences are, up to where they begin, and their states within SAME of
-            the box; of a family of orbits with the same sequence one is listed. In a symmetric
-            system the mirror image of an orbit is an orbit too.                            (2)
+            than LIKE of the box to an earlier one, or to an orbit, with the same sequence are
+            skipped. Newton's method (find.py) solves for a symmetric orbit first where the
+            sequence is its own mirror image, then for any. Its result is reduced to the primitive
+            orbit, left out if an impact is slower than NO_SPEED of the box (a motion that only
+            touches a stop solves the equations too), and compared with the list: orbits are equal
+            if their sequences are, up to rotation, and their states agree within SAME of the box;
+            of a family of orbits with the same sequence one is listed. In a symmetric system the
+            mirror image of an orbit is an orbit too.                                       (2)
             Symmetric orbits that are known in closed form are guesses as well.
-Accuracy    of each orbit, that of find_orbit. Nothing says that the list is complete: more starts,
-            another seed and an unchanged list are the evidence there is.
-Fails       never; guesses that lead nowhere are counted
+Accuracy    of each orbit, that of find_orbit. The list need not be complete; the evidence is a list
+            that more starts and another seed leave unchanged.
+Fails       never; guesses without convergence are counted
 Reference   theory.md, "Periodic orbits"
 """
 
@@ -52,10 +52,10 @@ from vibroimpact.orbits.starts import Starts, starts_of
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
 LENGTH = 200  # impacts of each motion
-COARSE = 0.4  # of the box, and of a forcing cycle: how nearly a guess closes
-LIKE = 0.1  # of the box: guesses that are one
+COARSE = 0.4  # of the box, and of a forcing cycle: largest gap of the ends of a guess
+LIKE = 0.1  # of the box: closer guesses count as equal
 ITERATIONS, HALVINGS = 12, 4  # of Newton's method: 99 of 100 runs that converge need fewer
-NO_SPEED = 1e-6  # of the box: an impact so slow is none
+NO_SPEED = 1e-6  # of the box: a slower impact counts as a touch
 
 
 def find_orbits(
@@ -67,29 +67,29 @@ def find_orbits(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> OrbitSearch:
-    """List the periodic orbits with few impacts that a seeded sweep finds.
+    """Find periodic orbits with few impacts from random starts.
 
     Parameters
     ----------
     system
         The system.
     cycles
-        The most forcing cycles until an orbit closes, 1 to 1000; without forcing it has no meaning.
+        Largest number of forcing cycles of an orbit, 1 to 1000; ignored without forcing.
     impacts
-        The most impacts per period, at all stops, >= 1.
+        Largest number of impacts per period, at all stops, >= 1.
     starts
         Motions to simulate, >= 1; they start on the stops in turn, at random places of a box that
         short motions span, with random velocities and phases.
     seed
-        Of the random numbers, >= 0: the same seed gives the same list.
+        Seed of the random numbers, >= 0: the same seed gives the same list.
     progress
-        Shows how far the sweep is.
+        Progress display.
 
     Returns
     -------
     OrbitSearch
         Orbits of any stability, primitive and without repetition, those that are not admissible
-        marked with the reason, mirror images marked; and where motions and guesses ended.
+        marked with the reason, mirror images marked; and counts of the ends of motions and guesses.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def find_orbits(
     -----
     Cost: 1 ms per motion and some 5 ms per guess; for the damper five seconds with the defaults,
     ten with ``cycles=4, impacts=8, starts=50``. Chaotic motions give most guesses. Ctrl-C ends the
-    search without a result: fewer starts give the first part of the same list.
+    search without a result; fewer starts give the first part of the same list.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def find_orbits(
 
 @dataclass
 class _Sweep:
-    """A search under way."""
+    """State of a running search."""
 
     system: System
     cycles: int
@@ -150,7 +150,7 @@ class _Sweep:
         self.turn = _mirror_turn(self.system, self.cycles)
 
     def try_closed_forms(self) -> None:
-        """Enter the symmetric orbits that have closed forms, admissible or not."""
+        """Add the symmetric orbits that have closed forms, admissible or not."""
         if self.impacts >= 2:  # at A and at B
             for closed in symmetric_orbits_of(self.system):
                 self._enter(of_symmetric(closed))
@@ -172,13 +172,13 @@ class _Sweep:
                 self._enter(found)
 
     def _signatures(self, signature: Signature, guess: Guess) -> Iterator[Signature]:
-        """What to solve for: a symmetric orbit where there can be one, then any."""
+        """Signatures to solve for: a symmetric one where it is possible, then the general one."""
         if math.isfinite(mirror_distance(self.system, signature, guess)):
             yield replace(signature, symmetric=True)
         yield signature
 
     def _enter(self, orbit: Orbit) -> None:
-        """Count where a guess led; list a new orbit, and its mirror image (2)."""
+        """Count the end of a guess; list a new orbit, and its mirror image (2)."""
         orbit = primitive(orbit)
         if not orbit.converged:
             self.guesses[GuessEnd.NOWHERE] += 1
@@ -225,20 +225,20 @@ def _end_of(run: Run) -> MotionEnd:
 
 
 def _mirror_turn(system: System, cycles: int) -> float | None:
-    """The phase by which the symmetry turns; None for a system without it."""
+    """Phase shift of the symmetry; None for a system without it."""
     m = mechanism_of(system)
     halves = [k for k in range(1, cycles + 1, 2) if not asymmetry(m, k)]
     return math.pi * halves[0] if halves else None
 
 
 def mirror_image(orbit: Orbit, turn: float) -> Orbit:
-    """(x, v, theta) -> (-x, -v, theta + turn) of an orbit, solved once more."""
+    """Mirror image (-x, -v, theta + turn) of an orbit, solved once more."""
     image = Guess(mirrored(orbit.states, turn), orbit.durations)
     return solve(orbit.system, orbit.signature.mirrored, image)
 
 
 def _from_its_beginning(orbit: Orbit) -> Orbit:
-    """The same orbit from the impact where its sequence begins, as early as phases go."""
+    """Rotate an orbit to the first rotation of its sequence, with the least phase."""
     guess, signature = unfolded(orbit), orbit.signature
     phases = guess.states[:, -1] % (2.0 * math.pi)
     first = min(beginnings(signature.impacts), key=lambda k: phases[k])

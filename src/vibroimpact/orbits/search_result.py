@@ -1,4 +1,4 @@
-"""What a search for periodic orbits has found, and where its motions and guesses ended."""
+"""Result of a search for periodic orbits: the orbits, and the ends of motions and guesses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class MotionEnd(StrEnum):
-    """How a motion of the sweep went."""
+    """End of a motion of the search."""
 
     IMPACTS = "kept impacting"
     RESTED = "chattered or stuck"
@@ -31,7 +31,7 @@ class MotionEnd(StrEnum):
 
 
 class GuessEnd(StrEnum):
-    """Where Newton's method went from a guess."""
+    """Result of Newton's method from a guess."""
 
     NEW = "to a new orbit"
     INADMISSIBLE = "to a new orbit that is not admissible"
@@ -42,22 +42,22 @@ class GuessEnd(StrEnum):
 
 @dataclass(frozen=True)
 class OrbitSearch:
-    """The orbits of a search, without repetition, and how the search went.
+    """Orbits of a search, without repetition, with statistics of the search.
 
     Attributes
     ----------
     system, cycles, impacts, starts, seed
-        What was searched, as given.
+        The arguments of the search.
     orbits
         Sorted by cycles, number of impacts, symbol; symmetric and admissible ones first.
     mirror_of
         For each orbit, the index of the one whose mirror image it is; None for those found first.
     motions
-        How many motions ended how: :class:`MotionEnd`.
+        Numbers of motions by their end, :class:`MotionEnd`.
     guesses
-        How many guesses Newton's method took where: :class:`GuessEnd`.
+        Numbers of guesses by their result, :class:`GuessEnd`.
     repeated
-        Nearly closed stretches that were like an earlier guess or orbit, and not tried again.
+        Number of nearly closed parts that resembled an earlier guess or orbit, and were skipped.
     """
 
     system: System
@@ -86,7 +86,7 @@ class OrbitSearch:
         )
 
     def table(self) -> str:
-        """The orbits, one in a line; clearances are in metres of a system with physical scales."""
+        """Table of the orbits; clearances are in metres for a system with physical scales."""
         least = "clearance [m]" if scales_of(self.system) else "clearance"
         heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", least, "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]
@@ -112,7 +112,7 @@ class OrbitSearch:
         )
 
     def to_dataset(self) -> xr.Dataset:
-        """The orbits as an xarray dataset: ``row_size`` impacts of each, orbit after orbit."""
+        """Convert the orbits to an xarray dataset, with ``row_size`` impacts for each orbit."""
         import xarray as xr
 
         guesses = [unfolded(orbit) for orbit in self.orbits]
@@ -168,7 +168,7 @@ class OrbitSearch:
 
 
 def sequence_of(orbit: Orbit) -> str:
-    """The impacts in order: A and B for contact 0, A1 and B1 for contact 1, and so on."""
+    """Impacts in order: A and B for contact 0, A1 and B1 for contact 1, and so on."""
     return "".join(stop.label for stop in orbit.signature.impacts)
 
 

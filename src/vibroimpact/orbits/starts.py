@@ -3,7 +3,7 @@
 Method      Every stop k has a face, row_k . x = limit_k with all other gaps open; its centre is the
             place on it with the largest least gap (a linear programme).
             Short motions leave the centres with velocities up to (largest rate) x (size of the
-            mechanism); the box is what they span at their impacts, WIDER about its middle.     (1)
+            mechanism); the box spans their states at impacts, WIDER about its middle.          (1)
             A start is a random place of the box, moved along row_k onto the face and from there
             towards its centre until no gap is negative, with a random velocity of the box,
             reflected where it would enter the stop, at a random phase.                         (2)
@@ -30,12 +30,12 @@ from vibroimpact.simulation.simulate import simulate
 
 SHORT = 32  # impacts of a motion that finds the box
 SPEEDS = (0.03, 0.1, 0.3, 1.0)  # of these motions, as shares of the largest in (1)
-WIDER = 1.5  # the box about what was seen
+WIDER = 1.5  # size of the box, relative to the span of the short motions
 
 
 @dataclass(frozen=True)
 class Face:
-    """A stop that can be reached: its number and sides, and the centre of its face."""
+    """Stop that can be reached: its number and sides, and the centre of its face."""
 
     impact: Stop
     row: Floats
@@ -45,7 +45,7 @@ class Face:
 
 @dataclass(frozen=True)
 class Starts:
-    """Where motions of a system can start.
+    """Possible starts of motions of a system.
 
     Attributes
     ----------
@@ -62,14 +62,14 @@ class Starts:
 
     @property
     def widths(self) -> Floats:
-        """What distances are measured by: the box's largest width of positions, of velocities."""
+        """Units of distances: the box's largest width of positions, and of velocities."""
         n = self.mechanism.degrees
         width = self.high - self.low
         place = width[:n].max() or _size(self.mechanism)
         return np.repeat([place, width[n:].max()], n)
 
     def draw(self, rng: np.random.Generator, number: int) -> State:
-        """A random start (2) on the stop whose turn it is."""
+        """Draw a random start (2) on a stop; the stops are taken in turn."""
         face = self.faces[number % len(self.faces)]
         n = self.mechanism.degrees
         y = rng.uniform(self.low, self.high)
@@ -85,10 +85,10 @@ def starts_of(system: System) -> Starts:
     m = mechanism_of(system)
     faces = tuple(face for impact in _stops(m) if (face := _face(m, impact)))
     if not faces:
-        raise InvalidParameterError("contacts: no stop can be reached; the others hide each.")
+        raise InvalidParameterError("contacts: no stop can be reached; each is behind another one.")
     compiled = compile_prescribed(system)
     fastest = compiled.rate * _size(m)
-    seen = [_seen(system, face, share * fastest) for face in faces for share in SPEEDS]
+    seen = [_visited(system, face, share * fastest) for face in faces for share in SPEEDS]
     points = np.vstack(seen)
     middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
     half = WIDER * np.ptp(points, axis=0) / 2.0
@@ -143,7 +143,7 @@ def _face(m: Mechanism, impact: Stop) -> Face | None:
 
 
 def _share(m: Mechanism, face: Face, place: Floats) -> float:
-    """How far from the centre of a face towards a place no gap is negative, at most 1."""
+    """Largest share, at most 1, of the way from a face's centre to a place without negative gap."""
     rows, limits = _gaps(m)
     room, used = limits - rows @ face.centre, rows @ (place - face.centre)
     # along the face itself the step changes nothing but rounding
@@ -157,7 +157,7 @@ def _leaving(face: Face, velocity: Floats) -> Floats:
     return velocity - 2.0 * normal if face.impact[1] * (face.row @ velocity) > 0.0 else velocity
 
 
-def _seen(system: System, face: Face, speed: float) -> Floats:
+def _visited(system: System, face: Face, speed: float) -> Floats:
     """Positions and velocities at the start and the impacts of a short motion from a face."""
     m = mechanism_of(system)
     away = -face.impact[1] * face.row / np.linalg.norm(face.row)
