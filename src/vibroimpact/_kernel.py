@@ -26,7 +26,7 @@ def chosen(usable: list[str], wanted: str | None) -> str:
     if not usable:
         raise ImportError(
             f"vibroimpact was built for other processors than this one ({platform.machine()}). "
-            "Install it again on this machine."
+            "Reinstall it on this machine."
         )
     if wanted is not None and wanted not in usable:
         raise ImportError(

@@ -88,7 +88,7 @@ def real_zeros_of(
     coefficients
         One series a column, shape (k, m).
     rounding
-        What may be left out, relative to the largest coefficient.
+        Size below which coefficients are left out, relative to the largest.
 
     Returns
     -------

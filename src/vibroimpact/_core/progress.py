@@ -28,7 +28,7 @@ class Progress:
     stages
         Number of stages of the whole job.
     stream
-        Where to write; standard error if not given.
+        Stream to write to; standard error if not given.
     quiet
         Write nothing at all.
     """

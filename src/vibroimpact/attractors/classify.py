@@ -60,7 +60,7 @@ class Attractor:
     Attributes
     ----------
     shape
-        What the section points lie on: kind, period, pieces, curve, return distance, reason.
+        Invariant set of the section points: kind, period, pieces, curve, return distance, reason.
     type
         n-p-q of a periodic motion at the contact of the section, else None; completed chatter
         counts as one impact.
@@ -205,7 +205,7 @@ def classify(
     is repeated; the tests are those of :func:`~vibroimpact.classify_points`. Unreliable:
     chaos that ends after ``max_settle`` impacts; motion within 1e-6 of a bifurcation in its
     multiplier; several forcing lines of incommensurate frequencies (only the phase of the first is
-    seen).
+    used).
 
     Examples
     --------

@@ -24,7 +24,7 @@ Assumes     members that have settled; points of an attractor that visit all of 
 Accuracy    (1) joins a member that still settles, by less than ``tolerance``. (1) separates orbits
             farther apart than that, (2) attractors farther apart than their points are from each
             other: L / N on a closed curve of length L
-Fails       attractors nearer to each other than that are one; k consecutive points in a part of a
+Fails       attractors nearer to each other than that count as one; k consecutive points in a part of a
             chaotic attractor that its own points hardly visit make a second one
 """
 

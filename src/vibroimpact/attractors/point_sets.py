@@ -12,7 +12,7 @@ Method      period p        the smallest p with  max |x_n - x_m| <= 1e-9  over t
                             a smooth closed curve (rotation.py), without gaps and of a size that
                             does not change                                                  (4)
 Assumes     iterates of one map, scaled so that 1 is the size of the whole motion
-Fails       undecided, with the reason; ``settled`` says whether more settling may help
+Fails       undecided, with the reason; ``settled`` is False where more settling may help
 """
 
 from __future__ import annotations

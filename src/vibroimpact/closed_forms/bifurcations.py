@@ -15,7 +15,7 @@ where cos(theta + lead) = +-sqrt(1 - delta^2 / r^2) changes sign with s. Along s
 are analytic: w is the closing speed, which removes the pole of the saltation matrix (a rank-one
 term, so at most of order one in the determinant and three in the product of pairs). Each is
 expanded in Chebyshev polynomials until the series has fallen to rounding (chebyshev.py); all zeros
-of every piece are then found at once, so that two bifurcations within any step are both seen. What
+of every piece are then found at once, so that two bifurcations within any step are both found. What
 is assumed: the functions are analytic on the interval, as they are for zeta > 0 and wherever w does
 not vanish identically, and no zero hides below 1e-10 of a function's size. Zeros are then polished
 on the test function itself to rounding.

@@ -83,7 +83,7 @@ def continue_curve(
     -----
     Panels of 12 points (panel.py) instead of single steps: every zero of every test function on
     a panel is found from Chebyshev expansions (expansion.py), so that two of them between
-    neighbouring points are both seen. Cost: two to three evaluations of F and its Jacobian and
+    neighbouring points are both found. Cost: two to three evaluations of F and its Jacobian and
     one of ``watch`` per point, some ten of both per special point, O(d^3) each.
     """
     steps = steps or Steps()

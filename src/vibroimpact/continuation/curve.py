@@ -16,7 +16,7 @@ class Stopped(StrEnum):
     RANGE = "the parameter reached the end of its range"
     EVENT = "a terminal event was reached"
     CLOSED = "the curve returned to its start"
-    REPEATED = "beyond this branch point the same solutions come again"
+    REPEATED = "beyond this branch point the same solutions repeat"
     POINTS = "the number of points was reached"
     STEP = "the step fell below its minimum"
     RULE = "the rule stop_when ended it"

@@ -220,7 +220,7 @@ class ImpactOscillator(Machine):
 
 
 def _distance(name: str, value: float | None) -> float | None:
-    """Distance to a stop; None where there is no stop: for None and infinity."""
+    """Distance to a stop; None where there is no stop, which infinity means, too."""
     if value is None:
         return None
     number = real_or_infinite(name, value, "a finite number, or left out where there is no stop")

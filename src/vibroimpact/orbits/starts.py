@@ -88,8 +88,8 @@ def starts_of(system: System) -> Starts:
         raise InvalidParameterError("contacts: no stop can be reached; each is behind another one.")
     compiled = compile_prescribed(system)
     fastest = compiled.rate * _size(m)
-    seen = [_visited(system, face, share * fastest) for face in faces for share in SPEEDS]
-    points = np.vstack(seen)
+    visited = [_visited(system, face, share * fastest) for face in faces for share in SPEEDS]
+    points = np.vstack(visited)
     middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
     half = WIDER * np.ptp(points, axis=0) / 2.0
     return Starts(m, faces, middle - half, middle + half)

@@ -53,7 +53,7 @@ class LyapunovEstimate:
     per_impact
         The same growth per event instead of per time.
     growth, duration
-        Of every block that was used: natural logarithm, time.
+        Natural logarithm of the growth, and time, of every block that was used.
     run_end
         Why the run ended; ``RunEnd.OBSERVER`` where the tangent vanished and the value is -inf.
     earlier
@@ -179,7 +179,7 @@ def parts_of(growth: Floats, duration: Floats) -> list[slice]:
     Parameters
     ----------
     growth, duration
-        Of consecutive blocks, at least 16.
+        Growth and duration of consecutive blocks, at least 16.
     """
     whole = slice(0, growth.size)
     if growth.size < 2 * FEWEST_BLOCKS or not np.isfinite(growth).all():
@@ -224,7 +224,7 @@ def ratio_of_means(growth: Floats, duration: Floats) -> tuple[float, float]:
     Parameters
     ----------
     growth, duration
-        Of consecutive blocks, at least 16.
+        Growth and duration of consecutive blocks, at least 16.
     """
     value = float(growth.sum() / duration.sum())
     residual = growth - value * duration  # (3)
