@@ -1,1 +1,1 @@
-"""Branches of periodic orbits in a parameter: followed, with every bifurcation on them."""
+"""Branches of periodic orbits in a parameter, with every bifurcation on them."""

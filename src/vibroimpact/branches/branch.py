@@ -1,4 +1,4 @@
-"""A branch of periodic orbits: arrays along it, its special points, why it ended."""
+"""Branch of periodic orbits: arrays along it, its special points, the reasons of its ends."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
 
 @dataclass(frozen=True, eq=False)
 class BifurcationPoint:
-    """A special point of a branch.
+    """Special point of a branch.
 
     Attributes
     ----------
@@ -55,17 +55,17 @@ class BifurcationPoint:
     error
         Estimated error of ``parameter``.
     orbit
-        The orbit there; its ``admissible`` says whether the machine moves so.
+        The orbit there, with its ``admissible``.
     crossing
-        +1 or -1: how the test function changes sign along the branch.
+        +1 or -1: sign of the test function's slope along the branch.
     tangent
-        Of the branch, in the unknowns of ``orbit.problem`` and last the parameter.
+        Tangent of the branch, in the unknowns of ``orbit.problem`` and last the parameter.
     bounds
         Range of the parameter in which the branch was followed.
     nearest
-        For GR: which stop is touched, where.
+        For GR: the stop that is touched, and where.
     segment
-        For ZERO and STICK which solved impact, for SIM which flight; else -1.
+        For ZERO and STICK the number of the solved impact, for SIM that of the flight; else -1.
     """
 
     kind: str
@@ -82,7 +82,7 @@ class BifurcationPoint:
 
     @property
     def meaning(self) -> str:
-        """What happens there, in words."""
+        """Meaning of the point in words."""
         return BREAKING if self.kind == "BP" and self.orbit.symmetric else MEANINGS[self.kind]
 
     @property
@@ -92,14 +92,14 @@ class BifurcationPoint:
 
     @property
     def admissible(self) -> bool:
-        """Whether the machine moves so; at GR, ZERO and SIM, apart from rounding at the touch."""
+        """Whether the orbit is admissible; at GR, ZERO and SIM, apart from rounding at the touch."""
         if self.kind in TOUCHES:
             return self.orbit.converged and not self.orbit.why_inadmissible(TOUCHED)
         return self.orbit.admissible
 
     @cached_property
     def normal_form(self) -> NormalForm | Refusal:
-        """The normal form, of the half map for a symmetric orbit; or why there is none."""
+        """Normal form, of the half map for a symmetric orbit; or a refusal with the reason."""
         if self.kind not in WITH_NORMAL_FORM:
             reason = f"{self.kind} ({self.meaning}): the map is not smooth there."
             return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
@@ -123,7 +123,7 @@ class Branch:
     values
         Its values along the branch, shape (n,).
     multipliers
-        Of the full map, shape (n, d).
+        Multipliers of the full map, shape (n, d).
     admissible, stable
         Shape (n,); stable orbits are admissible.
     clearance
@@ -133,7 +133,7 @@ class Branch:
     special_points
         :class:`BifurcationPoint` in order along the branch.
     curve
-        The continued curve: unknowns, residuals, Newton steps, why both ends stopped.
+        The continued curve: unknowns, residuals, Newton steps, reasons of both ends.
     """
 
     parameter: str
@@ -157,18 +157,18 @@ class Branch:
         return points[label]
 
     def orbit(self, index: int) -> Orbit:
-        """The orbit at a point of the branch; the last has the index -1."""
+        """Return the orbit at a point of the branch; the last has the index -1."""
         check_index("index", index, len(self))
         return self.family.orbit(self.curve.z[index], float(self.values[index]))
 
     @property
     def symbol(self) -> str:
-        """n-p-q of its orbits."""
+        """Symbol n-p-q of its orbits."""
         return self.orbit(0).symbol
 
     @property
     def extent(self) -> tuple[float, float]:
-        """The least and the largest value of the parameter on it, folds included."""
+        """Least and largest value of the parameter on the branch, folds included."""
         every = [*self.values, *(point.parameter for point in self.special_points)]
         return float(min(every)), float(max(every))
 
@@ -186,7 +186,7 @@ class Branch:
         return axes
 
     def to_dataset(self) -> xr.Dataset:
-        """The branch as an xarray dataset; :func:`vibroimpact.load_branch` leads back."""
+        """Convert the branch to an xarray dataset, as :func:`vibroimpact.save_branch` writes it."""
         dataset: xr.Dataset = deferred("branches.store", "dataset_of")(self)
         return dataset
 

@@ -1,4 +1,4 @@
-"""What is refused before a branch is followed: a parameter along which the equations fail."""
+"""Checks before a branch is followed: parameters along which the equations fail are refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HALVINGS = 50  # of a range, until it is no wider than rounding
 
 
 def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -> None:
-    """Refuse an orbit that is no point of a branch, and a parameter that its equations forbid.
+    """Refuse an orbit that is not on a branch, and a parameter that its equations forbid.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -
         raise InvalidParameterError(
             f"orbit = {orbit.symbol}: is one of a {orbit.family_dimension}-parameter family at the "
             "same parameters, so that there is no branch of single orbits. Give the system a loss "
-            "or a forcing, and what moves as a whole a spring."
+            "or a forcing, and add a spring where it can be shifted as a whole."
         )
     compile_prescribed(orbit.system, parameter)
     if not orbit.symmetric:
@@ -44,9 +44,9 @@ def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -
 
 
 def _towards(orbit: Orbit, parameter: str, value: float, bound: float) -> Mechanism | None:
-    """The mechanism between a value and a bound, as near to the value as the system asks for.
+    """Mechanism between a value and a bound, as near to the value as the system requires.
 
-    None where it takes no value on that side: the branch will end there, with a status.
+    None where no value on that side is allowed: the branch will end there, with a status.
     """
     for halvings in range(1, HALVINGS):
         there = value + (bound - value) * 0.5**halvings

@@ -1,4 +1,4 @@
-"""continue_orbit: a branch of periodic orbits through one of them."""
+"""Continuation of a periodic orbit in one parameter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
-from vibroimpact.branches.stop_rules import StopWhen, points_asked
+from vibroimpact.branches.stop_rules import StopWhen, stop_rule
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
@@ -43,22 +43,22 @@ def continue_orbit(
     Parameters
     ----------
     orbit
-        A converged orbit; its system's own value of the parameter is where the branch starts.
+        A converged orbit; the branch starts at its system's value of the parameter.
     parameter
         Name of the parameter: a field of the system, a keyword of a :class:`Family`, or a path
         into a mechanism (parameters.py).
     bounds
         (low, high) of the parameter; the branch ends exactly there, or where it closes.
     steps
-        Lengths in scaled arclength, number of points.
+        Step lengths in scaled arclength, number of points.
     both
         Follow it in both directions.
     tangent
         Direction to start in; by default towards larger values.
     stop_when
-        A function of an orbit, or several, asked at every point after the start: where one returns
-        True, or the reason as a text, the branch ends in this direction, and ``branch.curve.ends``
-        says so. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
+        A function of an orbit, or several, called at every point after the start: where one returns
+        True, or the reason as a text, the branch ends in this direction, with the reason in
+        ``branch.curve.ends``. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
         ``vi.stop.unstable(multipliers=...)``.
     progress
         Called after every panel with the number of points and the parameter.
@@ -66,7 +66,7 @@ def continue_orbit(
     Returns
     -------
     Branch
-        Also where it could not be followed to the end: ``branch.curve.ends`` says why.
+        Also where it could not be followed to the end, with the reason in ``branch.curve.ends``.
 
     Raises
     ------
@@ -74,16 +74,16 @@ def continue_orbit(
         No such parameter, an orbit that is not converged or one of a family, a range that is
         empty, without the orbit or no wider than rounding; a parameter that breaks the symmetry of
         a symmetric orbit or changes the ratios of the forcing frequencies; a ``stop_when`` that is
-        no rule.
+        not a rule.
 
     Notes
     -----
-    Orbits of any stability, admissible or not, through folds and grazing; nothing stops at a
-    bifurcation. Each orbit is there once, up to the impact it begins with and mirror images: a
-    branch is closed where it comes back to its start so, and ends at the branch point where its
-    orbits are born. A zero of a test function that is not what it stands for, a point with a
-    critical multiplier or a touch, is in ``branch.curve.unresolved``. Points are nodes of Chebyshev
-    panels on which every test function is resolved, so that none is skipped
+    Orbits of any stability, admissible or not, are followed through folds, grazing and all other
+    bifurcations. Each orbit occurs once, up to its first impact and mirror images: a branch is
+    closed where it returns to its start in this sense, and ends at the branch point at which its
+    orbits begin. A zero of a test function without the critical multiplier or touch that it stands
+    for is in ``branch.curve.unresolved``. Points are nodes of Chebyshev panels on which every test
+    function is resolved, so that no zero is skipped
     (continuation/panel.py). Cost: about 4 ms a point for the impact damper.
 
     Examples
@@ -107,19 +107,19 @@ def continue_orbit(
     family = OrbitFamily.around(start.system, start.signature, parameter, z, high - low)
     curve = continue_curve(
         family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
-        stop_when=points_asked(stop_when, family, (low, high)), progress=progress,
+        stop_when=stop_rule(stop_when, family, (low, high)), progress=progress,
     )  # fmt: skip
     return branch_of(family, curve, (low, high))
 
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:
-    """What a continued curve says of its orbits."""
+    """Branch of orbits from a continued curve."""
     before, after = (_explained(end, family.refused) for end in curve.ends)
     curve = replace(curve, ends=(before, after))
     orbits = [family.orbit(z, p) for z, p in zip(curve.z, curve.parameter, strict=True)]
-    seen = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
-    doubtful = [item for item in seen if isinstance(item, Unresolved)]
-    found = sorted((item for item in seen if isinstance(item, _At)), key=lambda at: at.arclength)
+    located = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
+    doubtful = [item for item in located if isinstance(item, Unresolved)]
+    found = sorted((item for item in located if isinstance(item, _At)), key=lambda at: at.arclength)
     curve = replace(curve, unresolved=(*curve.unresolved, *doubtful))
     return Branch(
         parameter=family.parameter,
@@ -137,13 +137,13 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
 
 
 def _explained(end: End, refused: str) -> End:
-    """An end, with the reason why the system could not be built there."""
+    """End of a curve, with the reason why the system could not be built there."""
     failed = end.reason is Stopped.STEP and refused
     return End(end.reason, f"{end.detail}; {refused}") if failed else end
 
 
 class _At(NamedTuple):
-    """A special point without its label, and its place on the curve."""
+    """Special point without its label, and its place on the curve."""
 
     arclength: float
     point: dict[str, Any]
@@ -162,7 +162,7 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolve
         kind, segment = meaning_of(family, point.name)
         orbit = family.orbit(point.z, point.parameter)
         if kind in TOUCHES and abs(point.arclength) < AT_START:
-            continue  # the touch that the branch began with: its sign there is rounding
+            continue  # the touch at the start of the branch: its sign there is rounding
         if is_neutral(curve, point, orbit):
             continue
         if why := why_none(family, curve, point, orbit):

@@ -1,16 +1,16 @@
-"""branch_diagram: all branches that can be reached from an orbit, and the attractors behind.
+"""Branch diagrams: all branches that can be reached from an orbit, and the attractors behind.
 
-Method      From the branch of the orbit every point of kind PD, BP, GR or ZERO at which the machine
-            moves so is switched at (switch.py) once, breadth first, but points whose own orbit is
-            admissible before those that are so only on one side:
+Method      From the branch of the orbit, branches are switched (switch.py) once at every point of
+            kind PD, BP, GR or ZERO next to which orbits are admissible, breadth first, but points
+            whose own orbit is admissible before those next to admissible orbits on one side only:
               - points at one parameter value (NEAR) that share their loop (same_orbit.py), up
-                to where it begins and the mirror image, are one junction; a loop at PD or BP may go
-                around twice, one at ZERO is that of the grazing orbit;                        (1)
-              - a branch that holds the same orbit as a known one, up to the same, at a common value
-                of the parameter is not new. Compared are the orbits at PROBES of its points with
-                those that Newton's method finds between neighbouring points of the known branch
-                that enclose the value, within SAME.                                           (2)
-            Behind, one motion is followed through the range upwards, then back.
+                to its first impact and the mirror image, are one junction; a loop at PD or BP may
+                be a double one, one at ZERO is that of the grazing orbit;                     (1)
+              - a branch that holds the same orbit as a known one, in the same sense, at a common
+                value of the parameter is not new. Compared are the orbits at PROBES of its points
+                with those that Newton's method finds between neighbouring points of the known
+                branch that enclose the value, within SAME.                                    (2)
+            For the attractors, one motion is followed through the range upwards, then back.
 Accuracy    of the branches, continuation; (1) and (2) the tolerances stated
 Fails       a junction where no branch was found is listed with its reason
 Reference   theory.md, "Branches"
@@ -59,13 +59,13 @@ ProgressCallback = Callable[[str], None]
 SWITCHED = ("PD", "BP", "GR", "ZERO")
 NEAR = 1e-7  # of the range: values of the parameter at one junction
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
-VALUE_BYTES = 2**14  # of a value of the sweep: some hundred section points, up and down
+VALUE_BYTES = 2**14  # per value of the sweep: some hundred section points, up and down
 PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
 STOP_WHEN = inadmissible()
 
 
 class Reached(NamedTuple):
-    """What switching at a special point led to.
+    """Result of switching at a special point.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Reached(NamedTuple):
     to
         Number of the branch that was found there or was known; None where there is none.
     how
-        "new"; "known", "mirror image"; or why there is none.
+        "new"; "known", "mirror image"; or the reason why there is none.
     """
 
     branch: int
@@ -90,7 +90,7 @@ class Diagram:
     Attributes
     ----------
     parameter, bounds
-        What varied and where.
+        The parameter and its range.
     branches
         Number 0 is that of the orbit; each of the others was found at a special point of an
         earlier one.
@@ -100,10 +100,10 @@ class Diagram:
         (branch, label) of the junctions left when ``depth`` or ``most`` was reached, or by an
         interruption.
     attractors
-        Section points of the sweep, dims "direction", the parameter, "point"; None if not asked
-        for.
+        Section points of the sweep, dims "direction", the parameter, "point"; None if not
+        requested.
     interrupted
-        Whether ``KeyboardInterrupt`` ended it; it holds what was found until then.
+        Whether ``KeyboardInterrupt`` ended it; the results until then are kept.
     """
 
     parameter: str
@@ -116,11 +116,11 @@ class Diagram:
 
     @property
     def failed(self) -> tuple[Reached, ...]:
-        """The points at which no branch was found, with the reason."""
+        """Points at which no branch was found, with the reason."""
         return tuple(r for r in self.reached if r.to is None)
 
     def origin(self, number: int) -> Reached | None:
-        """Where a branch was found; None for number 0."""
+        """Return the special point at which a branch was found; None for number 0."""
         check_index("number", number, len(self.branches))
         return next((r for r in self.reached if r.to == number and r.how == "new"), None)
 
@@ -146,7 +146,7 @@ class Diagram:
         return axes
 
     def to_dataset(self) -> xr.Dataset:
-        """The attractors, and the tree as a table; :meth:`Branch.to_dataset` holds each branch."""
+        """Convert attractors and tree to a dataset; see :meth:`Branch.to_dataset` for branches."""
         import xarray as xr
 
         rows = self.reached
@@ -215,26 +215,26 @@ def branch_diagram(
     orbit, parameter, bounds, steps
         As for :func:`~vibroimpact.continue_orbit`.
     depth
-        The most switches from the orbit's branch to any other, >= 0.
+        Largest number of switches from the orbit's branch to any other, >= 0.
     most
-        The most branches, >= 1.
+        Largest number of branches, >= 1.
     attractors
         Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
     stop_when
-        As for :func:`~vibroimpact.continue_orbit`, of every branch. By default
-        ``vi.stop.inadmissible()``: stretches far from where the machine moves so are not followed,
-        nor what lies beyond them; ``None`` follows all to the end of the range.
+        As for :func:`~vibroimpact.continue_orbit`, for every branch. By default
+        ``vi.stop.inadmissible()``: parts far from admissible orbits are not followed, nor anything
+        beyond them; ``None`` follows all to the end of the range.
     progress
-        Called after every panel with a sentence: which branch, where from, the parameter and the
-        number of points; before that with how many points are left to try; and before the sweep.
-        ``progress=print`` shows it.
+        Called after every panel with a sentence: the branch, its origin, the parameter and the
+        number of points; at the start of a branch with the number of points left to try; and before
+        the sweep. ``progress=print`` shows it.
 
     Returns
     -------
     Diagram
-        Points where the machine does not move so are not switched at: what begins there does not
-        either. One branch stands for its mirror image too. ``KeyboardInterrupt`` ends it with what
-        was found so far.
+        Without branches from points that are not admissible: the orbits that begin there are not
+        either. One branch stands for its mirror image too. ``KeyboardInterrupt`` ends it with the
+        results so far.
 
     Raises
     ------
@@ -244,7 +244,7 @@ def branch_diagram(
     Notes
     -----
     Cost: that of every branch, a second or two for the impact damper, and 1 ms per value of the
-    sweep. The sweep shows attractors that a single motion meets, no others.
+    sweep. The sweep shows only the attractors that a single motion reaches.
 
     Examples
     --------
@@ -265,15 +265,15 @@ def branch_diagram(
     check_memory("attractors", attractors, VALUE_BYTES, "Take fewer.")
     check_function("progress", progress)
     orbit = converged(orbit)
-    tell = progress or (lambda _: None)
-    following = _Following(parameter, steps, stop_when, tell)
+    report = progress or (lambda _: None)
+    following = _Following(parameter, steps, stop_when, report)
     first = continue_orbit(orbit, parameter, bounds, **following.options("branch 0, of the orbit"))
     low, high = first.bounds
     tree = _Tree((low, high), following)
     tree.grow(first, depth, most)
     behind = None
     if attractors and not tree.interrupted:
-        tell(f"following a motion through {attractors} values, up and down")
+        report(f"following a motion through {attractors} values, up and down")
         try:
             behind = swept(first, orbit.state, np.linspace(low, high, attractors))
         except KeyboardInterrupt:
@@ -293,7 +293,7 @@ def branch_diagram(
 
 
 class _Junction(NamedTuple):
-    """Where branches meet."""
+    """Point at which branches meet."""
 
     parameter: float
     loop: Loop
@@ -307,25 +307,25 @@ class _Options(TypedDict):
 
 
 class _Following(NamedTuple):
-    """How branches are followed, and who is told."""
+    """Options for following branches, and the progress callback."""
 
     parameter: str
     steps: Steps | None
     stop_when: StopWhen | None
-    tell: ProgressCallback
+    report: ProgressCallback
 
     def options(self, which: str) -> _Options:
-        """The keywords for a branch, which is told by name."""
-        self.tell(which)
+        """Keywords for a branch, whose name is reported."""
+        self.report(which)
 
         def progress(points: int, value: float) -> None:
-            self.tell(f"{which}: {self.parameter} = {value:.6g}, {points} points")
+            self.report(f"{which}: {self.parameter} = {value:.6g}, {points} points")
 
         return _Options(steps=self.steps, stop_when=self.stop_when, progress=progress)
 
 
 class _Waiting(NamedTuple):
-    """A point to switch at; the least is tried first."""
+    """Point at which to switch; the least is tried first."""
 
     inadmissible: bool
     level: int
@@ -349,7 +349,7 @@ class _Tree:
         self.interrupted = False
 
     def grow(self, first: Branch, depth: int, most: int) -> None:
-        """Switch at every point, the least of those that wait first."""
+        """Switch at every waiting point, the least first."""
         self.interrupted = _interrupted(first)
         self._add(first, 0)
         while self.waiting:
@@ -359,15 +359,15 @@ class _Tree:
                 if self._known_junction(here.branch, point):
                     continue
                 if self.interrupted or here.level >= depth or len(self.branches) >= most:
-                    self._left(here.branch, point)
+                    self._leave(here.branch, point)
                 elif found := self._switched(here.branch, point):
                     self._add(found, here.level + 1)
             except KeyboardInterrupt:
                 self.interrupted = True
-                self._left(here.branch, point)
+                self._leave(here.branch, point)
 
     def _add(self, branch: Branch, level: int) -> None:
-        """A new branch, and the points on it that wait."""
+        """Add a new branch, and its points to those that wait."""
         self.branches.append(branch)
         number = len(self.branches) - 1
         for index in self._points(number):
@@ -375,7 +375,7 @@ class _Tree:
             heapq.heappush(self.waiting, _Waiting(not admissible, level, number, index))
 
     def _points(self, number: int) -> Iterator[int]:
-        """Numbers of the points of a branch to switch at: next to them the machine moves so."""
+        """Numbers of the points at which to switch: those next to admissible orbits."""
         branch = self.branches[number]
         for index, point in enumerate(branch.special_points):
             at = place_of(branch, point)[0]
@@ -383,7 +383,7 @@ class _Tree:
                 yield index
 
     def _known_junction(self, number: int, point: BifurcationPoint) -> bool:
-        """Rule (1); a point of a branch that is new to the junction is noted."""
+        """Whether a point is at a known junction (1); if so, its result is recorded."""
         here = _junction(point)
         mechanism = mechanism_of(point.orbit.system)
         span = self.bounds[1] - self.bounds[0]
@@ -395,16 +395,16 @@ class _Tree:
             if not how:
                 continue
             if result is not None:
-                self.reached.append(_again(number, point.label, result, how))
+                self.reached.append(_at_junction(number, point.label, result, how))
             return True
         return False
 
-    def _left(self, number: int, point: BifurcationPoint) -> None:
+    def _leave(self, number: int, point: BifurcationPoint) -> None:
         self.untried.append((number, point.label))
         self.junctions.append((_junction(point), None))
 
     def _switched(self, number: int, point: BifurcationPoint) -> Branch | None:
-        """Switch at a point; the branch that was found if it is new."""
+        """Switch at a point; return the branch if it is new."""
         where = f"from {point.label} of branch {number} ({point.orbit.symbol})"
         left = f"{len(self.waiting)} more points to try"
         which = f"branch {len(self.branches)}, {where}, {left}"
@@ -419,7 +419,7 @@ class _Tree:
         return found if isinstance(found, Branch) and result.how == "new" else None
 
     def _placed(self, found: Branch, number: int, label: str) -> Reached:
-        """Rule (2)."""
+        """Result for a branch that was found, by rule (2)."""
         for k, known in enumerate(self.branches):
             how = same_branch(found, known)
             if how:
@@ -431,8 +431,8 @@ def _interrupted(branch: Branch) -> bool:
     return any(end.reason is Stopped.INTERRUPTED for end in branch.curve.ends)
 
 
-def _again(number: int, label: str, first: Reached, how: str) -> Reached:
-    """What a point leads to that stands at a junction where another one was switched at."""
+def _at_junction(number: int, label: str, first: Reached, how: str) -> Reached:
+    """Result of a point at a junction at which another point was switched before."""
     if first.to is None:
         return Reached(number, label, None, first.how)
     back = first.to == number != first.branch
@@ -464,7 +464,7 @@ def same_branch(found: Branch, known: Branch) -> str:
 
 
 def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:
-    """The orbits of a branch at a value of its parameter."""
+    """Orbits of a branch at a value of its parameter."""
     family, values, z = branch.family, branch.values, branch.curve.z
     system = with_parameter(family.system, branch.parameter, value)
     for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):

@@ -1,7 +1,7 @@
-"""Periodic orbits as a curve in a parameter, with the functions whose zeros are bifurcations.
+"""Periodic orbits along a parameter, with test functions whose zeros are bifurcations.
 
-Method      The problem is problem.py's, in z (states and flight times) and p. With rho_k the
-            closing rates, saturated so that far from grazing they weigh alike,
+Method      The equations are those of problem.py, in z (states and flight times) and p. With rho_k
+            the closing rates, saturated so that far from grazing they have equal weights,
                 s = product of rho_k / sqrt(rho_k^2 + rho_ref^2)                                (1)
             the test functions are
                 flip     s / (product of rho_k) det of the pencil at -1  =  +-s det(DF + I)      (2)
@@ -9,8 +9,8 @@ Method      The problem is problem.py's, in z (states and flight times) and p. W
                 speed k  rho_k          flight k  t_k, zero where two impacts coincide
                 stick k (R = 0)  acceleration of the gap after impact k                         (4)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
-            (1) removes their poles at grazing; folds and branch points are the engine's own.
-            Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: not looked at.
+            (1) removes their poles at grazing; folds and branch points are found by continuation/.
+            Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: it is left out.
 Accuracy    rounding; (2) and (3) relative to their largest terms
 Reference   theory.md, "Branches"; Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2
 """
@@ -49,22 +49,22 @@ FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 
 
 class OrbitFamily(OrbitProblem):
-    """The orbits with one signature, as functions of one parameter: a ``Problem`` to continue.
+    """Orbits with one signature along one parameter, as a ``Problem`` of continuation.
 
     Parameters
     ----------
     system, signature, parameter
         As for :class:`OrbitProblem`.
     sizes
-        Of each unknown's changes and of the parameter's: they weigh the arclength.
+        Sizes of the changes of each unknown and of the parameter: weights of the arclength.
     """
 
     def __init__(self, system: System, signature: Signature, parameter: str, sizes: Floats) -> None:
         super().__init__(system, signature, parameter)
         self._sizes = sizes
-        self._seen: dict[tuple[bytes, float], Linearised] = {}
+        self._kept_segments: dict[tuple[bytes, float], Linearised] = {}
         self._orbits: dict[tuple[bytes, float], Orbit] = {}
-        self.refused = ""  # why the system could not be built, where it could not
+        self.refused = ""  # reason if the system could not be built
         self._reference = 0.0
         self._rate = 2.0 * dense_rate(self.mechanism)
         self._cycles = least_cycles(self.mechanism)
@@ -73,7 +73,7 @@ class OrbitFamily(OrbitProblem):
     def around(
         cls, system: System, signature: Signature, parameter: str, start: Floats, span: float
     ) -> OrbitFamily:
-        """The family through an orbit z, whose sizes it takes, over a range of length ``span``."""
+        """Family through an orbit z, which gives the sizes, over a range of length ``span``."""
         sizes = scale_of(OrbitProblem(system, signature, parameter), start)
         return cls(system, signature, parameter, np.append(sizes, span))
 
@@ -82,12 +82,12 @@ class OrbitFamily(OrbitProblem):
         return self._sizes
 
     def linearised(self, z: Floats, p: float) -> Linearised:
-        """Every segment with its derivatives; the latest are remembered."""
+        """Every segment with its derivatives; the latest ones are kept."""
         key = np.asarray(z).tobytes(), p
-        return latest(self._seen, key, lambda _: OrbitProblem.linearised(self, z, p))
+        return latest(self._kept_segments, key, lambda _: OrbitProblem.linearised(self, z, p))
 
     def residual(self, z: Floats, p: float) -> Floats:
-        """As :class:`OrbitProblem` says; NaN beyond the range of the parameter or of time."""
+        """Residual of :class:`OrbitProblem`; NaN beyond the range of the parameter or of time."""
         backwards = float(self.unpacked(z)[1].min()) * self._rate
         if backwards < -STEP_ANGLE:
             self.refused = "a flight takes negative time: two impacts have changed order"
@@ -99,16 +99,16 @@ class OrbitFamily(OrbitProblem):
             return np.full(len(z), np.nan)
 
     def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
-        """As :class:`OrbitProblem` says; NaN where the parameter is out of its own range."""
+        """Jacobian of :class:`OrbitProblem`; NaN where the parameter is out of its own range."""
         try:
             return super().jacobian(z, p)
         except InvalidParameterError:
             return np.full((len(z), len(z)), np.nan), np.full(len(z), np.nan)
 
     def images(self, z: Floats, p: float, along: Floats, near: Floats) -> list[Image]:
-        """The same orbit begun at another impact, mirrored, whole forcing periods later.
+        """Images of an orbit: begun at another impact, mirrored, whole forcing periods later.
 
-        Orbits are the same up to the symmetry S of problem.py, where the system has it, too.
+        The mirror image, under the symmetry S of problem.py, exists only for symmetric systems.
         """
         impacts, cycles = self.signature.impacts, self.signature.cycles
         here, moved = self._around(z, math.pi * cycles), self._around(along, 0.0)
@@ -125,12 +125,12 @@ class OrbitFamily(OrbitProblem):
         ]
 
     def _around(self, z: Floats, turn: float) -> Guess:
-        """All segments in z, of a symmetric orbit its second half too."""
+        """All segments in z, including the second half of a symmetric orbit."""
         once = Guess(*self.unpacked(z))
         return with_mirror(once, turn) if self.signature.symmetric else once
 
     def _begun(self, k: int, orbit: Guess, along: Guess, near: Floats) -> Image:
-        """An orbit begun at segment k, with its phase near another one, and a direction there."""
+        """Orbit begun at segment k, with its phase near another one, and a direction there."""
         count, turn = len(self.impacts), 2.0 * math.pi * self._cycles
         states, durations = rolled(orbit, self.signature.cycles, k)
         changes, delays = rolled(along, 0, k)
@@ -142,13 +142,13 @@ class OrbitFamily(OrbitProblem):
             self.packed(changes[:count], delays[:count]),
         )
 
-    def remembered(self, z: Floats, p: float) -> Orbit:
-        """The orbit at a point of the curve, kept until it is asked for again."""
+    def kept_orbit(self, z: Floats, p: float) -> Orbit:
+        """Orbit at a point of the curve, kept for the next call."""
         orbit = self._orbits[z.tobytes(), p] = self.orbit(z, p)
         return orbit
 
     def orbit(self, z: Floats, p: float) -> Orbit:
-        """The orbit at a point of the curve; not converged where the equations do not hold."""
+        """Orbit at a point of the curve; not converged where the equations do not hold."""
         if kept := self._orbits.pop((z.tobytes(), p), None):
             return kept
         system = with_parameter(self.system, self.parameter, p)
@@ -160,13 +160,13 @@ class OrbitFamily(OrbitProblem):
         return Orbit(system, self.signature, states, durations, error, status, self.parameter)
 
     def _growth(self, z: Floats, p: float) -> Floats:
-        """How much each equation enlarges a change of the unknowns, both relative."""
+        """Factor by which each equation amplifies a change of the unknowns, both relative."""
         sizes = self._sizes[:-1]
         growth: Floats = np.abs(self.jacobian(z, p)[0] * sizes).max(axis=1) / rows_of(self, sizes)
         return growth
 
     def watch(self, z: Floats, p: float) -> dict[str, float]:
-        """The test functions (2)-(4)."""
+        """Test functions (2)-(4)."""
         parts = self.linearised(z, p)
         rates = parts.rate
         self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
@@ -207,20 +207,20 @@ class OrbitFamily(OrbitProblem):
 
 
 def lossless(m: Mechanism) -> bool:
-    """Whether every product of multipliers mu, 1 / mu is one: (3) vanishes and says nothing."""
+    """Whether every product of multipliers mu, 1 / mu is one: (3) vanishes identically."""
     elastic = all(r == 1.0 for contact in m.contacts for r in contact.restitutions)
     return elastic and linear.largest(m.damping) == 0.0
 
 
 def _pairs(values: Complexes) -> float:
-    """The product of (3), NaN where a multiplier has left the plane."""
+    """Product of (3), NaN where a multiplier is infinite."""
     i, j = np.triu_indices(len(values), 1)
     product = complex(np.prod(1.0 - values[i] * values[j]))
     return product.real if math.isfinite(product.real) else math.nan
 
 
 def meaning_of(family: OrbitFamily, name: str) -> tuple[str, int]:
-    """The bifurcation that a zero of a test function is, and which segment's; -1 for all."""
+    """Kind of bifurcation at a zero of a test function, and the number of the segment or -1."""
     kinds = {
         FLIP: "BP" if family.signature.symmetric else "PD",
         TORUS: "NS",

@@ -1,12 +1,12 @@
-"""Where a branch of orbits grazes: a gap's extremum within a flight reaches zero.
+"""Grazing points of a branch of orbits: a gap's extremum within a flight reaches zero.
 
 Method      For each stop and each flight the least gap at interior extrema (admissibility.py) is a
-            continuous function L of the curve's arclength, smooth but where another extremum
+            continuous function L of the curve's arclength, smooth except where another extremum
             becomes the least; own extrema of impacts, which appear and vanish at speed zero, are
             left out. Where L changes sign between neighbouring points, its zero is found by Brent's
             method, every value at an orbit corrected on the curve. Where L has a minimum above zero
-            among the points, it is minimised between its neighbours: two zeros closer than the
-            points are seen.                                                                  (1)
+            among the points, it is minimised between its neighbours, to find two zeros closer than
+            the points.                                                                       (1)
             It is a grazing if L is zero there, at an extremum: neither a jump of L nor the gap at
             another contact's impact. Where an impact speed vanishes, an extremum begins or ends
             in that impact: that point is "ZERO".                                             (2)
@@ -43,7 +43,7 @@ EDGE = 1e-2  # of a flight: an extremum this near to an impact on the same stop 
 
 
 class Grazing(NamedTuple):
-    """An orbit on the curve that touches a stop without impact."""
+    """Orbit on the curve that touches a stop without impact."""
 
     orbit: Orbit
     parameter: float
@@ -66,13 +66,13 @@ class _Between:
         self.start, self.step = ends[0], ends[1] - ends[0]
 
     def node(self, share: float) -> Node | None:
-        """The point there; None where Newton's method does not reach it."""
+        """Point at this share; None where Newton's method does not converge."""
         size = float(self.step @ self.step)
         target = float(self.step @ self.start) + share * size
         return correct(self.problem, self.start + share * self.step, self.step, target).node
 
     def gap(self, share: float) -> float:
-        """L there: NaN where the orbit is not known, infinite where it has no such extremum."""
+        """L at this share: NaN where the orbit is unknown, infinite without such an extremum."""
         node = self.node(share)
         orbit = node and self.orbit(node)
         if not orbit or not orbit.converged:
@@ -80,11 +80,11 @@ class _Between:
         return orbit.gaps[self.place].gap if self.place in orbit.gaps else math.inf
 
     def orbit(self, node: Node) -> Orbit:
-        """The orbit of a point."""
+        """Orbit of a point."""
         return self.family.orbit(*self.problem.solution(node.y))
 
     def grazing(self, share: float, crossing: int) -> Grazing | Unresolved | None:
-        """The orbit there, if it grazes (2)."""
+        """Orbit at this share, if it grazes (2)."""
         node = self.node(share)
         if node is None:
             return self.unresolved(UNKNOWN)
@@ -104,7 +104,7 @@ class _Between:
         return Grazing(orbit, p, tangent, at, nearest, crossing, error)
 
     def unresolved(self, reason: str) -> Unresolved | None:
-        """The stretch between the two points, where a grazing may be hidden but for (2)."""
+        """Part between the two points in which a grazing may be missed, unless (2) excludes it."""
         speeds = [f for name, f in self.curve.tests.items() if name.startswith(SPEED)]
         if any(f[self.i] * f[self.i + 1] <= 0.0 for f in speeds):
             return None
@@ -112,7 +112,7 @@ class _Between:
 
 
 def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
-    """Whether a gap vanishes for another reason: an impact's own speed, two impacts at once."""
+    """Whether a gap vanishes for another reason: zero speed of an impact, two impacts at once."""
     k, stop = nearest.segment, (nearest.contact, nearest.side)
     if np.abs(orbit.durations).min() < AT_ONCE * float(np.abs(orbit.durations).sum()):
         return True  # two impacts at once: "SIM"
@@ -122,7 +122,7 @@ def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
 
 
 def _no_touch(orbit: Orbit, nearest: Nearest, size: float) -> str:
-    """Why a least gap that changes its sign is not that of a touch; "" where it is."""
+    """Reason why a change of sign of a least gap is no touch; "" where it is one."""
     if abs(nearest.gap) > VANISHED * size:
         return f"a least gap changes its sign by a jump: {nearest}"
     if nearest.time in (0.0, float(orbit.durations[nearest.segment])):
@@ -136,7 +136,7 @@ def grazings(
     gaps: Sequence[Mapping[Place, Nearest]],
     bounds: tuple[float, float],
 ) -> Iterator[Grazing | Unresolved]:
-    """Every grazing of a curve, and where there may be one, given the least gaps at its points."""
+    """Every grazing of a curve, and parts that may hold one, from the least gaps at its points."""
     for place in sorted({place for here in gaps for place in here if not place.own}):
         values = np.array([here[place].gap if place in here else math.inf for here in gaps])
         for i in range(len(curve) - 1):
@@ -145,7 +145,7 @@ def grazings(
 
 
 def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing | Unresolved]:
-    """The grazings between points i and i + 1 (1)."""
+    """Grazings between points i and i + 1 (1)."""
     if _crosses(gaps, i):
         yield from _zero(here, 0.0, 1.0)
     elif gaps[i] > 0.0 and _dips(gaps, i):

@@ -1,4 +1,4 @@
-"""Along a branch: its orbits and special points in one order, and their coordinates by name."""
+"""Profile of a branch: its orbits and special points in order, and their coordinates by name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ONE_PER_ORBIT = ("speed", "clearance", "period")
 
 
 class Stability(IntEnum):
-    """What the orbits of a stretch are; the larger, the less of a motion."""
+    """Stability of the orbits of a part of a branch, from stable to inadmissible."""
 
     STABLE = 0
     UNSTABLE = 1
@@ -47,7 +47,7 @@ class BranchProfile(NamedTuple):
 
 
 def unknowns_of(point: BifurcationPoint) -> Floats:
-    """The unknowns z of a special point's orbit."""
+    """Unknowns z of a special point's orbit."""
     return point.orbit.problem.packed(point.orbit.states, point.orbit.durations)
 
 
@@ -78,7 +78,7 @@ def profile(branch: Branch) -> BranchProfile:
     parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
     z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
     moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
-    return BranchProfile(parameter, z, special[order], _as_beside(_between(stability), moves))
+    return BranchProfile(parameter, z, special[order], _with_short_ends(_between(stability), moves))
 
 
 def stable_share(branch: Branch) -> float:
@@ -94,7 +94,7 @@ def stable_share(branch: Branch) -> float:
 
 
 def _between(stability: Integers) -> Integers:
-    """What each stretch is: at a special point (-1) that of its other end, else the worse."""
+    """Stability between points: the worse of both ends; special points (-1) do not count."""
     first, second = stability[:-1], stability[1:]
     stretches = np.maximum(first, second)
     unknown = np.flatnonzero(stretches < 0)  # between two special points
@@ -105,8 +105,8 @@ def _between(stability: Integers) -> Integers:
     return stretches
 
 
-def _as_beside(stretches: Integers, moves: Flags) -> Integers:
-    """The same, with stretches of no length, to a special point at an end, as those beside them."""
+def _with_short_ends(stretches: Integers, moves: Flags) -> Integers:
+    """Give parts of no length, to a special point at an end, the stability of their neighbours."""
     beside = np.where(np.arange(len(stretches)) > 0, -1, 1) + np.arange(len(stretches))
     return np.where(moves, stretches, stretches[np.minimum(beside, len(stretches) - 1)])
 
@@ -117,7 +117,7 @@ def impacts_at(branch: Branch, stop: tuple[int, int]) -> list[int]:
 
 
 def coordinate(branch: Branch, points: BranchProfile, name: str, impact: int = 0) -> Floats:
-    """A coordinate of the orbits along a branch.
+    """Coordinate of the orbits along a branch.
 
     Parameters
     ----------
@@ -151,12 +151,12 @@ def coordinate(branch: Branch, points: BranchProfile, name: str, impact: int = 0
 
 
 def mirrored(values: Floats, name: str) -> Floats:
-    """A coordinate after an impact as that of the mirror image, after the opposite impact."""
+    """Coordinate of the mirror image after the opposite impact, from that after an impact."""
     return (values + math.pi) % (2.0 * math.pi) if name == "phase" else -values
 
 
 def _state(branch: Branch, unknowns: Floats, impact: int) -> Floats:
-    """(x, v, theta) after an impact, of the mirror image in the second half of symmetric orbits."""
+    """State (x, v, theta) after an impact; for the second half of symmetric orbits, mirrored."""
     signature = branch.family.signature
     solved = len(branch.family.impacts)
     states = np.array([branch.family.unpacked(z)[0][impact % solved] for z in unknowns])

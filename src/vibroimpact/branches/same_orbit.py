@@ -1,10 +1,10 @@
-"""Orbits compared: one loop of impacts may begin anywhere and may be the mirror image of another.
+"""Comparison of orbits, independent of the first impact and up to the mirror image.
 
 Method      A loop is the sequence of an orbit's impacts with the states after them. Two loops are
-            one where a cyclic shift maps sequences onto each other and states within a tolerance,
-            relative to the largest place and the largest velocity; phases count modulo 2 pi. Where
-            the system has the symmetry of problem.py (3) the mirror image is tried as well.
-            A loop that goes k times around a shorter one is replaced by that.
+            equal if a cyclic shift maps sequences onto each other and states within a tolerance,
+            relative to the largest position and the largest velocity; phases count modulo 2 pi.
+            Where the system has the symmetry of problem.py (3) the mirror image is tried as well.
+            A loop that repeats a shorter one is replaced by that.
 Accuracy    the tolerance given
 Fails       never
 """
@@ -26,7 +26,7 @@ from vibroimpact.orbits.problem import asymmetry, least_cycles
 
 
 class Loop(NamedTuple):
-    """The impacts of an orbit and the states (x, v, theta) after them, shape (m, 2n + 1)."""
+    """Impacts of an orbit and the states (x, v, theta) after them, shape (m, 2n + 1)."""
 
     impacts: tuple[Stop, ...]
     states: Floats
@@ -38,16 +38,16 @@ def loop_of(orbit: Orbit) -> Loop:
 
 
 def without(loop: Loop, numbers: set[int]) -> Loop:
-    """A loop without some of its impacts."""
+    """Loop without some of its impacts."""
     kept = [k for k in range(len(loop.impacts)) if k not in numbers]
     return Loop(tuple(loop.impacts[k] for k in kept), loop.states[kept])
 
 
 def junction_of(point: BifurcationPoint, tolerance: float) -> Loop:
-    """The loop that all branches through a special point share.
+    """Loop that all branches through a special point share.
 
     At zero speed the impact that vanishes is left out (it is the touch of a grazing orbit), and an
-    orbit that goes twice around a shorter one, as at the birth of a doubled orbit, is the shorter.
+    orbit that repeats a shorter one, as at a period doubling, is replaced by the shorter one.
     """
     loop = loop_of(point.orbit)
     if point.kind == "ZERO":
@@ -58,7 +58,7 @@ def junction_of(point: BifurcationPoint, tolerance: float) -> Loop:
 
 
 def primitive_loop(loop: Loop, tolerance: float) -> Loop:
-    """The shortest loop that this one goes around."""
+    """Shortest loop that a loop repeats."""
     count = len(loop.impacts)
     for part in range(1, count):
         repeated = count % part == 0 and loop.impacts == loop.impacts[:part] * (count // part)
@@ -68,7 +68,7 @@ def primitive_loop(loop: Loop, tolerance: float) -> Loop:
 
 
 def same_loop(first: Loop, second: Loop, mechanism: Mechanism, tolerance: float) -> str:
-    """How two loops are one: "same", "mirror image" or "" for not at all."""
+    """Compare two loops: "same", "mirror image" or "" for different ones."""
     if _shifted(first, second, tolerance):
         return "same"
     symmetric = not asymmetry(mechanism, least_cycles(mechanism))
@@ -78,7 +78,7 @@ def same_loop(first: Loop, second: Loop, mechanism: Mechanism, tolerance: float)
 
 
 def mirrored(loop: Loop) -> Loop:
-    """The mirror image, half a forcing period later."""
+    """Mirror image of a loop, half a forcing period later."""
     states = -loop.states
     states[:, -1] = loop.states[:, -1] + math.pi
     return Loop(tuple(stop.opposite for stop in loop.impacts), states)
@@ -96,7 +96,7 @@ def _shifted(first: Loop, second: Loop, tolerance: float) -> bool:
 
 
 def _distance(first: Floats, second: Floats) -> float:
-    """Largest difference of states relative to the size of places and of velocities."""
+    """Largest difference of states relative to the size of positions and of velocities."""
     if not len(first):
         return 0.0
     n = first.shape[1] // 2

@@ -1,7 +1,7 @@
-"""Rules that end a branch before its range or its number of points does.
+"""Rules that end a branch before the end of its range or its number of points.
 
-A rule is a function of an orbit. It is asked at every point of a branch, in order and away from the
-start, of which it is told first, and returns True, or the reason as a text, where the branch is to
+A rule is a function of an orbit. It is called at every point of a branch, in order and away from
+the start, with the start first, and returns True, or the reason as a text, where the branch is to
 end.
 """
 
@@ -22,7 +22,7 @@ from vibroimpact.orbits.orbit import NEUTRAL, Orbit
 
 
 class RuleError(InvalidParameterError):
-    """A rule that answers neither yes nor no."""
+    """A rule returned neither a truth value nor a text."""
 
 
 Rule = Callable[[Orbit], bool | str]
@@ -30,13 +30,13 @@ Rule = Callable[[Orbit], bool | str]
 
 @dataclass(frozen=True)
 class Inadmissible:
-    """The rule of :func:`inadmissible`; it counts anew in each direction of each branch."""
+    """Rule of :func:`inadmissible`; it counts separately in each direction of each branch."""
 
     beyond: float
     points: int
 
     def begin(self, span: float) -> Rule:
-        """The rule for one direction, in a parameter range of a given length."""
+        """Rule for one direction, in a parameter range of a given length."""
         travelled, count, last = 0.0, 0, 0.0
 
         def ended(orbit: Orbit) -> str:
@@ -58,19 +58,19 @@ StopWhen = Rule | Inadmissible | Sequence[Rule | Inadmissible]
 
 
 def inadmissible(*, beyond: float = 0.05, points: int = 100) -> Inadmissible:
-    """End a branch that has not been admissible for long.
+    """End a branch after a long part that is not admissible.
 
     Parameters
     ----------
     beyond
-        Share of the parameter's range, >= 0, forth and back of a fold added up.
+        Share of the parameter's range, >= 0; both directions at a fold add up.
     points
         Number of points, >= 0. The branch ends where either is exceeded.
 
     Raises
     ------
     InvalidParameterError
-        A share that is negative or not finite, a count that is no integer >= 0.
+        A share that is negative or not finite, a count that is not an integer >= 0.
     """
     share = nonnegative("beyond", beyond, "It is a share of the range.")
     check_count("points", points, 0)
@@ -83,7 +83,7 @@ def unstable(*, multipliers: int = 1) -> Rule:
     Raises
     ------
     InvalidParameterError
-        A count that is no integer >= 0.
+        A count that is not an integer >= 0.
     """
     check_count("multipliers", multipliers, 0)
 
@@ -94,15 +94,15 @@ def unstable(*, multipliers: int = 1) -> Rule:
     return ended
 
 
-def points_asked(
+def stop_rule(
     stop_when: StopWhen | None, family: OrbitFamily, bounds: tuple[float, float]
 ) -> BeginRule | None:
-    """What a continuation asks at its points, begun anew in each direction.
+    """Rule of a continuation from those of the user, started separately in each direction.
 
     Raises
     ------
     InvalidParameterError
-        Something that is no rule.
+        An object that is not a rule.
     """
     if stop_when is None:
         return None
@@ -124,7 +124,7 @@ def points_asked(
         ]
 
         def reason(z: Floats, p: float) -> str:
-            orbit = family.remembered(z, p)
+            orbit = family.kept_orbit(z, p)
             return next(filter(None, [_reason(rule, rule(orbit)) for rule in rules]), "")
 
         return reason
@@ -133,7 +133,7 @@ def points_asked(
 
 
 def _reason(rule: Rule, verdict: Any) -> str:
-    """A verdict as a text, empty where the branch goes on."""
+    """Result of a rule as a text, empty where the branch continues."""
     if isinstance(verdict, str):
         return verdict
     if isinstance(verdict, bool | np.bool_):

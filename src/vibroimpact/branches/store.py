@@ -1,8 +1,8 @@
-"""Branches as datasets and files, and back with the same numbers to the last bit.
+"""Conversion of branches to datasets and files, and back, exact to the last bit.
 
 A dataset holds the points (dim ``point``), the special points (``special``), and all zeros of test
-functions that the continuation found (``zero``). What is no array stands in the attributes: the
-system, the signature, why both ends stopped, which package wrote it.
+functions that the continuation found (``zero``). Attributes hold everything else: the system, the
+signature, the reasons of both ends, the version of the package.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Array = NDArray[Any]
 
 
 def dataset_of(branch: Branch) -> xr.Dataset:
-    """A branch as an xarray dataset, from which :func:`branch_from` makes it again.
+    """Branch as an xarray dataset, from which :func:`branch_from` restores it.
 
     Dims ``point``, ``special``, ``zero``, ``multiplier``, ``unknown`` (states and flight times of
     all solved segments), ``direction`` (the unknowns and last the parameter), ``test``.
@@ -81,7 +81,7 @@ def dataset_of(branch: Branch) -> xr.Dataset:
 
 
 def _special_table(points: Sequence[BifurcationPoint], unknowns: int) -> Table:
-    """The special points, one per row."""
+    """Special points, one per row."""
     nearest = [p.nearest or Nearest(np.nan, -1, 0, -1, np.nan) for p in points]
     return {
         "special_kind": ("special", _words([p.kind for p in points])),
@@ -104,7 +104,7 @@ def _special_table(points: Sequence[BifurcationPoint], unknowns: int) -> Table:
 
 
 def _zero_table(points: Sequence[SpecialPoint], unknowns: int) -> Table:
-    """The zeros of test functions, one per row."""
+    """Zeros of test functions, one per row."""
     return {
         "zero_name": ("zero", _words([p.name for p in points])),
         "zero_value": ("zero", _reals([p.parameter for p in points])),
@@ -159,7 +159,7 @@ def _rows(items: Sequence[Array], width: int) -> Array:
 
 
 def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
-    """The branch of a dataset made by :func:`dataset_of`.
+    """Branch of a dataset made by :func:`dataset_of`.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
     Raises
     ------
     InvalidParameterError
-        No such dataset, something missing in it, no system or another one.
+        A dataset of another kind or an incomplete one, no system or another one.
     """
     import xarray as xr
 
@@ -245,7 +245,7 @@ def _curve(data: xr.Dataset) -> Curve:
 
 
 def _table(data: xr.Dataset, dim: str) -> list[dict[str, Any]]:
-    """The rows of a table, their entries by name."""
+    """Rows of a table, with their entries by name."""
     head = dim + "_"
     columns = {str(k): v.values for k, v in data.data_vars.items() if str(k).startswith(head)}
     return [{k: v[i] for k, v in columns.items()} for i in range(data.sizes.get(dim, 0))]
@@ -298,7 +298,7 @@ def save_branch(branch: Branch, path: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     branch
-        What to write.
+        The branch.
     path
         A name that ends in .nc; an earlier file of that name is replaced.
 

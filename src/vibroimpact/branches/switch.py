@@ -1,4 +1,4 @@
-"""switch_branch: the orbits that meet a branch at one of its special points.
+"""Branch switching: other branches of orbits through a special point.
 
 Method      PD      the doubled sequence, twice the cycles: a branch point of its equations
             BP      of a symmetric orbit: the full sequence without the symmetry; of another orbit
@@ -8,7 +8,8 @@ Method      PD      the doubled sequence, twice the cycles: a branch point of it
             ZERO    the sequence without the impact whose speed vanishes: ordinary as well    (2)
             In (1) the orbits that leave towards a positive closing speed are followed, in (2) both
             sides.
-Fails       ``NoBranch`` with a sentence: nothing is born (SN, NS, STICK), or no start converges
+Fails       ``NoBranch`` with a sentence: no other branch of orbits (SN, NS, STICK), or no start
+            converges
 Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
 """
 
@@ -25,7 +26,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.continue_orbit import STEPS, branch_of
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.branches.stop_rules import RuleError, StopWhen, points_asked
+from vibroimpact.branches.stop_rules import RuleError, StopWhen, stop_rule
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
 from vibroimpact.model.stop import Stop
@@ -35,12 +36,12 @@ from vibroimpact.orbits.problem import OrbitProblem, Signature
 Bounds = tuple[float, float]
 
 REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a single tangent
-NUDGE = 1e-4  # along a scaled tangent: on which side the touching impact closes
+NUDGE = 1e-4  # step along a scaled tangent, to find the side on which the touching impact closes
 
 
 @dataclass(frozen=True)
 class NoBranch:
-    """Why no branch was found at a special point."""
+    """Reason why no branch was found at a special point."""
 
     point: BifurcationPoint
     reason: str
@@ -50,7 +51,7 @@ class NoBranch:
 
 
 class _Start(NamedTuple):
-    """A solution on the other branch and the direction to follow."""
+    """Solution on the other branch and the direction to follow."""
 
     family: OrbitFamily
     z: Floats
@@ -74,21 +75,21 @@ def switch_branch(
     point
         A special point of a branch: "PD", "BP", "GR" or "ZERO".
     bounds
-        (low, high) of the parameter; by default those of the branch that the point is on.
+        (low, high) of the parameter; by default those of the point's branch.
     steps, stop_when, progress
         As for :func:`~vibroimpact.continue_orbit`.
 
     Returns
     -------
     Branch or NoBranch
-        The latter says why: another kind of point (where the same orbits go on, or a circle is
-        born), or a start that did not converge.
+        :class:`NoBranch` states the reason: another kind of point (at which the same orbits
+        continue, or a circle is born), or a start that did not converge.
 
     Raises
     ------
     InvalidParameterError
         Not a special point; a range that is empty, without the point or no wider than rounding; a
-        ``stop_when`` that is no rule.
+        ``stop_when`` that is not a rule.
     """
     check_kind(
         "point", point, BifurcationPoint, "a special point of a branch, such as branch['PD1']"
@@ -102,7 +103,7 @@ def switch_branch(
     start = builders[point.kind](point, (low, high))
     if isinstance(start, NoBranch):
         return start
-    begin = points_asked(stop_when, start.family, (low, high))
+    begin = stop_rule(stop_when, start.family, (low, high))
     try:
         return _followed(start, (low, high), steps, begin, progress)
     except RuleError:
@@ -126,7 +127,7 @@ def _followed(
 
 
 def _packed(point: BifurcationPoint, signature: Signature, segments: Guess) -> Floats:
-    """States and flight times as unknowns of a signature's equations."""
+    """Unknowns of a signature's equations from states and flight times."""
     problem = OrbitProblem(point.orbit.system, signature, "")
     count = len(problem.impacts)
     return problem.packed(segments.states[:count], segments.durations[:count])
@@ -135,7 +136,7 @@ def _packed(point: BifurcationPoint, signature: Signature, segments: Guess) -> F
 def _family(
     point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
 ) -> tuple[OrbitFamily, Floats]:
-    """The equations of a signature, and the unknowns of a guess in them."""
+    """Equations of a signature, and the unknowns of a guess in them."""
     z = _packed(point, signature, guess)
     span = bounds[1] - bounds[0]
     return OrbitFamily.around(point.orbit.system, signature, point.name, z, span), z
@@ -144,7 +145,7 @@ def _family(
 def _through(
     point: BifurcationPoint, signature: Signature, guess: Guess, along: Guess, bounds: Bounds
 ) -> _Start | NoBranch:
-    """A start on the other branch of a branch point; ``along`` is the known tangent."""
+    """Start on the other branch of a branch point; ``along`` is the known tangent."""
     family, z = _family(point, signature, guess, bounds)
     tangent = np.append(_packed(point, signature, along), point.tangent[-1])
     found = switch(family, z, point.parameter, tangent, bounds)
@@ -154,7 +155,7 @@ def _through(
 
 
 def _tangent_of(point: BifurcationPoint) -> Guess:
-    """The branch's tangent as changes of states and flight times, of all segments."""
+    """Tangent of the branch as changes of states and flight times of all segments."""
     problem = point.orbit.problem
     half = Guess(*problem.unpacked(point.tangent[:-1]))
     return with_mirror(half, 0.0) if point.orbit.symmetric else half
@@ -187,7 +188,7 @@ def _grown(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
 
 
 def _with_mirror(like: Signature, impacts: list[Stop]) -> Signature:
-    """The signature whose solved impacts are these, symmetric if the other one is."""
+    """Signature with these solved impacts, symmetric if the other one is."""
     mirrored = [stop.opposite for stop in impacts] if like.symmetric else []
     return Signature((*impacts, *mirrored), like.cycles, like.symmetric)
 
@@ -195,7 +196,7 @@ def _with_mirror(like: Signature, impacts: list[Stop]) -> Signature:
 def _ordinary(
     point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
 ) -> _Start | NoBranch:
-    """A start at an ordinary point of a signature's equations, in both directions."""
+    """Start at an ordinary point of a signature's equations, in both directions."""
     family, z = _family(point, signature, guess, bounds)
     tangent = _null_vector(family, z, point.parameter)
     if tangent is None:
@@ -205,7 +206,7 @@ def _ordinary(
 
 
 def _closing(start: _Start, k: int) -> _Start:
-    """The direction of (1) alone: towards a positive closing speed of impact k."""
+    """Direction of (1) only: towards a positive closing speed of impact k."""
     there = start.z + NUDGE * start.tangent[:-1]
     rate = start.family.linearised(there, start.parameter).rate[k]
     forward = np.copysign(1.0, start.family.impacts[k][1] * rate)
@@ -213,7 +214,7 @@ def _closing(start: _Start, k: int) -> _Start:
 
 
 def _null_vector(family: OrbitFamily, z: Floats, p: float) -> Floats | None:
-    """The tangent of the curve through a regular point; None where there are several."""
+    """Tangent of the curve through a regular point; None where there are several."""
     sizes = family.scale()
     by_z, by_p = family.jacobian(z, p)
     matrix = np.column_stack([by_z, by_p]) * sizes

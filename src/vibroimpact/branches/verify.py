@@ -1,16 +1,16 @@
-"""Whether a zero of a test function is the special point that it stands for.
+"""Verification that a zero of a test function is a special point.
 
-Method      at the zero the equations hold (family.py says so of its orbits), and of the solved map
+Method      at the zero the equations hold (checked by family.py), and of the solved map
             SN, BP         a multiplier is 1
             PD             a multiplier is -1, as it is at BP of a symmetric orbit
             NS             a complex pair has the product 1. Two other zeros of its function are
                            no bifurcation: a real pair with the product 1 (a neutral saddle), and
-                           an impact speed that vanishes, which the function is weighed by
+                           an impact speed that vanishes, which is a factor of the function
             within CRITICAL. At ZERO, SIM and STICK the function itself, a speed, a time, an
             acceleration, is below VANISHED of its largest along the curve.
 Assumes     no more than three multipliers meet: rounding moves a triple one by its cube root
-Fails       a sentence that says what is not so. Where an impact speed vanishes, all functions of
-            the equations can have a zero that is none of the map: an undamped flight that lasts
+Fails       a sentence with the condition that fails. Where an impact speed vanishes, all functions
+            of the equations can have a zero that is not one of the map: an undamped flight over
             whole half periods of its own does this.
 """
 
@@ -29,7 +29,7 @@ VANISHED = 1e-8
 
 
 def why_none(family: OrbitFamily, curve: Curve, point: SpecialPoint, orbit: Orbit) -> str:
-    """Why a zero of a test function is no special point; "" where it is one."""
+    """Reason why a zero of a test function is no special point; "" where it is one."""
     if not orbit.converged:
         return f"the orbit there is not solved for: {orbit.status}"
     if point.name in BUILT_IN:
@@ -44,7 +44,7 @@ def why_none(family: OrbitFamily, curve: Curve, point: SpecialPoint, orbit: Orbi
 
 
 def is_neutral(curve: Curve, point: SpecialPoint, orbit: Orbit) -> bool:
-    """Whether a zero of the function for NS is one of the two that are no bifurcation."""
+    """Whether a zero of the function for NS is one of the two kinds without bifurcation."""
     if point.name != TORUS or not orbit.converged:
         return False
     fastest = max(np.abs(f).max() for name, f in curve.tests.items() if name.startswith(SPEED))
@@ -55,7 +55,7 @@ def is_neutral(curve: Curve, point: SpecialPoint, orbit: Orbit) -> bool:
 
 
 def _solved(orbit: Orbit) -> Complexes:
-    """Multipliers of the map that is solved for."""
+    """Multipliers of the solved map."""
     return orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
 
 
@@ -68,7 +68,7 @@ def _not_critical(orbit: Orbit, value: float) -> str:
 
 
 def _critical_pair(orbit: Orbit) -> tuple[complex, complex]:
-    """The two multipliers whose product is nearest to 1."""
+    """Two multipliers whose product is nearest to 1."""
     mu = _solved(orbit)
     i, j = np.triu_indices(len(mu), 1)
     nearest = int(np.argmin(np.abs(mu[i] * mu[j] - 1.0)))
