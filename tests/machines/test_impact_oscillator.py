@@ -348,7 +348,7 @@ def test_what_is_of_the_damper_alone_is_refused(capsys: pytest.CaptureFixture[st
     message = capsys.readouterr().err
     assert "--zeta, --restitution, --clearance: missing. Give them, or --config." in message
     assert cli.main(["branch", "--multipliers", "impact-oscillator", "--range", "1", "2"]) == 2
-    assert "must stand before the options" in capsys.readouterr().err
+    assert "must come before the options" in capsys.readouterr().err
 
 
 def test_a_sweep_in_a_store_and_its_repetition_are_the_same_bits() -> None:

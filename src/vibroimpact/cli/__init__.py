@@ -1,1 +1,1 @@
-"""The command line: a file for each command with EXAMPLE, add_options and run."""
+"""Command line: a file for each command with EXAMPLE, add_options and run."""

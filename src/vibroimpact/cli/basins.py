@@ -1,4 +1,4 @@
-"""vibroimpact basins: which start leads to which attractor."""
+"""Command vibroimpact basins: attractors of a grid of starts, and their basins."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_system(parser)
     ensemble.add_start(parser)
     ensemble.add_over(parser, "a coordinate of the start, x1, x2, ..., v1, v2, ..., phase, and "
-                      "its values; two of them, the first across")  # fmt: skip
+                      "its values; two of them, the first for the abscissa")  # fmt: skip
     common.add_arguments_of(parser, basins, MATCHING, **ensemble.TEXTS)
     ensemble.add_window(parser)
 
@@ -40,11 +40,11 @@ def run(arguments: argparse.Namespace) -> str:
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
     write(targets, data=lambda: found, picture=lambda: plot_basins(found))
-    return ensemble.told(arguments, targets, case, over, found, *_listed(case.system, found))
+    return ensemble.report(arguments, targets, case, over, found, *_listed(case.system, found))
 
 
 def _listed(system: common.System, found: xr.Dataset) -> list[str]:
-    """A line per attractor, one with its state in SI units, and one for the starts left."""
+    """A line per attractor, one with its state in SI units, and one for unmatched starts."""
     lines, units = [], units_of(system)
     for i, name in enumerate(found["name"].values):
         row, state = found.isel(label=i), attractor_state(found, str(name))

@@ -1,4 +1,4 @@
-"""vibroimpact branch: a branch of periodic orbits with its bifurcations, and those it leads to."""
+"""Command vibroimpact branch: a branch of periodic orbits with bifurcations, and others from it."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_branch(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say which branch."""
+    """Add the options that define the branch."""
     common.add_system(parser)
     common.add_start(parser)
     group = parser.add_argument_group(
         "branch",
-        "Of a machine whose symmetric orbit has a closed form, without a state to start from: of "
-        "that orbit. Else: of the orbit that the motion from the start settles to. A frequency that "
-        "nothing fixes is in the middle of the range.",
+        "Without a state to start from, the branch of the symmetric orbit, for a machine whose "
+        "symmetric orbit has a closed form. Else the branch of the orbit to which the motion from "
+        "the start settles. A frequency that is not given is the middle of the range.",
     )
     group.add_argument(
         "--parameter", default="omega", metavar="NAME",
@@ -61,19 +61,19 @@ def add_branch(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--switch", action="append", default=[], metavar="POINT",
-        help="go over to the branch that meets this one at a special point such as BP1, PD1 or "
+        help="switch to the branch that meets this one at a special point such as BP1, PD1 or "
         "GR1; may be repeated",
     )  # fmt: skip
     group.add_argument(
         "--stop-when", type=_rule, action="append", default=[], metavar="RULE",
-        help="end branches early: inadmissible=SHARE, once no motion of the machine over more than "
-        "this share of the range; unstable=COUNT, where more multipliers than this are outside the "
-        "unit circle; may be repeated",
+        help="end branches early: inadmissible=SHARE, once not admissible over more than this share "
+        "of the range; unstable=COUNT, where more multipliers than this are outside the unit "
+        "circle; may be repeated",
     )  # fmt: skip
 
 
 def _rule(text: str) -> Rule | Inadmissible:
-    """A rule of ``vi.stop`` from its name and number."""
+    """Rule of ``vi.stop`` from its name and number."""
     name, _, number = text.partition("=")
     try:
         if name == "inadmissible":
@@ -89,7 +89,7 @@ def _rule(text: str) -> Rule | Inadmissible:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Follow, write, and say what was found."""
+    """Follow, write, and describe the branches."""
     targets = common.targets_of(arguments)
     branches = branches_of(arguments)
     write(
@@ -102,20 +102,20 @@ def run(arguments: argparse.Namespace) -> str:
 
 
 def _described(branch: Branch) -> str:
-    """What a branch is; of a damper with physical scales with its parameter in SI units."""
+    """Description of a branch, also with the parameter in SI units if the system has scales."""
     units, name = units_of(branch.family.system), branch.parameter
     ends = common.ranges_in_si(branch.family.system, {name: branch.extent})
     if not ends:
         return str(branch)
     places = (
-        (p.label, units.told(units.quantity_of(name), p.parameter)) for p in branch.special_points
+        (p.label, units.text(units.quantity_of(name), p.parameter)) for p in branch.special_points
     )
     points = [f"{label} at {place}" for label, place in places]
     return f"{branch}\n  in SI units: {', '.join([ends, *points])}"
 
 
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:
-    """The branch that was asked for and every one that was switched to."""
+    """Requested branch, and every one that was switched to."""
     name, bounds = arguments.parameter, ends_of("range", arguments.range)
     case = _case_of(arguments)
     start, stop_when = _orbit(arguments, case), arguments.stop_when
@@ -131,7 +131,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
 
 
 def _case_of(arguments: argparse.Namespace) -> Case:
-    """The system; a frequency that nothing fixes is the middle of its range."""
+    """System of the branch; a frequency that is not given is the middle of its range."""
     if not arguments.config:
         check_choice("parameter", arguments.parameter, common.parameters_in(arguments))
         common.check_case(arguments)
@@ -154,7 +154,7 @@ def _orbit(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
 
 
 def _symmetric(system: System, sign: str | None) -> SymmetricOrbit:
-    """The orbit with a sign; by default the stable one, or else the first."""
+    """Symmetric orbit with a sign; by default the stable one, or else the first."""
     found = symmetric_orbits_of(system)
     wanted = [orbit for orbit in found if not sign or orbit.sign == common.SIGNS[sign]]
     if not wanted:

@@ -1,4 +1,4 @@
-"""What the commands share: options from signatures, the system, the start, the files."""
+"""Common parts of the commands: options from signatures, the system, the start, the files."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ TYPES: dict[str, Callable[[str], Any]] = {
 }  # fmt: skip
 
 
-class Failure(VibroImpactError):  # noqa: N818 - an outcome, reported by the exit status
-    """What was asked for does not exist or could not be reached; the message says why."""
+class Failure(VibroImpactError):  # noqa: N818 - a result, reported by the exit status
+    """The requested result does not exist or could not be reached; the message gives the reason."""
 
 
 # ---- options from signatures ---------------------------------------------------------------------
@@ -47,7 +47,7 @@ def add_arguments_of(
 ) -> None:  # fmt: skip
     """Add an option per parameter of a function, with its default and its description.
 
-    A text of its ``own`` stands for the description, where that is written for Python alone.
+    A text in ``own`` replaces a description that is written for Python only.
     """
     signature, texts = inspect.signature(function), descriptions(function) | own
     for name in names:
@@ -65,12 +65,12 @@ def add_arguments_of(
 
 
 def option(name: str) -> str:
-    """mass_ratio -> --mass-ratio."""
+    """Name of an option from that of a parameter: --mass-ratio from mass_ratio."""
     return "--" + name.replace("_", "-")
 
 
 def descriptions(function: Callable[..., Any]) -> dict[str, str]:
-    """The texts of a numpydoc section Parameters, by name."""
+    """Texts of a numpydoc section Parameters, by name."""
     section = (inspect.getdoc(function) or "").partition("Parameters\n----------\n")[2]
     texts: dict[str, str] = {}
     names: list[str] = []
@@ -83,7 +83,7 @@ def descriptions(function: Callable[..., Any]) -> dict[str, str]:
 
 
 def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]:
-    """The options that the user gave; the rest is left to the defaults of the function."""
+    """Options that the user gave; the others have the defaults of the function."""
     values = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -92,14 +92,14 @@ def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]
 
 
 def add_system(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say which system: a machine, a case of it, a file, parameters."""
+    """Add the options that define the system: a machine, a case of it, a file, parameters."""
     name = parser.get_default("machine")
     machine, cases = machine_of(name), ", ".join(cases_of(name))
     physical = f", of a [{PHYSICAL}] file too: {machine.SCALING}" if machine.SCALING else ""
     group = parser.add_argument_group(
         "system",
         f"A named case or a file, and parameters of {name}, which replace those of the case. All "
-        f"numbers given here are scaled{physical}. What is printed or drawn in SI units says its "
+        f"numbers given here are scaled{physical}. Results printed or drawn in SI units show their "
         "units.",
     )
     group.add_argument(
@@ -113,21 +113,21 @@ def add_system(parser: argparse.ArgumentParser) -> None:
 
 
 def parameters_in(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Names of the parameters that the command line has options for."""
+    """Names of the parameters that are options of the command line."""
     return parameters_of(machine_of(arguments.machine))
 
 
 def check_case(arguments: argparse.Namespace) -> None:
-    """Refuse a case that there is not, or that was not seen to name the machine."""
+    """Refuse a case that does not exist, or whose position hides the machine that it names."""
     if arguments.case and case_named(arguments.case)[0] != arguments.machine:
         raise InvalidParameterError(
-            f"case = {arguments.case}: must stand before the options, which are those of "
+            f"case = {arguments.case}: must come before the options, which are those of "
             f"{arguments.machine} here."
         )
 
 
 def case_of(arguments: argparse.Namespace) -> Case:
-    """The system that was asked for."""
+    """Requested system."""
     parameters = given(arguments, parameters_in(arguments))
     if arguments.case and arguments.config:
         raise InvalidParameterError(
@@ -140,7 +140,7 @@ def case_of(arguments: argparse.Namespace) -> Case:
 
 
 def parameters_of_case(arguments: argparse.Namespace) -> Mapping[str, float]:
-    """The parameters that the case fixes."""
+    """Parameters of the case."""
     return case_named(arguments.case)[1] if arguments.case else {}
 
 
@@ -149,7 +149,8 @@ def _changed(case: Case, parameters: dict[str, Any]) -> Case:
         return case
     if not isinstance(case.system, Machine):
         raise InvalidParameterError(
-            f"{option(next(iter(parameters)))}: is no parameter of a [mechanism]. Change the file."
+            f"{option(next(iter(parameters)))}: is not a parameter of a [mechanism]. Change the "
+            "file."
         )
     return replace(case, system=replace(cast(Any, case.system), **parameters))
 
@@ -174,14 +175,14 @@ def _built(name: str, parameters: dict[str, Any]) -> Machine:
 
 
 def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None:
-    """Add the options that say where to start.
+    """Add the options for the start.
 
     Parameters
     ----------
     parser
         The command.
     at_orbit
-        Whether a symmetric orbit in closed form is the start where none is given.
+        Whether the default start is on a symmetric orbit in closed form, where there is one.
     """
     machine = machine_of(parser.get_default("machine"))
     known = has_symmetric_orbits(machine)
@@ -193,7 +194,7 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
     group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ..., scaled")
     group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ..., scaled")
     group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
-    places, speeds = (" ".join(names) for names in _left_free(machine))
+    places, speeds = (" ".join(names) for names in _on_stop_coordinates(machine))
     group.add_argument(
         "--on-stop", choices=("A", "B"),
         help=f"on this stop; then --position is {places or 'left out'}, and --velocity {speeds}",
@@ -208,20 +209,20 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
 
 
 def _free(machine: type[Machine]) -> str:
-    """The start of a machine's own in words, as its docstring says."""
+    """Default start of a machine in words, from its docstring."""
     words = (inspect.getdoc(machine.free_start) or "").partition("\n")[0].rstrip(".")
     return words[:1].lower() + words[1:]
 
 
-def _left_free(system: object) -> tuple[list[str], list[str]]:
-    """The positions and velocities that a start on a stop is given by."""
+def _on_stop_coordinates(system: object) -> tuple[list[str], list[str]]:
+    """Positions and velocities that define a start on a stop."""
     on_stop = getattr(system, "on_stop", None)
     names = inspect.signature(on_stop).parameters if on_stop else ()
     return [n for n in names if n[0] == "x"], [n for n in names if n[0] == "v"]
 
 
 def start_of(arguments: argparse.Namespace, case: Case) -> State:
-    """The start that was asked for."""
+    """Requested start."""
     state = _explicit(arguments, case) or _default(arguments, case)
     return state if arguments.perturb is None else state.perturbed(arguments.perturb)
 
@@ -234,29 +235,29 @@ def _explicit(arguments: argparse.Namespace, case: Case) -> State | None:
     if stop and not arguments.orbit:
         return _on_stop(stop, state, case.system)
     if stop or arguments.orbit or not {"position", "velocity"} <= set(state):
-        raise _unstated(state)
+        raise _incomplete_state(state)
     return State(**state)
 
 
-def _unstated(state: Iterable[str]) -> InvalidParameterError:
+def _incomplete_state(state: Iterable[str]) -> InvalidParameterError:
     return InvalidParameterError(
         f"start = {' '.join(map(option, state)) or '--on-stop'}: a state is --position and "
-        "--velocity, with --phase or --on-stop if wanted, and without --orbit."
+        "--velocity, optionally --phase or --on-stop, without --orbit."
     )
 
 
 def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
-    """A state on a stop, from the coordinates that the stop leaves free."""
-    places, speeds = _left_free(system)
+    """State on a stop, from the remaining coordinates."""
+    places, speeds = _on_stop_coordinates(system)
     values = [state.get("position", []), state.get("velocity", [])]
     if not speeds or [len(one) for one in values] != [len(places), len(speeds)]:
         if not state.keys() - {"phase"}:
-            raise _unstated(state)
+            raise _incomplete_state(state)
         position = f"--position {' '.join(places).upper()} and " if places else ""
         raise InvalidParameterError(
             f"on_stop = {stop}: needs {position}--velocity {' '.join(speeds).upper()}."
             if speeds
-            else f"on_stop = {stop}: is not known of this system. Give --position, --velocity."
+            else f"on_stop = {stop}: is not available for this system. Give --position, --velocity."
         )
     named = dict(zip([*places, *speeds], [*values[0], *values[1]], strict=True))
     put: Callable[..., State] = cast(Any, system).on_stop
@@ -285,47 +286,47 @@ def _default(arguments: argparse.Namespace, case: Case) -> State:
 
 
 def in_si(system: System, state: State, time: float | None = None) -> str:
-    """A line with a state in SI units, and one with the system; none for a nondimensional one."""
+    """Line with a state in SI units, and one with the system; none for a nondimensional one."""
     units = units_of(system)
     if not units.si or not isinstance(system, Machine):
         return ""
-    at = "" if time is None else f" at t = {units.told('time', time)}"
+    at = "" if time is None else f" at t = {units.text('time', time)}"
     parameters = _parameters_in_si(system, units)
     return f"\nin SI units: {state_in(units, state)}{at}\n  {parameters}"
 
 
 def _parameters_in_si(system: Machine, units: Units) -> str:
-    """The force first, then what else has a unit, in the words of pictures."""
-    told = {
-        name: units.told(one.quantity, value)
+    """Parameters in the words of figures: the forcing first, then the others with a unit."""
+    texts = {
+        name: units.text(one.quantity, value)
         for name, one in units.parameters.items()
         if (value := getattr(system, name)) is not None
     }
     words = []
-    if {"force", "omega"} <= told.keys():
+    if {"force", "omega"} <= texts.keys():
         cycles = mechanism_of(system).omega * units.factor("frequency") / (2.0 * math.pi)
-        words = [f"forcing {told.pop('force')} at {told.pop('omega')} ({cycles:.6g} Hz)"]
-    words += [f"{_words(name, units)} {x}" for name, x in told.items()]
+        words = [f"forcing {texts.pop('force')} at {texts.pop('omega')} ({cycles:.6g} Hz)"]
+    words += [f"{_words(name, units)} {x}" for name, x in texts.items()]
     return ", ".join(words)
 
 
 def _words(name: str, units: Units) -> str:
-    """A parameter in the words of pictures, without its symbol and unit."""
+    """Name of a parameter in the words of figures, without its symbol and unit."""
     return parameter_label(name, units).partition(" [")[0].partition(" $")[0]
 
 
 def state_in(units: Units, state: State) -> str:
-    """Places and velocities of a state."""
-    x, v = units.told("length", *state.position), units.told("velocity", *state.velocity)
+    """Positions and velocities of a state, with units."""
+    x, v = units.text("length", *state.position), units.text("velocity", *state.velocity)
     return f"x = {x}, v = {v}"
 
 
 def ranges_in_si(system: object, axes: Mapping[str, tuple[float, float]]) -> str:
-    """Ranges of parameters or of coordinates of the start in SI units; none of plain numbers."""
+    """Ranges of parameters or of coordinates of the start in SI units, without plain numbers."""
     units = units_of(system)
     measured = {name: units.quantity_of(name) for name in axes}
     return ", ".join(
-        f"{name} {low * units.factor(measured[name]):.6g} to {units.told(measured[name], high)}"
+        f"{name} {low * units.factor(measured[name]):.6g} to {units.text(measured[name], high)}"
         for name, (low, high) in axes.items()
         if units.unit(measured[name])
     )
@@ -344,7 +345,7 @@ def add_out(parser: argparse.ArgumentParser) -> None:
 
 
 def targets_of(arguments: argparse.Namespace) -> list[Path]:
-    """The files to write, checked before anything is computed."""
+    """Files to write, checked before anything is computed."""
     paths: list[Path] = arguments.out
     for path in paths:
         check_target(path, DATA + PICTURES)
@@ -352,5 +353,5 @@ def targets_of(arguments: argparse.Namespace) -> list[Path]:
 
 
 def listed(paths: list[Path]) -> str:
-    """A line that names the files written."""
+    """Line with the names of the files written."""
     return f"\nwrote {', '.join(map(str, paths))}" if paths else ""

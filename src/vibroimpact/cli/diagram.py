@@ -1,4 +1,4 @@
-"""vibroimpact diagram: section points along a parameter, followed up and down."""
+"""Command vibroimpact diagram: section points along a parameter, followed up and down."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_arguments_of(parser, bifurcation_sweep, SECTION, **ensemble.TEXTS)
     parser.add_argument(
         "--variable", metavar="NAME",
-        help=f"what is drawn: x1, ..., v1, ..., phase, or what was observed (default: {FIRST})",
+        help=f"variable to draw: x1, ..., v1, ..., phase, or one of the observers (default: {FIRST})",
     )  # fmt: skip
     ensemble.add_window(parser)
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Compute, write, and say how the members ended."""
+    """Compute, write, and count the ends of the members."""
     targets = common.targets_of(arguments)
     over = members.over_of(arguments, 1)
     case = members.case_of(arguments, over)
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> str:
     )  # fmt: skip
     draw = partial(_picture, arguments.variable or FIRST)
     found = ensemble.computed(arguments, targets, over, start, compute, draw)
-    return ensemble.told(arguments, targets, case, over, found)
+    return ensemble.report(arguments, targets, case, over, found)
 
 
 def _picture(variable: str, found: xr.Dataset) -> Axes:

@@ -162,7 +162,7 @@ def _few(start: Start) -> Start:
 # ---- what was found ------------------------------------------------------------------------------
 
 
-def told(
+def report(
     arguments: argparse.Namespace, targets: list[Path], case: Case, over: dict[str, Floats],
     found: xr.Dataset, *more: str,
 ) -> str:  # fmt: skip

@@ -1,4 +1,4 @@
-"""Which machine the command line is about, and the options that its parameters are."""
+"""The machine of the command line, whose parameters become options."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vibroimpact.machines.toml_file import machine_in
 
 
 def machine_in_words(words: Sequence[str]) -> str:
-    """The name of the machine: of the case, NAME or NAME/CASE, or else of the file of --config."""
+    """Name of the machine, from the case, NAME or NAME/CASE, or else from the file of --config."""
     before = ["", *words]
     for last, word in zip(before, words, strict=False):
         name = word.partition("/")[0]

@@ -28,9 +28,9 @@ COMMANDS = {  # a file of this folder each
     "sweep": "observe many motions over any parameters, in memory or in a store that resumes",
     "diagram": "draw a bifurcation diagram by brute force, followed up and down or from random starts",
     "plane": "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met",
-    "basins": "find the attractors from a grid of starts, and which start leads to which",
+    "basins": "find the attractors from a grid of starts, and their basins",
 }
-DOWNWARDS = re.compile(r"-[^-]")  # what --follow takes, and argparse would take for options
+DOWNWARDS = re.compile(r"-[^-]")  # values of --follow that argparse would take for options
 NEGATIVE_NUMBER = re.compile(r"-\.?\d")  # argparse before 3.14 takes -1e-3 for an option
 
 
@@ -55,16 +55,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
     except InvalidParameterError as error:
-        return _told(str(error), MISUSE)
+        return _report(str(error), MISUSE)
     except VibroImpactError as error:
-        return _told(str(error), FAILED)
+        return _report(str(error), FAILED)
     except KeyboardInterrupt as stop:
-        return _told(str(stop) or _interrupted(arguments), INTERRUPTED)
+        return _report(str(stop) or _interrupted(arguments), INTERRUPTED)
     return DONE
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line; a command is imported when it is parsed."""
+    """Parser of the whole command line; a command is imported when it is parsed."""
     top = argparse.ArgumentParser(
         prog="vibroimpact",
         description="Exact simulation and analysis of vibro-impact mechanisms.",
@@ -85,23 +85,23 @@ def parser() -> argparse.ArgumentParser:
 
 
 def module_of(command: str) -> Any:
-    """The module of a command: EXAMPLE, add_options, run."""
+    """Module of a command: EXAMPLE, add_options, run."""
     return import_module(f"vibroimpact.cli.{command.replace('-', '_')}")
 
 
 class _Command(argparse.ArgumentParser):
-    """The parser of a command; which options it has depends on the machine that is named."""
+    """Parser of a command, with options that depend on the machine."""
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse with the options of the machine; words that are left over are returned."""
+        """Parse with the options of the machine; unknown words are returned."""
         words = list(args or ())
         self._complete(words)
         found, extra = super().parse_known_args(words, namespace)
         check = self.get_default("check")
         if extra and check and found.case == words[0]:
-            check(found)  # of a machine that there is not no option is known: that comes first
+            check(found)  # an unknown machine is reported before its options, which are unknown too
         return found, extra
 
     def _complete(self, words: Sequence[str]) -> None:
@@ -117,7 +117,7 @@ class _Command(argparse.ArgumentParser):
 
 
 class _Version(argparse.Action):
-    """The version comes from the kernel, which is loaded only if asked."""
+    """Option that prints the version, for which alone the kernel is loaded."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         version = import_module("vibroimpact").__version__
@@ -137,14 +137,14 @@ def _joined(argv: Sequence[str]) -> list[str]:
 
 
 def _interrupted(arguments: argparse.Namespace) -> str:
-    """What is left where an interruption brings no words of its own."""
+    """Message for an interruption without one of its own: the files that are kept."""
     store = getattr(arguments, "store", None)
     if store and Path(store).exists():
-        return f"interrupted; no file was written. {store} is kept; the same command goes on."
+        return f"interrupted; no file was written. {store} is kept; the same command continues it."
     return "interrupted; nothing was written."
 
 
-def _told(message: str, status: int) -> int:
+def _report(message: str, status: int) -> int:
     sys.stderr.write(f"vibroimpact: {message}\n")
     return status
 

@@ -1,4 +1,4 @@
-"""The members that a command asks for: axes of the grid, the system, starts, observers."""
+"""Members of a sweep from the options: axes of the grid, the system, starts, observers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.states import names_of_state
 
 T = TypeVar("T")
-Parse = Callable[[str, str], T]  # of NAME=..., and the option that it was given to
+Parse = Callable[[str, str], T]  # from NAME=... and the name of the option
 
 GRID = "NAME=LOW:HIGH:COUNT"
 RANGE = "NAME=LOW:HIGH"
@@ -37,7 +37,7 @@ STATED = (*STATE, "on_stop", "orbit")
 
 
 def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str, Floats]:
-    """The axes of the grid; ``count``: how many it must have."""
+    """Axes of the grid; ``count`` is their required number."""
     over = _by_name(arguments.over, "over", _values)
     if count is not None and len(over) != count:
         times = {1: "once", 2: "twice"}[count]
@@ -46,7 +46,7 @@ def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str
 
 
 def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
-    """The system; a parameter of a machine that only the grid fixes is in the middle of its axis."""
+    """System; a parameter that only the grid fixes has the middle of its axis."""
     if not arguments.config:
         _check_names("over", over, common.parameters_in(arguments))
         for name in over:
@@ -58,7 +58,7 @@ def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
 def base_of(
     arguments: argparse.Namespace, case: Case, over: Mapping[str, Floats] | None = None
 ) -> State:
-    """The state that was asked for, or else a start of the machine's own."""
+    """Requested state, or else the default start of the machine."""
     if common.given(arguments, STATED) or case.start or not isinstance(case.system, Machine):
         return common.start_of(arguments, case)
     start = _free_start(case.system, over or {})
@@ -66,12 +66,12 @@ def base_of(
 
 
 def _free_start(machine: Machine, over: Mapping[str, Floats]) -> State:
-    """A start that lies behind no stop at the corners of the grid, if one of these does."""
+    """Default start that is behind no stop at all corners of the grid, if one of theirs is."""
     try:
         systems = [cast(Machine, with_parameters(machine, corner)) for corner in corners(over)]
         mechanisms = [mechanism_of(system) for system in systems]
     except InvalidParameterError:
-        return machine.free_start()  # the sweep refuses these values, and says why
+        return machine.free_start()  # the sweep refuses these values, with the reason
     starts = [one.free_start() for one in (machine, *systems)]
     clear = (start for start in starts if all(_is_clear(start, m) for m in mechanisms))
     return next(clear, starts[0])
@@ -89,11 +89,11 @@ def start_of(arguments: argparse.Namespace, case: Case, over: Mapping[str, Float
     random = common.given(arguments, ["starts", "seed"])
     if arguments.grid:
         if random or arguments.vary:
-            raise InvalidParameterError("grid: is without --starts, --seed and --vary.")
+            raise InvalidParameterError("grid: excludes --starts, --seed and --vary.")
         return GridStarts(_coordinates(arguments.grid, "grid", base, _values), base)
     if "starts" not in random:
         if random or arguments.vary:
-            raise InvalidParameterError("seed, vary: are of random starts. Give --starts COUNT.")
+            raise InvalidParameterError("seed, vary: are for random starts. Give --starts COUNT.")
         return base
     return _random(arguments, base)
 
@@ -112,7 +112,7 @@ def _random(arguments: argparse.Namespace, base: State) -> RandomStarts:
 
 
 def _coordinates(texts: list[str], option: str, base: State, parse: Parse[T]) -> dict[str, T]:
-    """What is said of coordinates of the start."""
+    """Values or ranges of coordinates of the start, by name."""
     found = _by_name(texts, option, parse)
     _check_names(option, found, names_of_state(len(base.position)))
     return found
@@ -125,18 +125,18 @@ def _check_names(option: str, names: Iterable[str], known: Sequence[str]) -> Non
 
 
 def _by_name(texts: list[str], option: str, parse: Parse[T]) -> dict[str, T]:
-    """NAME=... of every text, each name once."""
+    """Parsed values of NAME=..., by name; each name once."""
     found: dict[str, T] = {}
     for text in texts:
         name = text.partition("=")[0]
         if name in found:
-            raise InvalidParameterError(f"{option} = {name}: is there twice. Give each name once.")
+            raise InvalidParameterError(f"{option} = {name}: is given twice. Give each name once.")
         found[name] = parse(text, option)
     return found
 
 
 def _values(text: str, option: str) -> Floats:
-    """LOW:HIGH:COUNT, or the values."""
+    """Values from LOW:HIGH:COUNT, or from a list."""
     form = f"{GRID} or NAME=A,B,..."
     parts = _parts(text, option, form)
     if len(parts) == 1:
@@ -155,7 +155,7 @@ def _values(text: str, option: str) -> Floats:
 
 
 def _range(text: str, option: str) -> tuple[float, float]:
-    """LOW:HIGH."""
+    """Range from LOW:HIGH."""
     parts = _parts(text, option, RANGE)
     if len(parts) != 2:
         raise InvalidParameterError(f"{option} = {text}: must be {RANGE}.")
@@ -166,7 +166,7 @@ def _range(text: str, option: str) -> tuple[float, float]:
 
 
 def _parts(text: str, option: str, form: str) -> list[str]:
-    """What stands behind the name."""
+    """Parts of a text after the name."""
     name, _, values = text.partition("=")
     if not name:
         raise InvalidParameterError(f"{option} = {text}: must be {form}.")
@@ -174,7 +174,7 @@ def _parts(text: str, option: str, form: str) -> list[str]:
 
 
 def _numbers(parts: list[str], text: str, option: str, form: str) -> list[float]:
-    """Finite numbers."""
+    """Parse finite numbers."""
     try:
         numbers = [float(part) for part in parts]
     except ValueError:
@@ -187,7 +187,7 @@ def _numbers(parts: list[str], text: str, option: str, form: str) -> list[float]
 # ---- observers -----------------------------------------------------------------------------------
 
 
-OPTIONS: dict[str, tuple[Callable[[str], Any], str]] = {  # by type: how it is read, what it is
+OPTIONS: dict[str, tuple[Callable[[str], Any], str]] = {  # by type: parser, words
     "int": (int, "a whole number"),
     "float": (float, "a number"),
     "StopName": (str, "A or B"),
@@ -197,13 +197,13 @@ OPTIONS: dict[str, tuple[Callable[[str], Any], str]] = {  # by type: how it is r
 
 
 def observed(arguments: argparse.Namespace) -> list[Observer]:
-    """The observers, with their options."""
+    """Observers with their options."""
     texts = [text.strip() for text in arguments.observe.split(",")]
     return [_observer(text) for text in texts if text]
 
 
 def _observer(text: str) -> Observer:
-    """NAME, or NAME:OPTION=VALUE:..."""
+    """Observer from NAME, or NAME:OPTION=VALUE:..."""
     name, *options = text.split(":")
     plain = cast(Any, observer_of(name))
     types = {f.name: str(f.type) for f in fields(plain)}
@@ -214,7 +214,7 @@ def _observer(text: str) -> Observer:
             allowed = f"one of {', '.join(types)}" if types else "left out"
             raise InvalidParameterError(f"observe = {text}: {key!r} must be {allowed}.")
         if key in given:
-            raise InvalidParameterError(f"observe = {text}: {key} is there twice.")
+            raise InvalidParameterError(f"observe = {text}: {key} is given twice.")
         parse, words = OPTIONS[types[key]]
         try:
             given[key] = parse(value)

@@ -1,4 +1,4 @@
-"""vibroimpact normal-form: what is born at a bifurcation, on which side, how large."""
+"""Command vibroimpact normal-form: normal form at a bifurcation, with side and size."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Compute the normal form and say what it means."""
+    """Compute the normal form and describe it."""
     point = branches_of(arguments)[-1][arguments.at]
     form = point.normal_form
     if isinstance(form, Refusal):
@@ -88,7 +88,7 @@ def _facts(point: BifurcationPoint, form: NormalForm) -> Facts:
 
 
 def _in_si(units: Units, facts: Facts) -> Facts:
-    """The place and the widths in SI units, of a damper with physical scales."""
+    """Parameter and widths in SI units, for a system with physical scales."""
     if not units.si:
         return {}
     across = units.quantity_of(facts["parameter"])
@@ -108,7 +108,7 @@ def _in_si(units: Units, facts: Facts) -> Facts:
 
 
 def _coordinates(solved: SegmentMap) -> list[str]:
-    """Names of the map's coordinates."""
+    """Names of the coordinates of the map."""
     n = solved.compiled.degrees
     names = [f"{kind}{i + 1}" for kind in "xv" for i in range(n)] + ["phase"]
     return [names[i] for i in solved.kept_in]
@@ -143,7 +143,7 @@ def _of_circle(form: NeimarkSacker, solved: SegmentMap) -> Facts:
 
 
 def _second_route(solved: SegmentMap) -> float | None:
-    """-Re(d) from the graph of the centre manifold; None where that route is refused."""
+    """-Re(d) from the graph of the centre manifold; None where that is refused."""
     reduced = centre_manifold(solved)
     return reduced.f1 if isinstance(reduced, CentreManifold) else None
 
@@ -190,7 +190,7 @@ def _of_crossing(form: BranchPoint) -> Facts:
 
 
 def _pair(value: complex) -> list[float]:
-    """Real and imaginary part."""
+    """Real and imaginary part of a number."""
     return [complex(value).real, complex(value).imag]
 
 
@@ -257,7 +257,7 @@ def _crossing_text(facts: Facts) -> list[str]:
 
 
 def _born(what: str, facts: Facts) -> str:
-    """The verdict in a sentence."""
+    """Criticality, attraction and side of the new solutions in a sentence."""
     verdict = "supercritical" if facts["supercritical"] else "subcritical"
     way = ">" if facts["side"] > 0 else "<"
     attracts = facts.get("attracting", facts["supercritical"] and facts["others_inside"])
@@ -268,7 +268,7 @@ def _born(what: str, facts: Facts) -> str:
 
 
 def _size(name: str, facts: Facts) -> list[str]:
-    """The square-root law and what it is in each coordinate."""
+    """Square-root law of the size, and the half width in each coordinate."""
     widths = zip(facts["coordinates"], facts["half_width_law"], strict=True)
     return [
         f"{name}{facts['radius_law']:.9g} sqrt|dp|, dp = {facts['parameter']} - "
@@ -278,7 +278,7 @@ def _size(name: str, facts: Facts) -> list[str]:
 
 
 def _si_text(facts: Facts) -> list[str]:
-    """A line with the place and the widths in SI units."""
+    """Line with the parameter and the widths in SI units."""
     if not (si := facts.get("si")):
         return []
     place = f"{facts['parameter']} = {si['value']:.9g} {si['unit']}".rstrip()

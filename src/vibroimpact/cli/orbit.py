@@ -1,4 +1,4 @@
-"""vibroimpact orbit: the symmetric orbits of the impact damper and their multipliers."""
+"""Command vibroimpact orbit: the symmetric orbits of the impact damper and their multipliers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Find the orbits, write, and say what they are."""
+    """Find the orbits, write, and describe them."""
     targets = common.targets_of(arguments)
     damper = common.case_of(arguments).system
     if not isinstance(damper, ImpactDamper):

@@ -1,4 +1,4 @@
-"""vibroimpact orbits: the periodic orbits with few impacts that a seeded sweep finds."""
+"""Command vibroimpact orbits: search for periodic orbits with few impacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""vibroimpact plane: what happens at every point of a plane of two parameters."""
+"""Command vibroimpact plane: motions at every point of a plane of two parameters."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ EXAMPLE = (
 LISTED = 8  # motions that are printed
 LOOKS = ("variable", "most", "symbols")
 SYMBOLS = (
-    "Which these are instead, in the order of the colours: 1-1-1 2-2-2. Planes that are given "
-    "the same ones have the same colours."
+    "These symbols instead, in the order of the colours: 1-1-1 2-2-2. Planes with the same list "
+    "have the same colours."
 )
 COUNTING = ("stop", "contact", "tolerance")
 
@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     ensemble.add_members(
         parser,
-        over="a parameter and its values; two of them, the first across",
+        over="a parameter and its values; two of them, the first for the abscissa",
         observe="more than symbol and impacts",
     )
     common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
@@ -51,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Compute, write, and say what occurs."""
+    """Compute, write, and count the motions."""
     targets = common.targets_of(arguments)
     many = arguments.starts is not None or arguments.grid
     over = members.over_of(arguments, None if many else 2)
@@ -71,11 +71,11 @@ def run(arguments: argparse.Namespace) -> str:
         return ensemble.picture_over(arguments)(of, **looks)
 
     found = ensemble.computed(arguments, targets, over, start, compute, draw)
-    return ensemble.told(arguments, targets, case, over, found, _said(found))
+    return ensemble.report(arguments, targets, case, over, found, _counts(found))
 
 
 def _observed(arguments: argparse.Namespace) -> list[Observer]:
-    """The observers, with the one whose number is drawn: it need not be named twice."""
+    """Observers, including that of the variable to draw, which need not be named twice."""
     if counting := common.given(arguments, COUNTING):
         raise InvalidParameterError(f"{min(counting)}: is for counting attractors. Give --starts.")
     named = members.observed(arguments)
@@ -85,13 +85,13 @@ def _observed(arguments: argparse.Namespace) -> list[Observer]:
 
 
 def _counting(arguments: argparse.Namespace) -> dict[str, Any]:
-    """How attractors are counted; what is observed for it is fixed."""
+    """Options for counting attractors; the observers are fixed."""
     observe = {"observe": arguments.observe} if arguments.observe else {}
     return observe | common.given(arguments, COUNTING)
 
 
-def _said(found: xr.Dataset) -> str:
-    """How often each motion, or each number of attractors, occurs."""
+def _counts(found: xr.Dataset) -> str:
+    """Number of points with each motion, or with each number of attractors."""
     if "attractors" in found:
         counts = found["attractors"].to_series().value_counts().sort_index()
         return "attractors met: " + ", ".join(f"{k} at {n} points" for k, n in counts.items())

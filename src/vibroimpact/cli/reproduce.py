@@ -1,4 +1,4 @@
-"""vibroimpact reproduce: a published case, figure by figure and number by number."""
+"""Command vibroimpact reproduce: a published case, figure by figure and number by number."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PAPERS = "vibroimpact.papers"  # entry points: a name, and a function of the out
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    parser.add_argument("case", metavar="CASE", help="which one: impact-damper")
+    parser.add_argument("case", metavar="CASE", help="the publication: impact-damper")
     parser.add_argument(
         "--out", type=Path, required=True, metavar="DIR",
         help="folder for the report: absent, empty, or an earlier report, which is replaced",
@@ -22,7 +22,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Do the whole case."""
+    """Reproduce the whole case."""
     papers = {paper.name: paper for paper in entry_points(group=PAPERS)}
     if not papers:
         raise BackendUnavailableError(

@@ -1,4 +1,4 @@
-"""vibroimpact section: the states after the impacts at one stop, or once per forcing period."""
+"""Command vibroimpact section: states after the impacts at one stop, or once per period."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vibroimpact.simulation.simulate import RunEnd
 
 EXAMPLE = "  vibroimpact section impact-damper/A --omega 1.0 --perturb 1e-3 --out circle.svg"
 COMMON, AT_STOP = ("points", "settle"), ("stop", "contact")
-WHOLE = (RunEnd.IMPACTS, RunEnd.HORIZON)  # every point asked for is there
+WHOLE = (RunEnd.IMPACTS, RunEnd.HORIZON)  # every requested point is there
 AXES = ("x", "y")
 
 
@@ -43,7 +43,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Record the section, write, and say what it is."""
+    """Record the section, write, and describe it."""
     targets = common.targets_of(arguments)
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)

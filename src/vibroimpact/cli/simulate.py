@@ -1,4 +1,4 @@
-"""vibroimpact simulate: every impact of a motion."""
+"""Command vibroimpact simulate: every impact of a motion."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Simulate, write, and say what happened."""
+    """Simulate, write, and count the events."""
     targets = common.targets_of(arguments)
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)

@@ -1,4 +1,4 @@
-"""vibroimpact sweep: any observers over any parameters, from one start or many."""
+"""Command vibroimpact sweep: any observers over any parameters, from one start or many."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_members(
         parser,
         over="a parameter and its values",
-        observe="what is computed, by default symbol",
+        observe="observers, by default symbol",
     )
     common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
     parser.add_argument(
         "--variable", metavar="NAME",
-        help="what is drawn: over one parameter as points, over two as a plane",
+        help="variable to draw: over one parameter as points, over two as a plane",
     )  # fmt: skip
     ensemble.add_window(parser)
 
 
 def run(arguments: argparse.Namespace) -> str:
-    """Sweep, write, and say how the members ended."""
+    """Sweep, write, and count the ends of the members."""
     targets = common.targets_of(arguments)
     over = members.over_of(arguments)
     case = members.case_of(arguments, over)
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> str:
     )
     draw = partial(_picture, arguments)
     found = ensemble.computed(arguments, targets, over, start, compute, draw)
-    return ensemble.told(arguments, targets, case, over, found)
+    return ensemble.report(arguments, targets, case, over, found)
 
 
 def _picture(arguments: argparse.Namespace, found: xr.Dataset) -> Axes:

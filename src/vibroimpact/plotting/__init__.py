@@ -1,4 +1,4 @@
-"""Figures of results. Every function takes a result, computes nothing, and returns its Axes.
+"""Figures of results. Every function draws a given result and returns the Axes.
 
 >>> import vibroimpact as vi
 >>> from vibroimpact import plotting

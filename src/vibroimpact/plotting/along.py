@@ -1,4 +1,4 @@
-"""One number of each member along a parameter: the largest Lyapunov exponent, impact speeds, ..."""
+"""Plot of a number of each member along a parameter: Lyapunov exponent, impact speeds, ..."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
     Parameters
     ----------
     along
-        With ``variable`` over one parameter, and over "direction" or "start" if wanted: a sweep, or
-        what :func:`vibroimpact.bifurcation_sweep` returned.
+        Dataset with ``variable`` over one parameter, and optionally over "direction" or "start": a
+        sweep, or a result of :func:`vibroimpact.bifurcation_sweep`.
     variable
-        Name of the data variable. Of "lyapunov" the line of zero is drawn: above it the motion is
-        chaotic, and where it does not impact there is no point. Minus infinity, as of motions that
+        Name of the data variable. For "lyapunov" the line of zero is drawn: above it the motion is
+        chaotic, and motions without impacts have no point. Minus infinity, as for motions that
         stick, is a triangle at the lower edge.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
     """
     check_dataset("along", along, "vi.sweep or vi.bifurcation_sweep")
     variable_of(along, variable, "Others are observed with observe=[...].")

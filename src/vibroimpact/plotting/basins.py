@@ -18,30 +18,30 @@ COLOURS = (
     style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
 )  # fmt: skip
 OTHER = "other attractors"
-BEHIND = "behind stop"  # where there is no start
+BEHIND = "behind stop"  # not a possible start
 MARKERS = "oDs^vPX"
 MARKED = 400  # points of an attractor that are marked
-PLACES = 24  # fewer different places, told apart at RESOLUTION of the axes: large marks
+PLACES = 24  # fewer different places, at RESOLUTION of the axes, have large marks
 RESOLUTION = 1 / 200
 
 
 def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = True) -> Axes:
-    """Draw which start leads to which attractor.
+    """Draw basins of attraction: the attractor of each start.
 
     Parameters
     ----------
     basins
-        What :func:`vibroimpact.basins` returned.
+        A result of :func:`vibroimpact.basins`.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
     marks
-        Mark the attractors where motions from the starts end: states at whole numbers of forcing
-        periods, at the phase of the starts, projected on the plane. Those outside it are not seen.
+        Mark the attractors at the final states of motions: at whole numbers of forcing periods, at
+        the phase of the starts, projected on the plane. Those outside it are not shown.
 
     Returns
     -------
     Axes
-        What was drawn on. The legend gives the share of the starts; those behind a stop do not
+        The Axes drawn on. The legend gives the share of the starts; those behind a stop do not
         count.
     """
     check_dataset("basins", basins, "vi.basins", ["attractor"])
@@ -61,7 +61,7 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
 
 
 def _shades(labels: xr.DataArray) -> list[maps.Shade]:
-    """With shares of the starts that can start: those behind a stop have none."""
+    """Shades with their shares of the possible starts: those behind a stop have no share."""
     meanings = flags(labels)
     codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
     words = {code: meanings[code].replace("_", " ") for code in codes}
@@ -69,22 +69,22 @@ def _shades(labels: xr.DataArray) -> list[maps.Shade]:
     possible = np.isin(labels.values, [code for code in codes if words[code] != BEHIND])
     total = max(int(possible.sum()), 1)
 
-    def told(shade: maps.Shade) -> str:
+    def label(shade: maps.Shade) -> str:
         share = 100.0 * float(np.isin(labels.values, shade.codes).sum()) / total
         return shade.words if shade.words == BEHIND else f"{shade.words}, {share:.3g}%"
 
-    return [shade._replace(words=told(shade)) for shade in found]
+    return [shade._replace(words=label(shade)) for shade in found]
 
 
 def _colours(labels: xr.DataArray) -> dict[int, str]:
-    """Of attractors by code; they keep them in a part of the picture that others are not in."""
+    """Colours of attractors by code; a part of the dataset has the colours of the whole."""
     names = {words: code for code, words in flags(labels).items() if code >= 0}
     order = maps.with_mirrors({words: -code for words, code in names.items()})
     return dict(zip((names[words] for words in order), COLOURS, strict=False))
 
 
 def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
-    """Where members of each basin end, each attractor with a mark of its own."""
+    """Mark the final states of members of each basin, with one kind of mark per attractor."""
     ends = [_final(basins, name) for name in names]
     labels, colours = basins["attractor"].values, _colours(basins["attractor"])
     for code in [code for code in flags(basins["attractor"]) if code >= 0]:
@@ -100,13 +100,13 @@ def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
 
 
 def _places(ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64]) -> int:
-    """How many different places the reader sees."""
+    """Number of visibly different places."""
     sizes = np.ptp([ax.get_xlim(), ax.get_ylim()], axis=1) * RESOLUTION
     return len(np.unique(np.round(np.column_stack([x, y]) / sizes), axis=0))
 
 
 def _final(basins: xr.Dataset, name: str) -> NDArray[np.float64]:
-    """A coordinate of every member at the end, flat, in the order of the labels."""
+    """Final value of a coordinate of every member, flat, in the order of the labels."""
     over = basins["attractor"].dims
     if name == "phase":
         array = basins["final_phase"].transpose(*over).values

@@ -1,4 +1,4 @@
-"""Bifurcation diagram: a section's coordinate over a parameter."""
+"""Bifurcation diagrams: a section's coordinate over a parameter."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
     "down": {"color": style.BLUE, "markersize": 0.7},
 }
 BOTH: dict[str, Any] = {"color": style.BLACK, "markersize": 0.7, "label": "both ways"}
-SEEN = 1 / 300  # of the ordinate: points nearer than this are seen as one
+RESOLVED = 1 / 300  # of the ordinate: nearer points are drawn as one
 SAMPLED = 1.36  # times the root of 2 / (number of points): Kolmogorov and Smirnov's bound at 5 %
 NO_IMPACT = "at the foot: no impact at this stop"
 OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
@@ -48,14 +48,14 @@ def plot_bifurcation_diagram(
     variable
         Name of the data variable: "x1", "v1", "phase", or another number of each member.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on. The axis holds all values of the parameter; marks at its foot, in the
+        The Axes drawn on. The axis holds all values of the parameter; marks at its foot, in the
         colours of the directions, are those at which a whole window passes without an impact at
-        the stop. ``at_phase`` of :func:`~vibroimpact.bifurcation_sweep` lets that motion be seen.
+        the stop. ``at_phase`` of :func:`~vibroimpact.bifurcation_sweep` shows such motions.
     """
     check_dataset("diagram", diagram, "vi.bifurcation_sweep")
     variable_of(diagram, variable, "Coordinates are those of vi.bifurcation_sweep.")
@@ -93,7 +93,7 @@ def looks_of(array: xr.DataArray) -> dict[str, dict[str, Any]]:
 
 
 def shown(array: xr.DataArray) -> Iterator[tuple[xr.DataArray, dict[str, Any]]]:
-    """What is drawn of each direction, and how; up and down together where they agree."""
+    """Points of each direction with their style; up and down together where they agree."""
     looks = looks_of(array)
     rows = {name: array.sel(direction=name, drop=True) for name in looks}
     if set(DIRECTIONS) <= set(looks):
@@ -110,13 +110,13 @@ def _agreement(up: xr.DataArray, down: xr.DataArray) -> xr.DataArray:
     size = up.sizes[parameter]
     columns = [way.transpose(parameter, ...).values.reshape(size, -1) for way in (up, down)]
     known = np.concatenate([column[np.isfinite(column)] for column in columns])
-    near = SEEN * float(np.ptp(known)) if known.size else 0.0
+    near = RESOLVED * float(np.ptp(known)) if known.size else 0.0
     same = [_same_set(a, b, near) for a, b in zip(*columns, strict=True)]
     return xr.DataArray(same, {parameter: up[parameter].values}, [parameter])
 
 
 def _same_set(first: Floats, second: Floats, near: float) -> bool:
-    """Whether distributions of points agree, those told apart that are seen apart."""
+    """Whether distributions of points agree, within the resolution of the figure."""
     a, b = (np.sort(points[np.isfinite(points)]) for points in (first, second))
     if not (a.size and b.size):
         return False
@@ -129,7 +129,7 @@ def _same_set(first: Floats, second: Floats, near: float) -> bool:
 
 
 def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> None:
-    """Mark where members reached their end without a section point, a row for each direction."""
+    """Mark members that reached their end without a section point, a row for each direction."""
     parameter = parameter_of(array)
     silent = array.isnull().all([d for d in ("point", "strobe", "start") if d in array.dims])
     if end is not None:
@@ -143,7 +143,7 @@ def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> Non
 
 
 def parameter_of(array: xr.DataArray) -> str:
-    """The dim that is drawn across."""
+    """Dim of the abscissa."""
     names = [str(name) for name in array.dims if name not in BESIDE]
     if len(names) != 1:
         raise InvalidParameterError(

@@ -1,4 +1,4 @@
-"""How special points look and parameters are named, in every picture of a branch."""
+"""Markers of special points and names of parameters, for every figure of a branch."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ PARAMETERS = {
 
 
 def parameter_label(name: str, of: Units | None = None) -> str:
-    """A parameter in words and as a symbol, with its unit; a path into a mechanism as written."""
+    """Label of a parameter, with symbol and unit; a path into a mechanism as it is written."""
     own = of.parameters.get(name, Measure()).label if of else ""
     text = own or PARAMETERS.get(name) or name.replace("$", r"\$")
     return of.label(text, of.quantity_of(name)) if of else text
 
 
 def marker_of(kind: str) -> dict[str, Any]:
-    """How a special point is marked."""
+    """Marker of a special point."""
     return {
         "linestyle": "none", "marker": MARKERS[kind], "markersize": 4.5, "zorder": 4,
         "markerfacecolor": "white", "markeredgecolor": style.BLACK, "markeredgewidth": 0.8,

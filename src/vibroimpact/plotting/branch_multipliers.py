@@ -1,4 +1,4 @@
-"""Paths of the multipliers along a branch, against the unit circle."""
+"""Plot of the paths of the multipliers along a branch, with the unit circle."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
 from vibroimpact.plotting.units import units_of
 
-CRITICAL = 1e-4  # from the unit circle: a multiplier that makes a special point
-SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: where they are drawn
+CRITICAL = 1e-4  # largest distance from the unit circle of a critical multiplier
+SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: places at which they are drawn
 SHOWN = 1.6  # half width of the picture; multipliers grow without bound towards grazing
 
 
@@ -35,14 +35,14 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     branch
-        What :func:`vibroimpact.continue_orbit` returned; its multipliers are those of the full map.
+        A result of :func:`vibroimpact.continue_orbit`; its multipliers are those of the full map.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on. The critical multipliers of special points are marked. Small circles on
+        The Axes drawn on. The critical multipliers of special points are marked. Small circles on
         the unit circle are the strong resonances 1:1 to 1:4. Multipliers beyond 1.6 lie outside
         the picture.
     """
@@ -64,7 +64,7 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
 
 
 def _critical(point: BifurcationPoint) -> Complexes:
-    """Multipliers of a special point on the unit circle, of each pair the upper one."""
+    """Multipliers of a special point on the unit circle, the upper one of each pair."""
     values = point.multipliers
     near = np.abs(np.abs(values) - 1.0) < CRITICAL
     return values[near & (values.imag >= 0.0)]
@@ -112,7 +112,7 @@ def _multipliers(branch: Branch, points: BranchProfile) -> Complexes:
 
 
 def _step(rows: tuple[Complexes, Complexes], i: int) -> Complexes:
-    """Places of multiplier i from one row to the next: a straight line, unless a pair meets there.
+    """Path of multiplier i from one row to the next: a straight line, unless a pair meets there.
 
     Mean m and squared half difference h of the two then change linearly: m +- sqrt(h), which turn
     by a right angle at h = 0.

@@ -1,4 +1,4 @@
-"""Branches of periodic orbits over their parameter, with special points and attractors behind."""
+"""Plot of branches of periodic orbits, with special points and attractors behind."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ WORDS_OF_ORBITS = {
 
 
 class _View(NamedTuple):
-    """What is drawn of each orbit, and the factors of the parameter and of that."""
+    """Variable that is drawn for each orbit, and the factors of the parameter and of it."""
 
     variable: str
     stop: tuple[int, int] | None
@@ -70,19 +70,19 @@ def plot_branches(
         force there; or, of the whole orbit, "speed" (smallest closing speed of an impact),
         "clearance" (least gap between the impacts), "period".
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
     points
-        Mark and label the special points. A label for which there is no place is left out.
+        Mark and label the special points. Labels without space are left out.
     stop
         Draw the value after every impact at this stop, (contact, side); by default after the first
         impact of each orbit.
     mirror
-        With ``stop``: draw the mirror images as well, thin. Only the mirror image of an orbit of a
-        symmetric system is an orbit.
+        With ``stop``: draw the mirror images as well, thin. Only in a symmetric system is the
+        mirror image of an orbit an orbit.
     attractors
-        Drawn behind: dims named as the parameter and "point", with "direction" if wanted, as for
-        :func:`plot_bifurcation_diagram`. NaN points are left out; values of the parameter without
-        any other are marked at the foot of the axes.
+        Section points behind the branches: dims named as the parameter and "point", optionally
+        "direction", as for :func:`plot_bifurcation_diagram`. NaN points are left out; values of the
+        parameter with NaN points only are marked at the foot of the axes.
     bounds
         Range of the parameter that is shown, scaled as for ``continue_orbit``; by default that of
         the branches and attractors.
@@ -90,7 +90,7 @@ def plot_branches(
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
     """
     branches = _checked(branches)
     check_kind("variable", variable, str, "the name of a coordinate")
@@ -133,7 +133,7 @@ def plot_branches(
 
 
 def _checked(branches: Any) -> Sequence[Branch]:
-    """The branches, or an error that says what is none."""
+    """Return the branches, or refuse an object that is not a branch."""
     check_kind("branches", branches, (list, tuple), "a list of branches")
     for i, branch in enumerate(branches):
         check_kind(f"branches[{i}]", branch, Branch, "a Branch, as continue_orbit gives")
@@ -141,7 +141,7 @@ def _checked(branches: Any) -> Sequence[Branch]:
 
 
 def _range(branches: Sequence[Branch], attractors: xr.Dataset | None) -> list[float]:
-    """The ends of all that is drawn, along the parameter."""
+    """Range of the parameter over branches and attractors."""
     parts = [branch.values for branch in branches]
     parts += [] if attractors is None else [attractors[branches[0].parameter].values]
     return [min(float(p.min()) for p in parts), max(float(p.max()) for p in parts)]
@@ -177,14 +177,14 @@ def _cloud(ax: Axes, attractors: xr.Dataset, name: str, view: _View) -> None:
 
 
 def _curves(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
-    """The values that are drawn, one array for each impact drawn."""
+    """Values that are drawn, one array for each impact drawn."""
     stop, variable = view.stop, view.variable
     every = [0] if stop is None or variable in ONE_PER_ORBIT else impacts_at(branch, stop)
     return [view.up * coordinate(branch, points, variable, impact) for impact in every]
 
 
 def _image(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
-    """The values after the impacts of the mirror image at a stop."""
+    """Values after the impacts of the mirror image at a stop."""
     opposite = view._replace(stop=view.stop and (view.stop[0], -view.stop[1]))
     return [mirrored(values, view.variable) for values in _curves(branch, points, opposite)]
 
@@ -192,11 +192,11 @@ def _image(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
 def _branch(
     ax: Axes, branch: Branch, view: _View, look: dict[str, Any], *, image: bool = False
 ) -> set[Stability]:
-    """Draw the stretches of a branch, or of its mirror image; which kinds there are."""
+    """Draw a branch, or its mirror image, by stability; return the kinds that occur."""
     points, variable = profile(branch), view.variable
     across = points.parameter * view.across
     if not len(points.stability):
-        return set()  # a single point is no curve
+        return set()  # a single point is not a curve
     for values in (_image if image else _curves)(branch, points, view):
         breaks = np.flatnonzero(np.diff(points.stability)) + 1
         if variable == "phase":
@@ -227,7 +227,7 @@ def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
 def _legend(
     ax: Axes, branches: Sequence[Branch], seen: set[Stability], *, points: bool, cloud: bool
 ) -> None:
-    """Entries that stand for what is drawn; they hold no data."""
+    """Add the entries of the legend; they hold no data."""
     if len(branches) > 1:
         for number, (branch, colour) in enumerate(
             zip(branches, style.series(len(branches)), strict=True)

@@ -1,4 +1,4 @@
-"""Circles born at a Neimark-Sacker point: what the normal form predicts, what simulation finds."""
+"""Plots of circles at a Neimark-Sacker point: predicted by the normal form, and simulated."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def plot_circle_half_width(circles: xr.Dataset, *, ax: Axes | None = None) -> Ax
         ``predicted_half_width`` (offset, coordinate) and ``half_width`` (start, offset,
         coordinate).
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on. Line: leading order of the normal form. Marks: simulated.
+        The Axes drawn on. Line: leading order of the normal form. Marks: simulated.
     """
     check_dataset("circles", circles, MAKER, ["offset", "predicted_half_width", "half_width"])
     distance = np.abs(circles["offset"].values)
@@ -59,12 +59,12 @@ def plot_circle_error(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
         Dims ``offset`` and ``start``, with ``predicted_radius`` (offset) and ``radius`` (start,
         offset).
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on. The line has slope one and passes through the last error of the first
+        The Axes drawn on. The line has slope one and passes through the last error of the first
         start.
     """
     check_dataset("circles", circles, MAKER, ["offset", "predicted_radius", "radius"])
@@ -87,15 +87,15 @@ def plot_circles(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     circles
-        With ``predicted_points`` (offset, phase_of_z, coordinate) and ``points`` (offset, point,
-        coordinate), states minus the critical one.
+        Dataset with ``predicted_points`` (offset, phase_of_z, coordinate) and ``points`` (offset,
+        point, coordinate), states minus the critical one.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
     """
     check_dataset("circles", circles, MAKER, ["offset", "predicted_points", "points"])
     with style.drawing(ax) as ax:
@@ -113,7 +113,7 @@ def plot_circles(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
 
 
 def _marks(ax: Axes, circles: xr.Dataset, values: Any, *, color: str, named: bool = False) -> None:
-    """One mark per distance and start; open, so that marks that agree are both seen."""
+    """Draw one mark per distance and start; open, so that coinciding marks are both visible."""
     distance = np.abs(circles["offset"].values)
     names = circles["start"].values.tolist()
     for name, row, marker in zip(names, values, MARKERS, strict=False):

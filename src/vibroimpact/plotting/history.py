@@ -1,4 +1,4 @@
-"""Time history: what moves where, and when it impacts."""
+"""Time histories of the coordinates, with the impacts."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ def plot_history(
     Parameters
     ----------
     run
-        What :func:`vibroimpact.simulate` returned.
+        A result of :func:`vibroimpact.simulate`.
     t0, t1
         Window of time within the run; to its last event if ``t1`` is not given.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
 
     Notes
     -----
-    Of a mass in a slot of another one, as in :class:`ImpactDamper`, both stops are drawn as they
-    move, x1 + delta (A) and x1 - delta (B), and the free mass between them. For other systems the
+    For a mass in a slot of another one, as in :class:`ImpactDamper`, both moving stops are drawn,
+    x1 + delta (A) and x1 - delta (B), and the free mass between them. For other systems the
     impacts are marked on the coordinates that take part. A system made by ``from_physical`` is
     drawn in seconds and metres; t0 and t1 are nondimensional.
     """
@@ -64,7 +64,7 @@ def plot_history(
 def sampled(
     run: Run, t0: float, t1: float | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times of a window, those of the events included so that corners stay sharp, and places."""
+    """Times of a window, including those of events so that corners stay sharp, and positions."""
     start, end = window_of(run, t0, t1)
     events = run.time[(run.time > start) & (run.time < end)]
     t = np.union1d(np.linspace(start, end, POINTS), events)
@@ -72,7 +72,7 @@ def sampled(
 
 
 def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
-    """A window of time of a run, to its last event by default."""
+    """Window of time of a run, to its last event by default."""
     check_kind("run", run, Run, "a Run, as vi.simulate gives")
     last = float(run.time[-1]) if len(run) else 0.0
     start, end = real("t0", t0), last if t1 is None else real("t1", t1)
@@ -84,7 +84,7 @@ def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
 
 
 def _half_slot(system: System) -> float:
-    """Half of the play |x2 - x1| <= delta of two masses; 0 of any other system."""
+    """Half of the play |x2 - x1| <= delta of two masses; 0 for any other system."""
     mechanism = mechanism_of(system)
     if mechanism.degrees != 2 or len(mechanism.contacts) != 1:
         return 0.0
@@ -128,7 +128,7 @@ def _any_system(
 
 
 def _fixed_stops(ax: Axes, system: System, length: float) -> None:
-    """Stops of contacts that involve one coordinate only stand still: draw them."""
+    """Draw the fixed stops: those of contacts that involve one coordinate only."""
     for contact in mechanism_of(system).contacts:
         entries = [r for r in contact.row if r]
         for stop in (contact.lower, contact.upper):

@@ -1,6 +1,6 @@
-"""Text next to points, each where it covers least of the lines and points.
+"""Placement of text next to points, where it covers least of the lines and points.
 
-No label covers another or leaves the axes: where no place is left, the label is left out.
+No label covers another or leaves the axes; labels without space are left out.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PER_INCH = 72.0
 HALO = withStroke(linewidth=1.6, foreground="white")
 
 
-class _Wanted(NamedTuple):
+class _Label(NamedTuple):
     text: str
     x: float
     y: float
@@ -46,15 +46,15 @@ class Labels:
 
     def __init__(self, ax: Axes) -> None:
         self.ax = ax
-        self.wanted: list[_Wanted] = []
+        self.wanted: list[_Label] = []
 
     def add(self, text: str, x: float, y: float, colour: str) -> None:
-        """A label for the point (x, y)."""
+        """Add a label for the point (x, y)."""
         if np.isfinite(x) and np.isfinite(y):
-            self.wanted.append(_Wanted(text, x, y, colour))
+            self.wanted.append(_Label(text, x, y, colour))
 
     def place(self) -> None:
-        """Write the labels, one after another where each costs least."""
+        """Write the labels one after another, each at the place of least cost."""
         figure = self.ax.get_figure(root=True)
         assert figure is not None
         figure.draw_without_rendering()  # so that the layout is final
@@ -79,7 +79,7 @@ class Labels:
             )  # fmt: skip
 
     def _points(self, data: ArrayLike, transform: Transform | None = None) -> Floats:
-        """Coordinates, those of the data unless said otherwise, in points on the page."""
+        """Coordinates, by default those of the data, in points on the page."""
         figure = self.ax.get_figure(root=True)
         assert figure is not None
         known = np.asarray(data, dtype=float)
@@ -142,7 +142,7 @@ def _cost(box: Floats, distance: float, busy: Floats) -> float:
 
 
 def _leader(offset: Floats) -> dict[str, object] | None:
-    """A thin line to a label that is far from its point."""
+    """Arrow style of the thin line to a label that is far from its point."""
     if np.hypot(*offset) < LED:
         return None
     return {"arrowstyle": "-", "linewidth": 0.4, "color": "#8C8C8C", "shrinkA": 3.0, "shrinkB": 3.0}

@@ -1,4 +1,4 @@
-"""Fields over a grid of two coordinates: categories with a legend, numbers with a colour bar."""
+"""Maps over a grid of two coordinates: categories with a legend, numbers with a colour bar."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.plotting import style
 
-EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is seen
-FAILED = ("#A08060", "#55351A", "#E3D2B8", "#7A5A3A", "#C2A27E")  # outcomes, one after the other
+EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is visible
+FAILED = ("#A08060", "#55351A", "#E3D2B8", "#7A5A3A", "#C2A27E")  # statuses, one after the other
 CYCLES = re.compile(r"\d+-(?=\d+-\d)")
 PAIR = re.compile(r"(\d+)-(\d+)")  # impacts at stops A and B of a contact
 QUANTILE = 0.995  # of the numbers on each side: the rest saturates
@@ -29,7 +29,7 @@ ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
 
 
 class Shade(NamedTuple):
-    """A category as it is drawn: the codes that belong to it, its words and its colour."""
+    """Category of a legend: its codes, words and colour."""
 
     codes: tuple[int, ...]
     words: str
@@ -39,7 +39,7 @@ class Shade(NamedTuple):
 def with_mirrors(sizes: Mapping[str, float]) -> list[str]:
     """Names of motions from the largest to the smallest, mirror images next to each other.
 
-    Of the two, that with more impacts at stops A comes first, whichever is larger: pictures of the
+    Of the two, that with more impacts at stops A comes first, whichever is larger: figures of the
     same motions then have the same colours.
     """
 
@@ -51,7 +51,7 @@ def with_mirrors(sizes: Mapping[str, float]) -> list[str]:
 
 
 def _image(name: str) -> str:
-    """n-p-q as n-q-p, of every contact; other names are as they were."""
+    """Name n-q-p of the mirror image of n-p-q, for every contact; other names are kept."""
     cycles, pairs = _parts(name)
     return cycles + PAIR.sub(r"\2-\1", pairs) if PAIR.match(pairs) else name
 
@@ -62,7 +62,7 @@ def _less_at_a(name: str) -> list[int]:
 
 
 def _parts(name: str) -> tuple[str, str]:
-    """The cycles with their dash, of motions without forcing none, and the pairs of contacts."""
+    """Cycles with their dash, empty without forcing, and the pairs of contacts."""
     cycles = CYCLES.match(name)
     return (cycles[0], name[cycles.end() :]) if cycles else ("", name)
 
@@ -70,14 +70,14 @@ def _parts(name: str) -> tuple[str, str]:
 def shades(
     words: Mapping[int, str], own: Mapping[int, str], rest: str, plain: Mapping[str, str]
 ) -> list[Shade]:
-    """Colours of categories: of some of their ``own``, of the ``rest`` together, of the outcomes.
+    """Colours of categories: ``own`` ones for some, one for the ``rest``, and those of statuses.
 
     Parameters
     ----------
     words
-        By code, in the order of the legend; codes of outcomes are negative, and come last.
+        Words by code, in the order of the legend; codes of statuses are negative, and come last.
     own
-        Colours by code, of categories that have one of their own.
+        Colours by code, for categories with a colour of their own.
     plain
         Colours of negative codes by their words; others are brown.
     """
@@ -85,12 +85,12 @@ def shades(
     if beyond := tuple(code for code in words if code >= 0 and code not in own):
         found.append(Shade(beyond, rest, style.SILVER))
     browns = cycle(FAILED)
-    outcomes = {code: said for code, said in words.items() if code < 0}
-    return found + [Shade((k,), w, plain.get(w) or next(browns)) for k, w in outcomes.items()]
+    statuses = {code: text for code, text in words.items() if code < 0}
+    return found + [Shade((k,), w, plain.get(w) or next(browns)) for k, w in statuses.items()]
 
 
 def over_two(field: xr.DataArray) -> tuple[str, str]:
-    """The names of the two coordinates, the first across.
+    """Names of the two coordinates, the first for the abscissa.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def numbers(
     ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize, label: str,
     missing: str = "no number", **bar: Any,
 ) -> Colorbar:  # fmt: skip
-    """Draw numbers with a colour bar; cells without one keep the background, which is explained."""
+    """Draw numbers with a colour bar; cells without a number keep the background."""
     mesh(ax, field, colours, norm)
     if field.isnull().any():
         _legend(ax, "lower right", [(missing, style.NOTHING)])
@@ -132,7 +132,7 @@ def numbers(
 def _legend(
     ax: Axes, corner: Literal["upper left", "lower right"], patches: Sequence[tuple[str, str]]
 ) -> None:
-    """Words and colours, with a corner of theirs at the upper right one of the axes."""
+    """Legend of words and colours, with one of its corners at the upper right one of the axes."""
     handles = [
         Patch(facecolor=colour, edgecolor=EDGE, linewidth=0.4, label=words)
         for words, colour in patches
@@ -144,7 +144,7 @@ def _legend(
 
 
 def ends(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Quantiles near the ends, so that one wild cell does not decide the colours."""
+    """Quantiles near the ends, so that single outliers do not decide the colours."""
     known = values[np.isfinite(values)]
     if not known.size:
         return 0.0, 1.0
@@ -153,9 +153,9 @@ def ends(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def mesh(ax: Axes, field: xr.DataArray, colours: Colormap, norm: Normalize) -> None:
-    """One cell around each point of the grid, stored as pixels."""
+    """Draw one cell around each point of the grid, stored as pixels."""
     across, up = over_two(field)
-    field = field.sortby([across, up])  # edges() wants points in order
+    field = field.sortby([across, up])  # edges() needs points in order
     x, y = (np.asarray(field[name].values, dtype=float) for name in (across, up))
     ax.set_facecolor(style.NOTHING)
     for points, set_scale in ((x, ax.set_xscale), (y, ax.set_yscale)):
@@ -172,7 +172,7 @@ def geometric(points: NDArray[np.float64]) -> bool:
 
 
 def _even(points: NDArray[np.float64]) -> bool:
-    """Equal steps within rounding."""
+    """Whether steps are equal within rounding."""
     size = float(np.abs(points).max()) + 1.0
     return bool(np.ptp(np.diff(points)) <= ROUNDING * size)
 

@@ -17,7 +17,7 @@ from vibroimpact.plotting.units import units_of
 WALL, MASS, SLOT = 0.0, (3.2, 0.0, 5.0, 2.6), (3.9, 0.85, 3.6, 0.9)  # x, y, width, height
 FREE_RADIUS, SPRING_Y, DASHPOT_Y = 0.42, 1.95, 0.65
 MIDDLE = SLOT[0] + SLOT[2] / 2.0
-FREE_AT = MIDDLE + 0.7  # the free mass stands off the middle, so that x2 - x1 shows
+FREE_AT = MIDDLE + 0.7  # the free mass is off the middle, so that x2 - x1 is visible
 LINE: dict[str, Any] = {"color": style.BLACK, "linewidth": 1.0}
 
 
@@ -29,12 +29,12 @@ def plot_mechanism(damper: ImpactDamper, *, ax: Axes | None = None) -> Axes:
     damper
         The system; its parameters are written below the drawing.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
     """
     check_kind("damper", damper, ImpactDamper, "an ImpactDamper")
     with style.drawing(ax, width=4.2, height=2.4) as ax:
@@ -119,12 +119,12 @@ def _arrow(
 def _parameters(d: ImpactDamper) -> str:
     units = units_of(d)
 
-    def said(symbol: str, value: float, quantity: str = "") -> str:
+    def labelled(symbol: str, value: float, quantity: str = "") -> str:
         return rf"${symbol}={value * units.factor(quantity):g}$ {units.unit(quantity)}".rstrip()
 
     parts = [
-        said(r"\mu", d.mass_ratio), said(r"\omega_n", d.omega_n, "frequency"),
-        said(r"\zeta", d.zeta), said("R", d.restitution),
-        said(r"\delta", d.half_clearance, "length"), said(r"\omega", d.omega, "frequency"),
+        labelled(r"\mu", d.mass_ratio), labelled(r"\omega_n", d.omega_n, "frequency"),
+        labelled(r"\zeta", d.zeta), labelled("R", d.restitution),
+        labelled(r"\delta", d.half_clearance, "length"), labelled(r"\omega", d.omega, "frequency"),
     ]  # fmt: skip
     return ",  ".join(parts)

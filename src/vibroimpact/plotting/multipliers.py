@@ -1,4 +1,4 @@
-"""Multipliers in the complex plane, against the unit circle."""
+"""Plot of multipliers in the complex plane, with the unit circle."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, units_of
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
-MARKS = "sx^v+"  # told apart where they lie on each other
+MARKS = "sx^v+"  # distinguishable where they lie on each other
 COLOURS = "cividis"  # even in lightness for every reader
 
 
@@ -43,7 +43,7 @@ def plot_multipliers(
     path: Sequence[Orbit] | ArrayLike, *, omega: ArrayLike | None = None, half: bool = True,
     labels: Sequence[str] | None = None, ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
-    """Draw how multipliers move as omega varies, with the unit circle.
+    """Draw the multipliers as omega varies, with the unit circle.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def plot_multipliers(
         Draw nu of the half map (True) or lambda = nu^2 of the full map. Names the axes if
         ``path`` is an array.
     labels
-        Names of a few orbits instead of a path: each has a colour and a mark, told in a legend.
+        Names of a few orbits instead of a path: each has a colour and a mark, with a legend.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
+        The Axes drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
     """
     values, along = _values(path, None if labels else omega, half)
     units = units_of(*(_system_of(one) for one in cast(Any, path) if omega is None))
@@ -112,7 +112,7 @@ def _omega_of(orbit: Any) -> float:
 
 
 def _system_of(orbit: Any) -> Any:
-    """The system of an orbit; None of a row of multipliers."""
+    """System of an orbit; None for a row of multipliers."""
     return getattr(orbit, "damper", None) or getattr(orbit, "system", None)
 
 
@@ -127,7 +127,7 @@ def _complex(name: str, items: list[Any]) -> NDArray[np.complex128]:
 
 
 def unit_circle(ax: Axes) -> None:
-    """The unit circle with the strong resonances, and the axes of the plane."""
+    """Draw the unit circle with the strong resonances, and the axes of the plane."""
     turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, 361))
     ax.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=0)
     ax.axvline(0.0, color=style.GREY, linewidth=0.4, zorder=0)

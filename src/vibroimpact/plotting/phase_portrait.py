@@ -1,4 +1,4 @@
-"""Phase portrait: velocity over place, with the jumps of impacts."""
+"""Phase portraits: velocity over position, with the jumps of impacts."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ def plot_phase_portrait(
     run: Run, t0: float = 0.0, t1: float | None = None, *,
     row: Sequence[float] = (1.0,), ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
-    """Draw velocity over place of one coordinate, or of a combination of coordinates.
+    """Draw velocity over position of one coordinate, or of a combination of coordinates.
 
     Parameters
     ----------
     run
-        What :func:`vibroimpact.simulate` returned.
+        A result of :func:`vibroimpact.simulate`.
     t0, t1
         Window of time within the run; to its last event if ``t1`` is not given.
     row
-        What to draw: u = row . x, missing entries zero. ``(1,)`` is x1, ``(0, 1)`` is x2,
+        Coordinate u = row . x, missing entries zero. ``(1,)`` is x1, ``(0, 1)`` is x2,
         ``(-1, 1)`` is x2 - x1, the contact coordinate of the damper.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
 
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
     """
     start, end = window_of(run, t0, t1)
     entries, n = vector("row", row), run.position.shape[1]
@@ -60,7 +60,7 @@ def plot_phase_portrait(
 
 
 def _flights(run: Run, row: Floats, t0: float, t1: float) -> tuple[Floats, Floats]:
-    """The motion; a NaN at each event breaks the line there."""
+    """Lines of the flights; a NaN at each event breaks the line there."""
     inside = (run.time > t0) & (run.time <= t1)
     t = np.linspace(t0, t1, POINTS)
     place, speed = (part @ row for part in run.at(t))

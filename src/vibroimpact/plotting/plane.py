@@ -1,4 +1,4 @@
-"""A plane of two parameters: what happens where, by category or by number."""
+"""Plot of a plane of two parameters, by category or by number."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PLAIN = {
     "not computed": style.NOTHING,
 }
 MOST_STEPS = 12  # whole numbers that have a step of colour each
-SIGNED, RISING = "RdBu_r", "cividis"  # told apart by every reader
+SIGNED, RISING = "RdBu_r", "cividis"  # distinguishable for colour-blind readers
 
 
 def plot_plane(
@@ -50,27 +50,27 @@ def plot_plane(
     Parameters
     ----------
     plane
-        What :func:`vibroimpact.plane` or :func:`vibroimpact.multistability` returned, a sweep or
-        its store opened again, or any dataset whose ``variable`` has two dims.
+        A result of :func:`vibroimpact.plane` or :func:`vibroimpact.multistability`, a sweep or its
+        store after reopening, or any dataset whose ``variable`` has two dims.
     variable
         "motion" (a colour per symbol n-p-q), "period", "impacts" (at all stops), "lyapunov" (blue
         below zero, darkest at minus infinity, white at zero, red above; each side has a scale of
-        its own), "rotation" (grey also where the error is above 0.01), "attractors" (how many were
-        met), or another number in the dataset.
+        its own), "rotation" (grey also where the error is above 0.01), "attractors" (the number of
+        attractors), or another number in the dataset.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
     most
         Symbols with a colour of their own, 1 to 7, the most frequent ones, mirror images next to
         each other; the rest is "other periodic".
     symbols
-        Which these are instead, up to 7, in the order of the colours: ``["1-1-1", "2-2-2"]``.
-        Planes that are given the same ones have the same colours, whether all occur or not.
+        These symbols instead, up to 7, in the order of the colours: ``["1-1-1", "2-2-2"]``.
+        Planes with the same list have the same colours, whether all occur or not.
 
     Returns
     -------
     Axes
-        What was drawn on. The first dim is drawn across, an axis of equal ratios (``np.geomspace``)
-        on a logarithmic scale. Cells without a number are grey, of whole numbers those of 0, too.
+        The Axes drawn on. The first dim is the abscissa, an axis of equal ratios (``np.geomspace``)
+        on a logarithmic scale. Cells without a number are grey; for whole numbers those of 0, too.
     """
     check_dataset("plane", plane, "vi.plane, vi.multistability or vi.sweep")
     check_kind("variable", variable, str, "the name of a variable")
@@ -89,13 +89,13 @@ def plot_plane(
 
 
 def _completed(plane: xr.Dataset, variable: str) -> xr.Dataset:
-    """With what :func:`vibroimpact.plane` adds to a sweep: a store holds the sweep alone."""
+    """Complete a sweep, as a store holds it, with the variables of :func:`vibroimpact.plane`."""
     made = variable not in plane and variable in ADDED and {*MADE_OF} <= set(plane.data_vars)
     return with_motions(plane, [variable]) if made else plane
 
 
 def _check_symbols(symbols: Sequence[str], variable: str) -> None:
-    """Refuse what is no list of different symbols, as many as there are colours at most."""
+    """Refuse a value that is not a list of different symbols, at most as many as colours."""
     if variable != "motion":
         raise InvalidParameterError(
             f"symbols = {symbols!r}, variable = {variable!r}: symbols are the colours of 'motion'."
@@ -109,7 +109,7 @@ def _check_symbols(symbols: Sequence[str], variable: str) -> None:
 
 
 def _own_colours(found: Sequence[Category], chosen: Sequence[str] | int) -> dict[int, str]:
-    """Colours by code: of the first symbols, or of those that are named and occur."""
+    """Colours by code, for the first symbols or for the named ones that occur."""
     counts = {one.words: one.members for one in found if one.code >= 0}
     if isinstance(chosen, int):
         chosen = maps.with_mirrors(counts)[:chosen]
@@ -148,7 +148,7 @@ def _draw(
 
 
 def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
-    """Whole numbers, a step of colour each or, of many, by ratio; zero and below stay grey."""
+    """Draw whole numbers, with one colour each or, if many, by ratio; zero and below are grey."""
     top = max(int(field.max()), 1)
     norm: Normalize = Normalize(0.5, 1.5)
     ticks: Any = MaxNLocator(integer=True, min_n_ticks=1)
@@ -163,7 +163,7 @@ def _counts(ax: Axes, field: xr.DataArray, label: str) -> None:
 
 
 def _signed(field: xr.DataArray) -> TwoSlopeNorm:
-    """Zero in the middle of the colours, each side to its own end."""
+    """Norm with zero in the middle of the colours and one scale on each side."""
     low, high = maps.ends(field.values)
     floor = 1e-3 * (max(abs(low), abs(high)) or 1.0)
     return TwoSlopeNorm(0.0, min(low, -floor), max(high, floor))

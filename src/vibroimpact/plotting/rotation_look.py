@@ -1,4 +1,4 @@
-"""Rotation numbers as colours: those that have converged, and simple fractions beside the bar."""
+"""Maps of rotation numbers that have converged, with simple fractions beside the colour bar."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from matplotlib.ticker import FixedFormatter
 
 from vibroimpact.plotting import maps
 
-COLOURS = "viridis"  # lightness rises evenly; told apart by every reader
+COLOURS = "viridis"  # lightness rises evenly; distinguishable for colour-blind readers
 CONVERGED = 0.01  # error, of a range of 1/2, above which a cell has no colour
-MARKS, APART, LARGEST = 5, 0.1, 60  # fractions: how many, how far of the bar, denominator
+MARKS, APART, LARGEST = 5, 0.1, 60  # fractions: number, distance along the bar, denominator
 
 
 def draws(plane: xr.Dataset, variable: str) -> bool:
@@ -26,7 +26,7 @@ def draws(plane: xr.Dataset, variable: str) -> bool:
 
 
 def draw(ax: Axes, plane: xr.Dataset, variable: str, label: str) -> None:
-    """Draw a rotation number of a plane where its error says that it has converged."""
+    """Draw a rotation number of a plane where it has converged by its error."""
     field, error = plane[variable], f"{variable}_error"
     if error in plane:
         field = field.where(plane[error] <= CONVERGED)

@@ -1,4 +1,4 @@
-"""Poincare section: the motion seen at every impact on one stop, or once per forcing period."""
+"""Poincare sections: states after every impact on one stop, or once per forcing period."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ def plot_section(
     Parameters
     ----------
     section
-        What :func:`vibroimpact.impact_section` or :func:`vibroimpact.stroboscopic_section`
-        returned.
+        A result of :func:`vibroimpact.impact_section` or
+        :func:`vibroimpact.stroboscopic_section`.
     x, y
         Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities, those after the
         impact on an impact section, "phase" the phase of the force.
     ax
-        Where to draw; a new figure if not given.
+        Axes to draw on; a new figure if not given.
     **looks
         Passed to matplotlib's ``plot``: ``color``, ``marker``, ``label`` (which adds a legend).
 
     Returns
     -------
     Axes
-        What was drawn on.
+        The Axes drawn on.
     """
     arrays = [getattr(section, name, None) for name in ("position", "velocity", "phase")]
     if not all(isinstance(array, np.ndarray) for array in arrays):
@@ -53,12 +53,12 @@ def plot_section(
 
 
 def coordinate_label(name: str, units: Units, after_impact: bool = True) -> str:
-    """A coordinate as a formula, with its unit."""
+    """Coordinate as a formula, with its unit."""
     return units.label(symbol(name, after_impact), of_coordinate(name))
 
 
 def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.float64]:
-    """One coordinate of a section by its name, the value of an argument."""
+    """Coordinate of a section by its name, the value of an argument."""
     degrees = section.position.shape[1]
     names = {f"{kind}{i + 1}": (kind, i) for kind in "xv" for i in range(degrees)}
     check_choice(argument, name, [*names, "phase"])
@@ -69,7 +69,7 @@ def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.fl
 
 
 def symbol(name: str, after_impact: bool = True) -> str:
-    """A coordinate's name as a formula: x1, v1 (after the impact: with a plus), phase."""
+    """Formula for a coordinate's name: x1, v1 (after the impact: with a plus), phase."""
     if name == "phase":
         return r"$\theta$ [rad]"
     plus = "+" * after_impact

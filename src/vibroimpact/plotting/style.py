@@ -1,4 +1,4 @@
-"""The common look of all figures: sizes, fonts, colours that colour-blind readers tell apart."""
+"""Common style of all figures: sizes, fonts, colours that colour-blind readers can distinguish."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BLUE = "#0072B2"
 VERMILION = "#D55E00"
 PURPLE = "#CC79A7"
 YELLOW = "#F0E442"
-# not of the palette
+# colours that are not from the palette
 GREY = "#8C8C8C"  # guide lines
 SILVER = "#C4C4C4"  # areas: everything else
 NOTHING = "#E9E9E9"  # areas without a number
@@ -71,7 +71,7 @@ RC: Any = {
 
 @contextmanager
 def drawing(ax: Axes | None, *, width: float = WIDTH, height: float = HEIGHT) -> Iterator[Axes]:
-    """Lend the style while drawing on ``ax``, or on a new figure; the user's rcParams come back."""
+    """Set the style while drawing on ``ax`` or a new figure, then restore the user's rcParams."""
     check_kind("ax", ax, (Axes, type(None)), "the Axes to draw on, or None for a new figure")
     with mpl.rc_context(RC):
         if ax is None:
@@ -87,13 +87,13 @@ def series(count: int) -> list[str]:
 
 
 def mixed(colour: str, other: str, share: float) -> str:
-    """A colour with a share of another."""
+    """Mix a colour with a share of another."""
     pair = np.array([to_rgb(colour), to_rgb(other)])
     return to_hex((1.0 - share) * pair[0] + share * pair[1]).upper()
 
 
 def widen_constant(ax: Axes) -> None:
-    """Widen the ordinate where what is drawn varies by rounding only."""
+    """Widen the ordinate where the data vary by rounding only."""
     low, high = ax.get_ylim()
     middle, size = (low + high) / 2.0, max(abs(low), abs(high))
     if abs(high - low) < ROUNDING * size:
@@ -106,9 +106,9 @@ def save(ax: Axes, path: str | PathLike[str]) -> None:
     Parameters
     ----------
     ax
-        What a plot function returned.
+        The Axes that a plot function returned.
     path
-        Where to; the suffix decides the format.
+        Name of the file; the suffix decides the format.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def save(ax: Axes, path: str | PathLike[str]) -> None:
 
 
 def whole_range(ax: Axes, values: Any) -> None:
-    """Show all values of a parameter, those without a point as well."""
+    """Extend the abscissa to all values of a parameter, including those without a point."""
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
         margin = ax.get_xmargin() * (high - low)
@@ -133,7 +133,7 @@ def whole_range(ax: Axes, values: Any) -> None:
 
 
 def at_foot(ax: Axes, x: Any, colour: str, row: int = 0) -> None:
-    """Marks in a row at the lower edge, for values of a parameter at which there is no point."""
+    """Draw marks in a row at the lower edge, for values of a parameter without a point."""
     if len(x):
         y, looks = FOOT * (1 + 2 * row), {"color": colour, "marker": "s", "markersize": 2.0}
         points(ax, x, np.full(len(x), y), transform=ax.get_xaxis_transform(), **looks)
@@ -153,7 +153,7 @@ def points(ax: Axes, x: Any, y: Any, **style: Any) -> None:
 
 
 def legend_outside(ax: Axes, *, columns: int = 3) -> None:
-    """A legend above the axes, where it covers no data, with points large enough to see."""
+    """Place a legend above the axes, where it covers no data, with visible marks."""
     legend = ax.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns,
         borderaxespad=0.0, borderpad=0.2, columnspacing=1.2, handlelength=1.4,

@@ -1,11 +1,11 @@
-"""Units of what is drawn and told: SI where the system has physical scales, else none.
+"""Units of figures and printed results: SI where the system has physical scales, else none.
 
-A number of the scaled system times the factor of what it measures is the number in SI units, with
-the scales of the machine:
+A number of the scaled system times the factor of its quantity is the number in SI units, with the
+scales of the machine:
 
     factor = mass^a length^b time^c                                                          (1)
 
-What a variable of a sweep measures is its attribute ``quantity``.
+The attribute ``quantity`` of a variable of a sweep names its quantity.
 """
 
 from __future__ import annotations
@@ -34,35 +34,35 @@ OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
 
 class Units(NamedTuple):
-    """The scales of a system, whether what is shown of it is in SI units, and its parameters."""
+    """Scales of a system, whether its results are shown in SI units, and its parameters."""
 
     scales: Scales
     si: bool
     parameters: Mapping[str, Measure] = MappingProxyType({})
 
     def factor(self, quantity: str) -> float:
-        """(1); of a number without dimension, and of a nondimensional system, 1."""
+        """Factor (1); 1 for a number without dimension, and for a nondimensional system."""
         if not self.si or quantity not in QUANTITIES:
             return 1.0
         a, b, c = QUANTITIES[quantity][1]
         return float(self.scales.mass**a * self.scales.length**b * self.scales.time**c)
 
     def unit(self, quantity: str) -> str:
-        """The unit of a quantity; "" of a number without dimension or in scaled units."""
+        """Unit of a quantity; "" for a number without dimension or in scaled units."""
         return QUANTITIES[quantity][0] if self.si and quantity in QUANTITIES else ""
 
     def label(self, text: str, quantity: str) -> str:
-        """A label with its unit."""
+        """Label with its unit."""
         unit = self.unit(quantity)
         return f"{text} [{unit}]" if unit else text
 
-    def told(self, quantity: str, *values: float) -> str:
-        """Numbers to six digits, with their unit."""
+    def text(self, quantity: str, *values: float) -> str:
+        """Text of numbers to six digits, with their unit."""
         listed = ", ".join(f"{value * self.factor(quantity):.6g}" for value in values)
         return f"{listed} {self.unit(quantity)}".rstrip()
 
     def drawn(self, dataset: xr.Dataset, *names: str) -> xr.Dataset:
-        """A dataset with its coordinates, and those variables that it has, in these units."""
+        """Dataset with its coordinates, and those of the variables that it has, in these units."""
         for name in (*map(str, dataset.coords), *names):
             factor = self.factor(self._measured(dataset, name)) if name in dataset else 1.0
             if factor != 1.0:
@@ -72,13 +72,13 @@ class Units(NamedTuple):
         return dataset
 
     def quantity_of(self, name: str) -> str:
-        """What a parameter or a coordinate measures; "" for a plain number or an angle."""
+        """Quantity of a parameter or a coordinate; "" for a plain number or an angle."""
         if COORDINATE.fullmatch(name):
             return of_coordinate(name)
         return self.parameters.get(name, Measure()).quantity
 
     def _measured(self, dataset: xr.Dataset, name: str) -> str:
-        """What a variable, a parameter or a start of a sweep measures; "" for a plain number."""
+        """Quantity of a variable, a parameter or a start of a sweep; "" for a plain number."""
         if stated := dataset[name].attrs.get("quantity"):
             return str(stated)
         known = name in dataset.coords or COORDINATE.fullmatch(name)
@@ -86,7 +86,7 @@ class Units(NamedTuple):
 
 
 def units_of(*systems: object) -> Units:
-    """The units of pictures of some systems: SI if all have the same scales."""
+    """Units of figures of some systems: SI if all have the same scales."""
     found = {scales_of(system) for system in systems}
     scales = found.pop() if len(found) == 1 else None
     parameters = {name: one for system in systems for name, one in measures_of(system).items()}
@@ -94,11 +94,11 @@ def units_of(*systems: object) -> Units:
 
 
 def units_of_sweep(members: xr.Dataset) -> Units:
-    """The units of a dataset whose attributes say which system it is of."""
+    """Units of a dataset, by the system in its attributes."""
     text = members.attrs.get("system_numbers")
     return units_of(system_of(text) if text else None)
 
 
 def of_coordinate(name: str) -> str:
-    """What x1, v1, ... and phase measure."""
+    """Quantity of x1, v1, ... and phase."""
     return COORDINATES.get(name[0], "")

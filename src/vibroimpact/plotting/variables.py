@@ -1,4 +1,4 @@
-"""Variables of a dataset: one of them by its name, and its name in words."""
+"""Variables of a dataset by name, and their labels."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ LABELS = {
 
 
 def variable_of(dataset: xr.Dataset, variable: str, otherwise: str = "") -> xr.DataArray:
-    """A variable, or an error that lists what there is, with a sentence on what else to do."""
+    """Variable of a dataset; an error lists the variables there are, and gives advice."""
     check_choice("variable", variable, [str(name) for name in dataset.data_vars], otherwise)
     return dataset[variable]
 
 
 def check_dataset(name: str, given: object, makers: str, holds: Sequence[str] = ()) -> None:
-    """Refuse what is no dataset, or lacks variables."""
+    """Refuse a value that is not a dataset, or lacks variables."""
     check_kind(name, given, xr.Dataset, f"a Dataset, as {makers} gives")
     if missing := [one for one in holds if one not in cast(xr.Dataset, given)]:
         raise InvalidParameterError(
@@ -35,7 +35,7 @@ def check_dataset(name: str, given: object, makers: str, holds: Sequence[str] = 
 
 
 def label_of(field: xr.DataArray, of: Units) -> str:
-    """A variable in words, with what it is counted per, or its unit."""
+    """Label of a variable in words, with its unit or the unit of counting."""
     name, units = str(field.name), str(field.attrs.get("units", ""))
     kind, _, rest = name.partition("_")
     words = LABELS[kind] + f", {rest}" * bool(rest) if kind in LABELS else name.replace("_", " ")
