@@ -424,7 +424,7 @@ def test_misuse_of_basins_is_refused() -> None:
         vi.basins(SET_A, over=grid, start=START, observe="power")
     with pytest.raises(vi.InvalidParameterError, match="contact = 3: must be 0"):
         vi.basins(SET_A, over=grid, start=START, contact=3)
-    with pytest.raises(vi.InvalidParameterError, match=r"Make them by vi\.basins"):
+    with pytest.raises(vi.InvalidParameterError, match=r"Compute them with vi\.basins"):
         vi.attractor_state(xr.Dataset({"n": 1}), "1-1-1 a")
 
 

@@ -357,7 +357,7 @@ BAD = {
     "a table of values": ({"over": {"omega": [[1.0]]}}, r"shape \(1, 1\)"),
     "a value that is no number": ({"over": {"omega": ["a"]}}, "must be numbers"),
     "an infinite value": ({"over": {"omega": [1.0, np.inf]}}, "omega'].1. = inf"),
-    "a value twice": ({"over": {"omega": [1.0, 1.1, 1.0]}}, "1.0: is there 2 times"),
+    "a value twice": ({"over": {"omega": [1.0, 1.1, 1.0]}}, "1.0: is given 2 times"),
     "a value out of range": ({"over": {"restitution": [0.5, 1.5]}}, "restitution = 1.5"),
     "no axis": ({"over": {}}, "names no parameter"),
     "axes that are no dictionary": ({"over": [1.0]}, "must be a dictionary"),

@@ -1,1 +1,1 @@
-"""Sweeps: many systems, many starts, observed in the loop without storing orbits."""
+"""Sweeps: many systems and many starts, observed during the run without storing motions."""

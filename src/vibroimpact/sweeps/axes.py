@@ -1,4 +1,4 @@
-"""Axes of a sweep: named values, checked at the door."""
+"""Axes of a sweep: named values, checked first."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from vibroimpact.sweeps.states import COORDINATE
 
 
 def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:
-    """The values of one axis, or an error that names what is wrong with them.
+    """Return the values of one axis, or refuse them with the reason.
 
     Parameters
     ----------
     argument
         Name of the argument that holds the axis, for the message.
     name
-        Of the axis.
+        Name of the axis.
     values
         Finite numbers, all different, at least one.
     """
@@ -37,7 +37,7 @@ def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:
     if counts.max() > 1:
         twice = different[counts > 1][0]
         raise InvalidParameterError(
-            f"{label} = {twice}: is there {counts.max()} times. Give each value once."
+            f"{label} = {twice}: is given {counts.max()} times. Give each value once."
         )
     axis.flags.writeable = False
     return axis
@@ -54,8 +54,8 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
 
     Notes
     -----
-    The system is built at the corners of the grid only. A value inside that it refuses all the
-    same ends the sweep when its turn comes.
+    The system is built at the corners of the grid only. A value inside that it refuses ends the
+    sweep when it is reached.
     """
     if not isinstance(over, Mapping):
         raise refusal("over", over, "a dictionary from names of parameters to values")
@@ -71,14 +71,14 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
 
 
 def corners(axes: Mapping[str, Floats]) -> Iterator[dict[str, float]]:
-    """The least and largest values of the parameters, in all combinations."""
+    """Combinations of the least and largest values of the parameters."""
     ends = ({float(axis.min()), float(axis.max())} for axis in axes.values())
     for values in itertools.product(*ends):
         yield dict(zip(axes, values, strict=True))
 
 
 def _check_name(system: System, name: str) -> None:
-    """Refuse what is no parameter, a coordinate of the start with a word on where it belongs."""
+    """Refuse an unknown parameter, with advice if it is a coordinate of the start."""
     try:
         parameter_value(system, name)
     except InvalidParameterError as error:
@@ -90,7 +90,7 @@ def _check_name(system: System, name: str) -> None:
 
 
 def _build(system: System, values: Mapping[str, float]) -> None:
-    """Refuse values with which there is no system; an error of a mechanism does not name them."""
+    """Refuse values for which the system cannot be built, with a message that names them."""
     try:
         mechanism_of(with_parameters(system, values))
     except InvalidParameterError as error:

@@ -1,4 +1,4 @@
-"""Starts one by one, for the members of a sweep."""
+"""Listed starts for the members of a sweep."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from vibroimpact.sweeps.states import States, names_of_state
 
 @dataclass(frozen=True, eq=False)
 class ListedStarts:
-    """Starts one by one, such as the states where the members of another sweep ended.
+    """List of starts, such as the final states of the members of another sweep.
 
     Parameters
     ----------
     position, velocity
         Coordinates and their rates, shape (k, n).
     phase
-        Of the first forcing line [rad], shape (k,); 0 if not given. With several lines it counts
-        up, as that of :class:`~vibroimpact.State`: 2 pi may be no period of the others.
+        Phase of the first forcing line [rad], shape (k,); 0 if not given. With several lines whole
+        turns count, as for :class:`~vibroimpact.State`: 2 pi need not be a period of the others.
 
     Raises
     ------
@@ -35,7 +35,7 @@ class ListedStarts:
 
     Notes
     -----
-    One dimension, start. A start behind a stop is not moved: the member ends with the outcome
+    One dimension, start. A start behind a stop is not moved: the member ends with the status
     BEHIND_STOP.
 
     Examples
@@ -63,38 +63,38 @@ class ListedStarts:
 
     @property
     def base(self) -> State:
-        """The first of them."""
+        """The first start."""
         return self.states().state(0)
 
     @property
     def dims(self) -> dict[str, int]:
-        """One: start."""
+        """One dimension: start."""
         return {"start": len(self.states().phase)}
 
     @property
     def coords(self) -> dict[str, tuple[str, Floats]]:
-        """Every coordinate."""
+        """All coordinates, by name."""
         position, velocity, phase = self.states()
         names = names_of_state(position.shape[1])
         columns = (*position.T, *velocity.T, phase)
         return {name: ("start", values) for name, values in zip(names, columns, strict=True)}
 
     def block(self, place: tuple[slice, ...]) -> ListedStarts:
-        """Those of a range of numbers."""
+        """Starts of a range of numbers."""
         return ListedStarts(*self.states().of(place[0]))
 
     def states(self) -> States:
-        """All of them."""
+        """States of all starts."""
         return States(*map(np.asarray, (self.position, self.velocity, self.phase)))
 
     def describe(self) -> dict[str, Any]:
-        """Their number and a digest of their values."""
+        """Number of starts and a digest of their values."""
         digest = hashlib.sha256(b"".join(part.tobytes() for part in self.states()))
         return {"kind": "listed", "count": self.dims["start"], "sha256": digest.hexdigest()}
 
 
 def _finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> Floats:
-    """Numbers that are all finite, copied."""
+    """Copy of an array of finite numbers."""
     copy = np.ascontiguousarray(numbers(name, values, "an array of numbers"))
     if shape not in (None, copy.shape):
         raise InvalidParameterError(f"{name} has shape {copy.shape}; expected {shape}.")

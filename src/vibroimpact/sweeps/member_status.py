@@ -1,4 +1,4 @@
-"""Why the run of a member of an ensemble ended."""
+"""Status of the members of an ensemble: reasons for the end of their runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store
 
 
 class Outcome(IntEnum):
-    """Why the run of a member ended; ``sentence`` says it in words."""
+    """Reason for the end of a member's run; ``sentence`` gives it in words."""
 
     OK = 0
     CAP = 1
@@ -19,7 +19,7 @@ class Outcome(IntEnum):
     MISSING = 4
     BEHIND_STOP = 5
     INTERRUPTED = 6
-    RESONANCE = 7  #: of the system: not run
+    RESONANCE = 7  #: resonance of the system: not run
     DIVERGED = 8
     STEPS = 9
 

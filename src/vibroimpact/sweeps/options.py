@@ -1,4 +1,4 @@
-"""What planes, basins and diagrams ask of a sweep: observers of their own, axes, options."""
+"""Options of planes, basins and diagrams for their sweeps: observers, axes, arguments."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from vibroimpact.sweeps.observers.selection import key_of, resolve
 
 Observe = str | Observer | Sequence[str | Observer]
 
-MATCHED = "the matching of attractors fixes what is observed. For other observers: vi.sweep."
+MATCHED = "the matching of attractors fixes the observers. For other observers take vi.sweep."
 
 
 def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
-    """Observers that are needed, and those that the user adds; of one kind and label the user's."""
+    """Needed observers and those of the user, which replace needed ones of their kind and label."""
     given = () if isinstance(more, Sequence) and not more else resolve(more)
     keys = {key_of(observer) for observer in given}
     return *(one for one in resolve(own) if key_of(one) not in keys), *given
 
 
-LOST = "nothing is kept but what a store holds"  # after an interruption
+LOST = "only the contents of a store are kept"  # after an interruption
 
 
 def check_options(name: str, options: Mapping[str, Any], *functions: Callable[..., Any]) -> None:
-    """Refuse options of a function that neither it takes nor those that it calls."""
+    """Refuse options that neither a function takes nor those that it calls."""
     parameters = [
         p for function in functions for p in inspect.signature(function).parameters.values()
     ]
@@ -40,11 +40,11 @@ def check_options(name: str, options: Mapping[str, Any], *functions: Callable[..
 def check_axes(over: Any, count: int, what: str, example: str) -> None:
     """Refuse another number of axes."""
     if not isinstance(over, Mapping) or len(over) != count:
-        said = ", ".join(map(str, over)) if isinstance(over, Mapping) and over else shown(over)
-        raise InvalidParameterError(f"over = {said}: must be {what}, such as {example}.")
+        given = ", ".join(map(str, over)) if isinstance(over, Mapping) and over else shown(over)
+        raise InvalidParameterError(f"over = {given}: must be {what}, such as {example}.")
 
 
 def refuse(options: Mapping[str, Any], name: str, why: str) -> None:
-    """Refuse an option of a sweep that the specification itself decides."""
+    """Refuse an option of a sweep that the analysis itself sets."""
     if name in options:
         raise InvalidParameterError(f"{name} = {shown(options[name])}: must be left out; {why}")

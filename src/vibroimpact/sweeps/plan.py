@@ -1,4 +1,4 @@
-"""What a sweep computes: a grid of members, and blocks of it that are plans themselves."""
+"""Plan of a sweep: a grid of members, and blocks of it that are plans themselves."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Place = tuple[slice, ...]
 
 
 class Window(NamedTuple):
-    """How long a member runs.
+    """Length of a member's run.
 
     Attributes
     ----------
@@ -37,18 +37,18 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Every member of a sweep.
+    """All members of a sweep.
 
     Attributes
     ----------
     system
-        With its swept parameters at the first values.
+        The system, with its swept parameters at the first values.
     axes
         Values by name of a parameter.
     starts
-        The same at every value of the parameters.
+        Starts, the same ones at every value of the parameters.
     observers, window
-        What is computed, and over how long.
+        Observers, and the length of the runs.
     follow
         Name of the axis along which motions are followed, with a minus sign downwards; or None.
     """
@@ -77,7 +77,7 @@ class Plan:
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """Of ``system``."""
+        """Mechanism of ``system``."""
         return mechanism_of(self.system)
 
     @property
@@ -98,7 +98,7 @@ class Plan:
         return rising[::-1] if self.follow.startswith("-") else rising
 
     def block(self, place: Place) -> Plan:
-        """The part of the grid at one slice per dimension."""
+        """Part of the grid at one slice per dimension."""
         count = len(self.axes)
         axes = {
             name: axis[part]

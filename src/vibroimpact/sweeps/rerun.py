@@ -1,4 +1,4 @@
-"""The same sweep again, from what its dataset says of itself."""
+"""Repetition of a sweep from the attributes of its dataset."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from vibroimpact.sweeps.sweep import sweep
 
 
 class Maker(NamedTuple):
-    """A function that makes sweeps, and how its arguments are read from one."""
+    """Function that makes sweeps, and the one that reads its arguments from a dataset."""
 
     make: Callable[..., xr.Dataset]
     arguments: Callable[[xr.Dataset], dict[str, Any]]
@@ -45,25 +45,25 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
     Parameters
     ----------
     found
-        What :func:`~vibroimpact.sweep`, :func:`~vibroimpact.plane`, :func:`~vibroimpact.basins`,
-        :func:`~vibroimpact.bifurcation_sweep` or :func:`~vibroimpact.multistability` returned, as
-        it was or read from a file.
+        A result of :func:`~vibroimpact.sweep`, :func:`~vibroimpact.plane`,
+        :func:`~vibroimpact.basins`, :func:`~vibroimpact.bifurcation_sweep` or
+        :func:`~vibroimpact.multistability`, or such a dataset from a file.
     system
-        The system, where it is code that no file holds: a :class:`~vibroimpact.Family`, a class of
+        The system, if it is code that no file holds: a :class:`~vibroimpact.Family`, a class of
         one's own.
     **options
-        Of that function, instead of what was asked then: ``settle=4000``, ``progress=False``.
+        Options of that function that replace the stored ones: ``settle=4000``, ``progress=False``.
 
     Returns
     -------
     Dataset
-        Bit for bit the same, of the same version of the package and with the same options.
+        Bit for bit the same, with the same version of the package and the same options.
 
     Raises
     ------
     InvalidParameterError
-        A dataset of something else, or a part of one; a system that is missing, or another one;
-        listed starts of a diagram, which it does not hold.
+        A dataset of another origin, or a part of one; a missing system, or another one; a diagram
+        from listed starts, which it does not hold.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
 
 
 def _window(found: xr.Dataset) -> dict[str, Any]:
-    """The axes and the window of what was made, if all of it is there."""
+    """Axes and window of a complete dataset."""
     _check_whole(found)
     return {
         "over": {name: found[name].values for name in _swept(found)},
@@ -108,7 +108,7 @@ def _window(found: xr.Dataset) -> dict[str, Any]:
 
 
 def _system(found: xr.Dataset, given: System | None) -> System:
-    """The system of the attributes, or the one given if it is the same."""
+    """System of the attributes, or the given one if it is equal."""
     described = found.attrs["system"]
     if given is None:
         stored = system_of(found.attrs["system_numbers"])
@@ -125,7 +125,7 @@ def _system(found: xr.Dataset, given: System | None) -> System:
 
 
 def _check_whole(found: xr.Dataset) -> None:
-    """Refuse a part of what was made."""
+    """Refuse a part of a dataset."""
     sizes = json.loads(found.attrs["sizes"])
     for name, size in sizes.items():
         have = found.sizes.get(name, 0)
@@ -142,22 +142,22 @@ def _swept(found: xr.Dataset) -> list[str]:
 
 
 def _observed(found: xr.Dataset) -> list[Observer]:
-    """The observers with their options."""
+    """Observers with their options."""
     described = json.loads(found.attrs["observe"])
     return [OBSERVERS[one.pop("observer")](**one) for one in described]
 
 
 def _start(found: xr.Dataset) -> Start:
-    """The starts; those of a grid and of a list from their coordinates."""
-    said = json.loads(found.attrs["start"])
-    kind = said.pop("kind")
+    """Starts; those of a grid and of a list from their coordinates."""
+    described = json.loads(found.attrs["start"])
+    kind = described.pop("kind")
     if kind == "listed":
         return _listed(found)
-    base = State(**said.pop("base"))
+    base = State(**described.pop("base"))
     if kind == "random":
-        return RandomStarts(base=base, **said)
+        return RandomStarts(base=base, **described)
     if kind == "grid":
-        return GridStarts({name: found[name].values for name in said["over"]}, base)
+        return GridStarts({name: found[name].values for name in described["over"]}, base)
     return base
 
 
@@ -171,48 +171,48 @@ def _listed(found: xr.Dataset) -> ListedStarts:
 
 
 def _of_sweep(found: xr.Dataset) -> dict[str, Any]:
-    """What sweeps and planes are told beside their axes and their window."""
+    """Arguments of sweeps and planes except their axes and their window."""
     follow = found.attrs["follow"] or None
     return {"start": _start(found), "observe": _observed(found), "follow": follow}
 
 
 def _of_count(found: xr.Dataset) -> dict[str, Any]:
-    """What a count of attractors is told."""
-    told = _of_sweep(found) | _matched(found)
-    del told["observe"]
-    return told
+    """Arguments of a count of attractors."""
+    arguments = _of_sweep(found) | _matched(found)
+    del arguments["observe"]
+    return arguments
 
 
 def _of_basins(found: xr.Dataset) -> dict[str, Any]:
-    """What basins are told; their axes are those of the grid of starts."""
+    """Arguments of basins; their axes are those of the grid of starts."""
     grid = _start(found)
     assert isinstance(grid, GridStarts)
-    told = {"over": grid.over, "start": grid.base, "most": int(found.attrs["most"])}
-    return told | _matched(found)
+    arguments = {"over": grid.over, "start": grid.base, "most": int(found.attrs["most"])}
+    return arguments | _matched(found)
 
 
 def _matched(found: xr.Dataset) -> dict[str, Any]:
-    """How attractors were matched."""
+    """Arguments for matching attractors."""
     section = next(one for one in _observed(found) if isinstance(one, Section))
     tolerance = float(found.attrs["tolerance"])
     return {"stop": section.stop, "contact": section.contact, "tolerance": tolerance}
 
 
 def _of_diagram(found: xr.Dataset) -> dict[str, Any]:
-    """What a diagram is told; its section is an observer only with options of its own."""
-    told: dict[str, Any] = {"start": _start(found), "observe": _observed(found)}
+    """Arguments of a diagram; its section is an observer only if it has options of its own."""
+    arguments: dict[str, Any] = {"start": _start(found), "observe": _observed(found)}
     if "way" in found.attrs:
-        told["way"] = found.attrs["way"]
+        arguments["way"] = found.attrs["way"]
     kind = Stroboscopic if "at_phase" in found.attrs else Section
-    own = next(one for one in told["observe"] if isinstance(one, kind) and not one.label)
+    own = next(one for one in arguments["observe"] if isinstance(one, kind) and not one.label)
     if isinstance(own, Stroboscopic):
-        if told["observe"][0] is own:  # the user's come last
-            told["observe"].remove(own)
-        told |= {"points": own.points, "at_phase": own.phase}
+        if arguments["observe"][0] is own:  # the user's come last
+            arguments["observe"].remove(own)
+        arguments |= {"points": own.points, "at_phase": own.phase}
     elif own == Section(points=own.points, contact=own.contact, stop=own.stop):
-        told["observe"].remove(own)
-        told |= {"points": own.points, "contact": own.contact, "stop": own.stop}
-    return told
+        arguments["observe"].remove(own)
+        arguments |= {"points": own.points, "contact": own.contact, "stop": own.stop}
+    return arguments
 
 
 MAKERS: dict[str, Maker] = {

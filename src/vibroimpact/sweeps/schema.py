@@ -1,4 +1,4 @@
-"""The dataset that a sweep fills: variables, coordinates and attributes, known before it runs."""
+"""Schema of a sweep's dataset: variables, coordinates and attributes, known before it runs."""
 
 from __future__ import annotations
 
@@ -26,19 +26,18 @@ STATE_NAMES = {"x": "position of coordinate", "v": "velocity of coordinate"}
 
 
 class Schema(NamedTuple):
-    """Everything of the dataset but the results.
+    """Dataset of a sweep without its results.
 
     Attributes
     ----------
     grid
         Names and sizes of the dimensions of the grid.
     variables
-        By name: dimensions and sizes beyond those of the grid, type, value where nothing was
-        computed, attributes.
+        By name: dimensions and sizes beyond those of the grid, type, fill value, attributes.
     coords
         By name: (dimensions, values, attributes).
     attrs
-        What repeats the sweep.
+        Attributes from which the sweep can be repeated.
     """
 
     grid: dict[str, int]
@@ -67,7 +66,7 @@ class Schema(NamedTuple):
         }
 
     def dataset(self, arrays: Arrays) -> xr.Dataset:
-        """The dataset with these results."""
+        """Dataset with these results."""
         data = {
             name: (self.dims(name), arrays[name], v.attrs) for name, v in self.variables.items()
         }
@@ -75,12 +74,12 @@ class Schema(NamedTuple):
 
 
 def schema_of(plan: Plan, specification: SweepSpec) -> Schema:
-    """The dataset of a plan.
+    """Schema of a plan's dataset.
 
     Raises
     ------
     InvalidParameterError
-        A name that stands for two things.
+        A name that is used twice.
     """
     variables = variables_of(plan.observers, plan.mechanism)
     coords: dict[str, Coordinate] = {
@@ -113,7 +112,7 @@ def _attrs(name: str) -> dict[str, Any]:
 
 
 def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:
-    """What repeats the sweep, as texts and numbers; no date: the same sweep has the same bytes."""
+    """Attributes from which the sweep can be repeated; no date: equal sweeps have equal bytes."""
     described = json.loads(specification.text)
     seed = {name: x for name, x in described["start"].items() if name == "seed"}
     return seed | {

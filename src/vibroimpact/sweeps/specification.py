@@ -1,4 +1,4 @@
-"""The specification of a sweep: everything that decides its results, bit for bit."""
+"""Specification of a sweep: everything that determines its results, bit for bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ATTRIBUTE = "question"  # of datasets and stores that hold it, since 0.1
 
 @dataclass(frozen=True)
 class SweepSpec:
-    """Everything that decides the results of a sweep.
+    """Everything that determines the results of a sweep.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class SweepSpec:
         """Differences from another specification, one phrase each: ``name: this, not that``."""
         mine, yours = (_flat("", json.loads(one.text)) for one in (self, other))
         names = [*mine, *(name for name in yours if name not in mine)]
-        said = {
+        phrases = {
             name: f"{name} = {_shown(mine, name)}, not {_shown(yours, name)}"
             for name in names
             if mine.get(name) != yours.get(name)
@@ -50,13 +50,13 @@ class SweepSpec:
             for name in here | there
             if here.get(name) != there.get(name)
         ]
-        effects = {name: text for name, text in said.items() if name.startswith("mechanism.")}
-        chosen = [text for name, text in said.items() if name not in effects]
+        effects = {name: text for name, text in phrases.items() if name.startswith("mechanism.")}
+        chosen = [text for name, text in phrases.items() if name not in effects]
         return [*chosen, *axes, *effects.values()]
 
 
 def specification_of(plan: Plan) -> SweepSpec:
-    """The specification of the sweep that a plan computes."""
+    """Specification of the sweep that a plan computes."""
     ends = {
         end: json.loads(text_of(mechanism_of(at_end(plan, place))))
         for end, place in (("first", 0), ("last", -1))
@@ -78,14 +78,14 @@ def specification_of(plan: Plan) -> SweepSpec:
 
 
 def at_end(plan: Plan, place: int) -> System:
-    """The system at the first (0) or the last (-1) values of the swept parameters."""
+    """System at the first (0) or the last (-1) values of the swept parameters."""
     return with_parameters(
         plan.system, {name: float(axis[place]) for name, axis in plan.axes.items()}
     )
 
 
 def _fixed(system: System, plan: Plan) -> dict[str, float]:
-    """Parameters that are not swept; none of a system that has no names for them."""
+    """Parameters that are not swept; none for a system without names for them."""
     try:
         return {name: x for name, x in names_of(system).items() if name not in plan.axes}
     except InvalidParameterError:
@@ -93,7 +93,7 @@ def _fixed(system: System, plan: Plan) -> dict[str, float]:
 
 
 def _flat(name: str, value: Any) -> dict[str, Any]:
-    """{"a": {"b": [1, 2]}} -> {"a.b[0]": 1, "a.b[1]": 2}."""
+    """Flatten {"a": {"b": [1, 2]}} to {"a.b[0]": 1, "a.b[1]": 2}."""
     if isinstance(value, dict):
         parts = [(f"{name}.{key}" if name else key, inside) for key, inside in value.items()]
     elif isinstance(value, list):

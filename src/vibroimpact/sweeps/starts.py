@@ -1,7 +1,7 @@
-"""Where the members of a sweep start: one state, random states, a grid of states, or a list.
+"""Starts of the members of a sweep: one state, random states, a grid of states, or a list.
 
 Coordinates of a state have names: x1, x2, ... are positions, v1, v2, ... velocities, and phase is
-that of the first forcing line. Names that are not varied keep the value of the base state.
+that of the first forcing line. Coordinates that are not varied have the value of the base state.
 """
 
 from __future__ import annotations
@@ -38,28 +38,28 @@ class Starts(Protocol):
 
     @property
     def base(self) -> State:
-        """The state that the others are varied from."""
+        """State from which the others are varied."""
 
     @property
     def dims(self) -> dict[str, int]:
-        """Dimensions that they add to the grid, with their sizes."""
+        """Dimensions that the starts add to the grid, with their sizes."""
 
     @property
     def coords(self) -> dict[str, tuple[str, Floats]]:
         """Coordinates along these dimensions: name -> (dimension, values)."""
 
     def block(self, place: tuple[slice, ...]) -> Starts:
-        """Those of a block of the grid, one slice per dimension."""
+        """Starts of a block of the grid, one slice per dimension."""
 
     def states(self) -> States:
-        """All of them, the last dimension fastest."""
+        """States of all starts, the last dimension fastest."""
 
     def describe(self) -> dict[str, Any]:
-        """What repeats them, in plain numbers; values of the coordinates left out."""
+        """Description from which they can be repeated, without the values of the coordinates."""
 
 
 def starts_of(start: Start, degrees: int) -> Starts:
-    """The starts that a user's argument means.
+    """Starts from an argument of the user.
 
     Raises
     ------
@@ -82,30 +82,30 @@ def starts_of(start: Start, degrees: int) -> Starts:
 
 @dataclass(frozen=True)
 class OneStart:
-    """Every member starts at the same state."""
+    """One state at which every member starts."""
 
     base: State
 
     @property
     def dims(self) -> dict[str, int]:
-        """None."""
+        """Empty: one start adds no dimension."""
         return {}
 
     @property
     def coords(self) -> dict[str, tuple[str, Floats]]:
-        """None."""
+        """Empty: one start adds no dimension."""
         return {}
 
     def block(self, place: tuple[slice, ...]) -> OneStart:  # noqa: ARG002 - there are none
-        """The same."""
+        """Starts of a block, which is the one start."""
         return self
 
     def states(self) -> States:
-        """The state."""
+        """States with the single start."""
         return varied(self.base, {}, 1)
 
     def describe(self) -> dict[str, Any]:
-        """The numbers of the state."""
+        """Numbers of the state."""
         return {"kind": "one", "base": _plain(self.base)}
 
 
@@ -117,7 +117,7 @@ class RandomStarts:
     Parameters
     ----------
     count
-        How many, >= 1.
+        Number of starts, >= 1.
     seed
         An integer in [0, 2^64): the same seed gives the same starts on every machine.
     over
@@ -125,18 +125,18 @@ class RandomStarts:
     base
         The state that gives the other coordinates.
     first
-        Number of the first start, >= 0: ``first=1000`` goes on where ``count=1000`` ended.
+        Number of the first start, >= 0: ``first=1000`` continues the list of ``count=1000``.
 
     Raises
     ------
     InvalidParameterError
-        An unknown name, a range that is none, counts or seeds out of range.
+        An unknown name, an empty range, counts or seeds out of range.
 
     Notes
     -----
     Start i takes the i-th group of 64-bit outputs of the generator PCG64, one per coordinate in
     the order x1, ..., v1, ..., phase. A start behind a stop is not replaced: the member ends with
-    the outcome BEHIND_STOP.
+    the status BEHIND_STOP.
 
     Examples
     --------
@@ -162,25 +162,25 @@ class RandomStarts:
         }
         object.__setattr__(self, "over", ranges)
         size = 8 * (2 * len(self.base.position) + 1)
-        check_memory("count", self.count, 2 * size, "Take fewer, then go on with first=...")
+        check_memory("count", self.count, 2 * size, "Take fewer, then continue with first=...")
 
     @property
     def dims(self) -> dict[str, int]:
-        """One: start."""
+        """One dimension: start."""
         return {"start": self.count}
 
     @property
     def coords(self) -> dict[str, tuple[str, Floats]]:
-        """The drawn coordinates."""
+        """Drawn coordinates, by name."""
         return {name: ("start", values) for name, values in self._drawn().items()}
 
     def block(self, place: tuple[slice, ...]) -> RandomStarts:
-        """Those of a range of numbers."""
+        """Starts of a range of numbers."""
         low, high, _ = place[0].indices(self.count)
         return RandomStarts(high - low, self.seed, self.over, self.base, self.first + low)
 
     def states(self) -> States:
-        """All of them."""
+        """States of all starts."""
         return varied(self.base, self._drawn(), self.count)
 
     def describe(self) -> dict[str, Any]:
@@ -196,7 +196,7 @@ class RandomStarts:
         }
 
     def _drawn(self) -> dict[str, Floats]:
-        """The drawn coordinates, each (count,)."""
+        """Drawn coordinates, each (count,)."""
         bits = np.random.PCG64(self.seed).advance(self.first * len(self.over))
         raw = bits.random_raw(self.count * len(self.over)).reshape(self.count, len(self.over))
         unit = (raw >> np.uint64(11)).astype(np.float64) * UNIT
@@ -227,7 +227,7 @@ class GridStarts:
 
     Notes
     -----
-    A start behind a stop is not moved: the member ends with the outcome BEHIND_STOP.
+    A start behind a stop is not moved: the member ends with the status BEHIND_STOP.
 
     Examples
     --------
@@ -252,21 +252,21 @@ class GridStarts:
 
     @property
     def dims(self) -> dict[str, int]:
-        """One per coordinate."""
+        """One dimension per coordinate."""
         return {name: axis.size for name, axis in self._axes().items()}
 
     @property
     def coords(self) -> dict[str, tuple[str, Floats]]:
-        """The axes."""
+        """Axes of the grid, by name."""
         return {name: (name, axis) for name, axis in self._axes().items()}
 
     def block(self, place: tuple[slice, ...]) -> GridStarts:
-        """Those of a block."""
+        """Starts of a block."""
         axes = zip(self._axes().items(), place, strict=True)
         return GridStarts({name: axis[part] for (name, axis), part in axes}, self.base)
 
     def states(self) -> States:
-        """All of them, the last coordinate fastest."""
+        """States of all starts, the last coordinate fastest."""
         axes = self._axes()
         mesh = np.meshgrid(*axes.values(), indexing="ij")
         drawn = {name: part.ravel() for name, part in zip(axes, mesh, strict=True)}
@@ -282,7 +282,7 @@ Start = State | Many
 
 
 def _in_order(over: Any, base: Any) -> list[str]:
-    """The names in ``over``, in the order x1, ..., v1, ..., phase; others are refused."""
+    """Names in ``over``, in the order x1, ..., v1, ..., phase; others are refused."""
     check_kind("base", base, State, "a State")
     known = names_of_state(len(base.position))
     if not isinstance(over, Mapping) or not over:

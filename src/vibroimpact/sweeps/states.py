@@ -1,4 +1,4 @@
-"""Many states: where the members of an ensemble start, or where they ended."""
+"""Arrays of states: starts or final states of the members of an ensemble."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ COORDINATE = re.compile(r"[xv]\d+|phase")  # a name of a coordinate of a state
 
 
 class States(NamedTuple):
-    """Many states: position and velocity (k, n), phase (k,)."""
+    """Array of states: position and velocity (k, n), phase (k,)."""
 
     position: Floats
     velocity: Floats
     phase: Floats
 
     def of(self, rows: Any) -> States:
-        """Some of them: rows, flags or a slice."""
+        """Selected states, by rows, flags or a slice."""
         return States(*(part[rows] for part in self))
 
     def state(self, row: int) -> State:
-        """One of them."""
+        """State in one row."""
         position, velocity, phase = (part[row] for part in self)
         return State(tuple(position), tuple(velocity), float(phase))
 
 
 def names_of_state(degrees: int) -> list[str]:
-    """x1, ..., v1, ..., phase."""
+    """Names of the coordinates of a state: x1, ..., v1, ..., phase."""
     return [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)] + ["phase"]
 
 

@@ -48,8 +48,8 @@ from vibroimpact.sweeps.specification import SweepSpec, specification_of
 from vibroimpact.sweeps.starts import Start, starts_of
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
-# down to rounding, log(eps) / log(restitution) impacts, and so many more; livelier stops count as
-# this one.
+# down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater
+# restitution count as this one.
 MORE_IMPACTS, LIVELIEST = 64, 0.999
 UNIT = float(np.finfo(float).eps)
 LONGEST = 1e100  # forcing periods: times stay finite
@@ -89,33 +89,31 @@ def sweep(
         A :class:`~vibroimpact.State`, :class:`~vibroimpact.RandomStarts`,
         :class:`~vibroimpact.GridStarts` or :class:`~vibroimpact.ListedStarts`.
     observe
-        What is computed: names, or observers with options such as
-        ``vi.observe.Section(points=50)``, one or several.
+        Observers: names, or observers with options such as ``vi.observe.Section(points=50)``, one
+        or several.
     follow
-        Name of one parameter: members do not start anew at each value, but where they ended at
-        the value before; upwards, or with a minus sign (``"-omega"``) downwards. They settle at
-        every value.
+        Name of one parameter: each member starts from the final state at the former value;
+        upwards, or with a minus sign (``"-omega"``) downwards. It settles at every value.
     settle, periods
         Length of a run before, and while, it is observed, in forcing periods (first forcing
         line), >= 0 and > 0. In units of time for a system without forcing.
     most_impacts
-        Impacts (at all stops) that end a run; the outcome is then CAP, and there are no results
-        but ``time`` and ``final``. By default more than ordinary motion has: room for a chatter
+        Impacts (at all stops) that end a run; the status is then CAP, and the only results are
+        ``time`` and ``final``. By default more than ordinary motion has: room for a chatter
         down to rounding at every stop in every cycle of the fastest motion. At most 2^50.
     store
-        A folder to keep results in, in Zarr's format (needs the extra ``store``): for sweeps
-        bigger than memory or longer than patience. If it is there, the sweep resumes. ``~`` is
-        the home folder.
+        A folder for the results, in Zarr's format (needs the extra ``store``), for sweeps larger
+        than memory or of long duration. If it exists, the sweep resumes. ``~`` is the home folder.
     backend
         "threads" of this process; "dask", a cluster (needs the extra ``cluster``).
     workers
-        Threads; of a cluster that is there already, no matter. By default one per core.
+        Number of threads; ignored for an existing cluster. By default one per core.
     client
         A ``distributed.Client``, or the address of a scheduler, for "dask". By default the client
         in use, otherwise a cluster of this process alone.
     tile
-        Members computed, and stored, together. By default about a second's work. The results do
-        not depend on it.
+        Number of members computed, and stored, together. By default about a second's work. The
+        results do not depend on it.
     progress
         Whether to show it on standard error; or a function called with (done, total) members.
 
@@ -123,10 +121,10 @@ def sweep(
     -------
     Dataset
         Dimensions: the parameters, then "start" or the coordinates of the starts, then those of
-        the observers. Always with ``end``, why each run ended, and ``time``, when. Results are of
-        whole windows: where a run ended before, whole numbers are 0 and others NaN, but for the
-        state of ``final``. Attributes repeat the sweep, by :func:`~vibroimpact.rerun_sweep`. From
-        a store, it is read only where it is used.
+        the observers. Always with ``end`` and ``time``, the reason and the time of the end of each
+        run. Results are those of whole windows: where a run ended before, whole numbers are 0 and
+        others NaN, except for the state of ``final``. :func:`~vibroimpact.rerun_sweep` repeats the
+        sweep from the attributes. Data from a store are read only where they are used.
 
     Raises
     ------
@@ -134,19 +132,19 @@ def sweep(
         An unknown name, no values, values that the system refuses, a start of the wrong size, a
         store of another sweep; without a store, more results than memory.
     StoreError
-        A store that cannot be written; what was done is kept.
+        A store that cannot be written; finished tiles are kept.
     ClusterLostError
-        The cluster is gone; what was done is kept in the store.
+        The connection to the cluster was lost; finished tiles are kept in the store.
     BackendUnavailableError
         Zarr or Dask is not installed.
     KeyboardInterrupt
-        With the words how to go on.
+        With a message how to continue.
 
     Notes
     -----
     Every member has the same bits whatever the backend, the tile, the order and the number of
     threads. A followed motion whose stop has moved past it is put on the stop as in
-    :func:`~vibroimpact.follow`; a start behind a stop is an outcome.
+    :func:`~vibroimpact.sweep_attractor`; a start behind a stop is a status.
 
     Examples
     --------
@@ -178,9 +176,9 @@ def sweep(
         try:
             with (
                 closing(compute_tiles(plan, missing, workers, client)) as results,
-                closing(_shown(results, missing, progress)) as seen,
+                closing(_shown(results, missing, progress)) as finished,
             ):
-                for done, arrays in seen:
+                for done, arrays in finished:
                     sink.write(done, arrays)
                     capped += int((arrays["end"] == Outcome.CAP).sum())
         except KeyboardInterrupt:
@@ -190,7 +188,7 @@ def sweep(
     if capped:
         warn(
             f"{capped} of {plan.size} members have no results: they had {plan.window.most_impacts} "
-            "impacts before the end of their windows. Raise most_impacts, or look at one of them."
+            "impacts before the end of their windows. Raise most_impacts, or examine one of them."
         )
     return sink.dataset()
 
@@ -230,7 +228,7 @@ def plan_of(
 
 
 def _ordinary(mechanism: Mechanism, length: float) -> float:
-    """More impacts than ordinary motion has in so many forcing periods, or units of time."""
+    """Upper estimate of impacts of ordinary motion in so many forcing periods or units of time."""
     mass = np.array(mechanism.mass)
     stiff, damp = (
         float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, np.array(part)))).max())
@@ -247,7 +245,7 @@ def _ordinary(mechanism: Mechanism, length: float) -> float:
 
 
 def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:
-    """Refuse to follow what is no axis of parameters."""
+    """Refuse to follow anything but an axis of parameters."""
     known = [sign + name for name in axes for sign in ("", "-")]
     if follow is None or (isinstance(follow, str) and follow in known):
         return
@@ -256,7 +254,7 @@ def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:
 
 
 def _members(plan: Plan, schema: Schema) -> int:
-    """Members of a tile by default."""
+    """Default number of members of a tile."""
     cycles = (plan.window.settle + plan.window.periods) * len(rounds(plan.observers))
     size = schema.member_bytes + compiled_bytes(plan.mechanism)
     along = 1 if plan.followed is None else plan.shape[plan.followed]
@@ -272,7 +270,7 @@ def _sink(
     *,
     strict: bool,
 ) -> Iterator[Memory | Store]:
-    """Where results go."""
+    """Receiver of results: a store, or memory."""
     if path is None:
         yield Memory(schema, sizes)
     else:
@@ -293,13 +291,13 @@ class Memory:
         self.schema, self.arrays = schema, schema.empty()
         self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))
         self.kept = "nothing is kept. " + (
-            "With a store (store=..., --store) the same call would go on."
+            "With a store (store=..., --store) the same call would continue."
             if len(self.missing) > 1
             else "It was one tile, which no store keeps in part."
         )
 
     def write(self, tile: Tile, results: Arrays) -> None:
-        """Take the results of a tile."""
+        """Store the results of a tile."""
         for name, array in self.arrays.items():
             array[tile.place] = results[name]
 
@@ -311,7 +309,7 @@ class Memory:
 def _shown(
     results: Iterable[Done], missing: Sequence[Tile], progress: bool | ProgressCallback
 ) -> Generator[Done, None, None]:
-    """Yield results, and tell how far they are once each is taken."""
+    """Yield results, and report the progress after each."""
     total = sum(tile.size for tile in missing)
     if callable(progress):
         done = 0

@@ -1,1 +1,1 @@
-"""Analyses made of sweeps: planes, basins, multistability, bifurcation diagrams."""
+"""Analyses based on sweeps: planes, basins, multistability, bifurcation diagrams."""

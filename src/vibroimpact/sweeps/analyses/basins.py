@@ -1,4 +1,4 @@
-"""Basins of attraction: which start leads to which attractor."""
+"""Basins of attraction over two coordinates of the start."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
 from vibroimpact.simulation.sections import check_stop
-from vibroimpact.sweeps.analyses.label_attractors import Found, label_attractors
+from vibroimpact.sweeps.analyses.label_attractors import LabelledAttractor, label_attractors
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.listed_starts import ListedStarts
@@ -30,7 +30,7 @@ from vibroimpact.sweeps.states import States
 from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
-POINTS = 8  # of each member: what the rule of matching.py needs
+POINTS = 8  # of each member: the number that the rule of matching.py needs
 
 
 @interruptible(LOST)
@@ -38,57 +38,58 @@ def basins(
     system: System, *, over: Mapping[str, ArrayLike], start: State, stop: StopName = "A",
     contact: int = 0, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
-    """Compute which starts on a grid of two state coordinates lead to which attractor.
+    """Compute basins of attraction on a grid of two state coordinates.
 
     Parameters
     ----------
     system
-        What moves.
+        The system.
     over
-        Values of two coordinates: "x1", "x2", ..., "v1", "v2", ..., "phase"; the first is drawn
-        across.
+        Values of two coordinates: "x1", "x2", ..., "v1", "v2", ..., "phase"; the first is the
+        abscissa of figures.
     start
-        Gives the coordinates that are not varied.
+        State with the coordinates that are not varied.
     stop, contact
         The section on which attractors are compared, as in :func:`~vibroimpact.impact_section`.
     tolerance
-        Periodic orbits nearer than this, in units of the largest position and velocity, are one;
-        in (0, 1).
+        Periodic orbits nearer than this, in units of the largest position and velocity, count as
+        one; in (0, 1).
     most
-        Members that are classified, >= 1; those that are like none of them are "not matched": give
-        a longer ``settle``, or classify more.
+        Largest number of members that are classified, >= 1; members that match none of them are
+        "not matched": give a longer ``settle``, or classify more.
     **options
-        Of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers, progress.
+        Options of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers,
+        progress.
 
     Returns
     -------
     Dataset
-        ``attractor``: the label of every start, 0 for the most frequent; below zero an outcome, as
-        ``flag_meanings`` says. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b", "without
-        impacts", "at rest on stop A"), ``kind``, ``share`` of the starts that are not behind a
-        stop, ``exponent`` (NaN of motions that never hit this stop), and a state on it to go on
-        from, ``attractor_position``, ``attractor_velocity``, ``attractor_phase``:
-        :func:`~vibroimpact.attractor_state`. Where no start leads to an attractor, ``label`` has
-        length 0. Beside them what the sweep observed.
+        ``attractor``: the label of every start, 0 for the most frequent; below zero a status, with
+        the meanings in ``flag_meanings``. With dim ``label``: ``name`` ("1-1-1 a", "chaotic b",
+        "without impacts", "at rest on stop A"), ``kind``, ``share`` of the starts that are not
+        behind a stop, ``exponent`` (NaN for motions that never hit this stop), and a state on it
+        for further computations, ``attractor_position``, ``attractor_velocity``,
+        ``attractor_phase``: :func:`~vibroimpact.attractor_state`. Where no start leads to an
+        attractor, ``label`` has length 0. Also the variables of the sweep.
 
     Raises
     ------
     InvalidParameterError
-        Other than two coordinates, no such stop, other observers, what ``sweep`` refuses.
+        Other than two coordinates, no such stop, other observers; as for ``sweep``.
 
     Notes
     -----
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
     second or two where it stays undecided. At most ``most`` members are classified.
-    Where members are still on their way, those without a label go on for 8, then 64 times
-    ``settle + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are theirs
-    then, the other variables those of the window asked for. "Without impacts" are motions in
-    flight that had none for as long: one attractor, also where a free or undamped mass may stand,
-    or swing, anywhere in its clearance. Rest is an attractor for each set of stops.
+    Members without a label after that have not settled; they are continued for 8, then 64 times
+    ``settle + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are then those
+    of the continued motions, the other variables those of the requested window. "Without impacts"
+    are motions in flight that had none for as long: one attractor, also where a free or undamped
+    mass may rest, or swing, anywhere in its clearance. Rest is an attractor for each set of stops.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
-    ``tolerance`` (periodic), or than the points of 4000 on one of them are to each other (others),
-    are one. Motions that impact, but never at this stop, are told apart by their symbol only.
-    Longer ``settle`` and ``periods`` leave fewer transients that are taken for attractors.
+    ``tolerance`` (periodic), or than neighbouring points among 4000 on one of them (others), count
+    as one. Motions that impact, but never at this stop, are distinguished by their symbol only.
+    With longer ``settle`` and ``periods``, fewer transients are mistaken for attractors.
 
     Examples
     --------
@@ -109,32 +110,32 @@ def basins(
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
     section = Section(points=POINTS, contact=contact, stop=stop)
-    asked = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
+    requested = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
     starts = GridStarts(over, start)
-    members = sweep(system, start=starts, **asked)
+    members = sweep(system, start=starts, **requested)
     labels, found, ends = label_attractors(
-        system, members, starts.states().phase, _extension(system, members, asked),
+        system, members, starts.states().phase, _extension(system, members, requested),
         contact=contact, stop=stop, tolerance=tolerance, most=most,
     )  # fmt: skip
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
-    asked_for = {"made_by": "basins", "tolerance": tolerance, "most": most}
-    return members.assign(attractor=labels, **table).assign_attrs(asked_for)
+    matched_by = {"made_by": "basins", "tolerance": tolerance, "most": most}
+    return members.assign(attractor=labels, **table).assign_attrs(matched_by)
 
 
 def attractor_state(basins: xr.Dataset, name: str) -> State:
-    """A state on an attractor, to hand to ``classify``, ``find_orbit`` or ``simulate``.
+    """Return a state on an attractor, for ``classify``, ``find_orbit`` or ``simulate``.
 
     Parameters
     ----------
     basins
-        What :func:`~vibroimpact.basins` returned.
+        A result of :func:`~vibroimpact.basins`.
     name
-        Its name, such as "1-1-1 a".
+        Name of the attractor, such as "1-1-1 a".
     """
     check_kind("basins", basins, xr.Dataset, "a Dataset, as vi.basins gives")
     if "name" not in basins or "attractor_position" not in basins:
-        raise InvalidParameterError("basins: have no attractors. Make them by vi.basins.")
+        raise InvalidParameterError("basins: have no attractors. Compute them with vi.basins.")
     names = [str(one) for one in basins["name"].values]
     check_choice("name", name, names)
     row = basins.isel(label=names.index(name))
@@ -149,7 +150,7 @@ def share_of_starts(labels: xr.DataArray, label: int) -> float:
 
 
 def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:
-    """The sweep with the states where its members ended when they got their labels."""
+    """Sweep with the final states of its members at the time of their labels."""
     names = {f"final_{kind}": values for kind, values in zip(STATE, ends, strict=True)}
     names["final_phase"] = names["final_phase"] % (2.0 * math.pi)
     arrays = {name: members[name].transpose(*members["end"].dims, ...) for name in names}
@@ -158,12 +159,12 @@ def _ended(members: xr.Dataset, ends: States) -> xr.Dataset:
     )
 
 
-def _extension(system: System, members: xr.Dataset, asked: dict[str, Any]) -> ExtendRun:
-    """Members settle again, so many times as long as these did and were observed.
+def _extension(system: System, members: xr.Dataset, requested: dict[str, Any]) -> ExtendRun:
+    """Function that continues members, for a multiple of the length of their sweep.
 
-    Whole periods in all: motions end at the phase where they ended before.
+    Whole periods in all: motions end at the phase at which they ended before.
     """
-    again = {name: x for name, x in asked.items() if name not in ("store", "most_impacts")}
+    same = {name: x for name, x in requested.items() if name not in ("store", "most_impacts")}
     length = members.attrs["settle"] + members.attrs["periods"]
 
     def run(states: States, times: int, whole: bool) -> xr.Dataset:
@@ -171,19 +172,21 @@ def _extension(system: System, members: xr.Dataset, asked: dict[str, Any]) -> Ex
         settle = 0 if whole else math.ceil(times * length + periods) - periods
         window = {"settle": settle, "periods": periods, "start": ListedStarts(*states)}
         try:
-            return sweep(system, **again | window)
+            return sweep(system, **same | window)
         except KeyboardInterrupt:
-            store = asked.get("store")
+            store = requested.get("store")
             kept = f"the window is whole in {store}" if store else "nothing is kept"
             raise KeyboardInterrupt(
-                f"interrupted while members went on towards their attractors; {kept}."
+                f"interrupted while members were continued towards their attractors; {kept}."
             ) from None
 
     return run
 
 
-def _table(labels: xr.DataArray, found: tuple[Found, ...], degrees: int) -> dict[str, Any]:
-    """The attractors, with dim ``label``."""
+def _table(
+    labels: xr.DataArray, found: tuple[LabelledAttractor, ...], degrees: int
+) -> dict[str, Any]:
+    """Variables of the attractors, with dim ``label``."""
     states = [one.state for one in found]
     row = ("label",)
     both, shape = ("label", "coordinate"), (len(found), degrees)

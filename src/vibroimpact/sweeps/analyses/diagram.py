@@ -1,7 +1,7 @@
-"""Bifurcation diagrams by brute force: where motions end, value by value of a parameter.
+"""Bifurcation diagrams by brute force: section points of motions, value by value of a parameter.
 
-The motion at a value starts where the one at the value before ended, upwards and then back, so that
-attractors that coexist are both seen; or every value has the same random starts.
+The motion at a value starts where the one at the former value ended, upwards and then back, to find
+coexisting attractors; or every value has the same random starts.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def bifurcation_sweep(
     Parameters
     ----------
     system
-        Gives the other parameters.
+        System with the other parameters.
     over
         Values of one parameter, such as ``{"omega": np.linspace(0.9, 1.1, 400)}``.
     start
@@ -58,33 +58,33 @@ def bifurcation_sweep(
         every value.
     way
         "up", "down", or "both": up from ``start``, then down from where that ended, or from
-        ``start`` again if nothing ran at the last value. Several starts are not followed.
+        ``start`` if nothing ran at the last value. Several starts are not followed.
     stop, contact
         The section, as in :func:`~vibroimpact.impact_section`.
     points
-        Last section points kept at every value, 1 to 10^6.
+        Number of last section points kept at every value, 1 to 10^6.
     at_phase
         Take the points once per forcing period, at this phase of the force in radians, instead of
         at impacts: a motion without impacts then has points, too.
     observe
-        More observers, such as "lyapunov".
+        Further observers, such as "lyapunov".
     **options
-        Of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers, progress,
-        store (unless both ways are followed: each is a sweep of its own).
+        Options of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers,
+        progress, store (unless both ways are followed: each is a sweep of its own).
 
     Returns
     -------
     Dataset
         ``x1``, ``x2``, ..., ``v1``, ..., ``phase``: the states just after the impacts, or at the
         phase, with dims "direction" ("up", "down") or "start", the parameter, and "point" ("strobe"
-        at a phase); NaN where the motion has fewer points in its window. Beside them what else was
-        observed. Draw it by :func:`vibroimpact.plotting.plot_bifurcation_diagram`.
+        at a phase); NaN where the motion has fewer points in its window. Also the variables of the
+        other observers. :func:`vibroimpact.plotting.plot_bifurcation_diagram` draws it.
 
     Raises
     ------
     InvalidParameterError
         Other than one parameter, no such stop, a grid of starts, ``follow``, a store for both
-        ways, what ``sweep`` refuses.
+        ways; as for ``sweep``.
 
     Notes
     -----
@@ -122,28 +122,28 @@ def bifurcation_sweep(
     observers = together([section, "final"], observe)
     for one in observers:
         if isinstance(one, Stroboscopic) and key_of(one) == key_of(section):
-            attrs["at_phase"] = one.phase  # the user's stands for our own
-    asked = {"over": over, "observe": observers} | options
+            attrs["at_phase"] = one.phase  # the user's observer replaces the default one
+    requested = {"over": over, "observe": observers} | options
     if not isinstance(start, State):
-        return _columns(sweep(system, start=start, **asked), section.name, attrs)
-    return _columns(_followed(system, next(iter(over)), way, start, asked), section.name, attrs)
+        return _columns(sweep(system, start=start, **requested), section.name, attrs)
+    return _columns(_followed(system, next(iter(over)), way, start, requested), section.name, attrs)
 
 
 def _followed(
-    system: System, name: str, way: Way, start: State, asked: dict[str, Any]
+    system: System, name: str, way: Way, start: State, requested: dict[str, Any]
 ) -> xr.Dataset:
-    """One sweep per direction, the second from where the first ended."""
+    """One sweep per direction, the second from the end of the first."""
     directions = ("up", "down") if way == "both" else (way,)
-    if len(directions) > 1 and asked.get("store") is not None:
+    if len(directions) > 1 and requested.get("store") is not None:
         raise InvalidParameterError(
-            f'store = {asked["store"]!r}, way = "both": a store holds one sweep. Take way = "up", '
+            f'store = {requested["store"]!r}, way = "both": a store holds one sweep. Take way = "up", '
             'then way = "down" with another store.'
         )
     parts: list[xr.Dataset] = []
     for direction in directions:
         sign = "" if direction == "up" else "-"
-        begin = _top(parts[-1], name, start) if parts else start
-        parts.append(sweep(system, start=begin, follow=sign + name, **asked))
+        begin = _last_state(parts[-1], name, start) if parts else start
+        parts.append(sweep(system, start=begin, follow=sign + name, **requested))
     joined = xr.concat(parts, "direction", combine_attrs="override")
     follow = ", ".join(part.attrs["follow"] for part in parts)
     sizes = json.loads(joined.attrs["sizes"]) | {"direction": len(directions)}
@@ -151,8 +151,8 @@ def _followed(
     return joined.assign_coords(direction=list(directions)).assign_attrs(made)
 
 
-def _top(part: xr.Dataset, name: str, start: State) -> State:
-    """Where the motion ended at the greatest value; ``start`` if none ran there."""
+def _last_state(part: xr.Dataset, name: str, start: State) -> State:
+    """Final state of the motion at the greatest value; ``start`` if none ran there."""
     row = part.isel({name: int(np.argmax(part[name].values))})
     position, velocity, phase = (row[f"final_{kind}"].values for kind in STATE)
     if not np.isfinite([*position, *velocity, phase]).all():

@@ -1,17 +1,17 @@
-"""The attractors that the members of an ensemble end on: labelled, named, counted.
+"""Attractors of the members of an ensemble: labelled, named, counted.
 
 Method      A member without a label is classified (:func:`vibroimpact.classify`) from where it
             ended; the points of that attractor are compared with the last section points of every
-            member without one (matching.py); and so on. First those that return to where they
-            were, then others: where one turns out to be on its way to a periodic or a known
-            attractor, or to none, others may be, too. Then all without a label go on from where
-            they ended, 8, then 64 times as long, and are looked at once more             (1)
+            member without one (matching.py); and so on. First those whose symbol is periodic, then
+            others, until one of these settles on a periodic or a known attractor, or on none: the
+            others may not have settled either. Then all without a label are continued from their
+            final states, 8, then 64 times as long, and classified once more              (1)
             An attractor whose own points lie on a known one of its kind and type is that one.
             Members at rest share a label, one for each set of stops that they rest on; so do those
             that never impact, and those that impact, but not on the section: one per symbol.
 Assumes     members of one system
 Accuracy    that of matching.py
-Fails       "not matched": after ``most`` classifications, or after going on twice
+Fails       "not matched": after ``most`` classifications, or after the second continuation
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ from vibroimpact.sweeps.states import States
 Words = NDArray[np.str_]
 
 NOT_MATCHED = -1
-LONGER, OFTEN = 8, 2  # times as long each time, and how many times
-MANY = 64  # members in flight: fewer go on whatever the others do
+LONGER, EXTENSIONS = 8, 2  # factor of each extension, and their number
+MANY = 64  # members in flight: fewer are extended in any case
 
 
 @dataclass(frozen=True)
-class Found:
-    """An attractor of an ensemble.
+class LabelledAttractor:
+    """Attractor of an ensemble.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Found:
     exponent
         Largest Lyapunov exponent per unit of time; nan where there is none.
     attractor
-        What ``classify`` said, if it was asked.
+        Result of ``classify``, if it was called.
     """
 
     kind: str
@@ -74,20 +74,20 @@ class Labels:
     """Labels of members, filled step by step."""
 
     values: Integers
-    found: list[Found] = field(default_factory=list)
+    found: list[LabelledAttractor] = field(default_factory=list)
 
     @property
     def left(self) -> Rows:
-        """The members without a label."""
+        """Members without a label."""
         return np.flatnonzero(self.values == NOT_MATCHED)
 
-    def add(self, found: Found) -> int:
-        """A new attractor; its label."""
+    def add(self, found: LabelledAttractor) -> int:
+        """Add a new attractor and return its label."""
         self.found.append(found)
         return len(self.found) - 1
 
-    def join(self, found: Found, members: Rows) -> None:
-        """Members of an attractor that is known by its kind and its word, or is new."""
+    def join(self, found: LabelledAttractor, members: Rows) -> None:
+        """Label members of an attractor, a known one of the same kind and word or a new one."""
         key = found.kind, found.word
         same = (i for i, one in enumerate(self.found) if (one.kind, one.word) == key)
         label = next(same, None)
@@ -97,35 +97,35 @@ class Labels:
 def label_attractors(
     system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *, contact: int,
     stop: StopName, tolerance: float = TOLERANCE, most: int = 64,
-) -> tuple[xr.DataArray, tuple[Found, ...], States]:  # fmt: skip
+) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
     Parameters
     ----------
     system
-        What the members are motions of.
+        System of the members.
     members
-        With the observers section, symbol, impacts and final.
+        Sweep with the observers section, symbol, impacts and final.
     begun
         Phases of the starts, in the order of ``end``.
     extend
-        Runs members with the same observers from where they ended.
+        Function that continues members from their final states, with the same observers.
     contact, stop
         The section.
     tolerance
         Relative distance below which two periodic members are one orbit.
     most
-        Classifications.
+        Largest number of classifications.
 
     Returns
     -------
     DataArray
-        Labels with the dims of ``end``, -1 where not matched, below it an outcome; meanings in
+        Labels with the dims of ``end``, -1 where not matched, below it a status; meanings in
         ``flag_values`` and ``flag_meanings``.
-    tuple of Found
+    tuple of LabelledAttractor
         The attractors in the order of the labels.
     States
-        Where every member ended, in the order of ``end``; those that went on, after that.
+        Final state of every member, after its continuation if any, in the order of ``end``.
     """
     codes = motions(members)
     table = Table.of(system, members, codes, begun)
@@ -136,29 +136,29 @@ def label_attractors(
 
 
 class Class(NamedTuple):
-    """What members of an attractor look like: its points, and the symbol of one of them."""
+    """Class of the members of an attractor: its points, and the symbol of one member."""
 
     shape: KnownAttractor
     symbol: Integers
 
     def among(self, table: Table, rows: Rows) -> Rows:
-        """Those of some members that are on it."""
+        """Those of some members that are on the attractor."""
         alike = _alike(table.symbols[rows], self.symbol, self.shape)
         return rows[alike & self.shape.contains(table.points[rows])]
 
 
 @dataclass
 class Search:
-    """The attractors that are known, and the members that are looked at to find more.
+    """Search for the attractors of members, with those found so far.
 
     Attributes
     ----------
     labels, classes
-        Of the members; what those of each attractor look like.
+        Labels of the members; the class of each attractor.
     classified
-        Members that made a class: by what they settle on, not by what they did.
+        Members that were classified: their class is that of the attractor on which they settle.
     left_out
-        Members that classify said nothing of, until they have gone on.
+        Members for which ``classify`` found no attractor with points, until they are continued.
     """
 
     labels: Labels
@@ -170,8 +170,8 @@ class Search:
     classified: list[int] = field(default_factory=list)
     left_out: set[int] = field(default_factory=set)
 
-    def look(self, table: Table, *, last: bool) -> None:
-        """Label what is known, and classify: members that have settled, then others (1)."""
+    def classify_all(self, table: Table, *, last: bool) -> None:
+        """Label members of known attractors, then classify: settled ones first (1)."""
         self.left_out.clear()
         self._match(table)
         for settled in (True, False):
@@ -189,21 +189,21 @@ class Search:
         words = np.array(table.without_impacts(silent))
         rest = words != Kind.SILENT
         _by_word(self.labels, table, silent[rest], words[rest], Kind.SILENT)
-        elsewhere = left[table.settled[left] & ~table.seen[left]]
+        elsewhere = left[table.settled[left] & ~table.on_section[left]]
         words = np.array(table.symbol_words(elsewhere))
         _by_word(self.labels, table, elsewhere, words, Kind.PERIODIC)
 
     def _next(self, table: Table, *, settled: bool, last: bool) -> int | None:
-        """A member to classify; before the last look none that hardly comes to the section."""
-        wanted = table.seen & ~table.silent & (table.settled == settled)
+        """Next member to classify; before the last round only those with all section points."""
+        wanted = table.on_section & ~table.silent & (table.settled == settled)
         if not (settled or last):
             wanted &= table.full
         left = self.labels.left
         found = (int(i) for i in left[wanted[left]] if int(i) not in self.left_out)
         return next(found, None) if self.most else None
 
-    def _classify(self, table: Table, member: int) -> Found | None:
-        """Classify a member and label those like it; the attractor if it is a new one."""
+    def _classify(self, table: Table, member: int) -> LabelledAttractor | None:
+        """Classify a member and label matching ones; return the attractor if it is new."""
         self.most -= 1
         attractor = classify(
             table.system, table.ends.state(member), contact=self.contact, stop=self.stop
@@ -212,9 +212,9 @@ class Search:
         if attractor.kind is Kind.SILENT or not len(own):
             self.left_out.add(member)
             return None
-        here = Class(self._shape(attractor, own), table.symbols[member])
+        here = Class(self._points_of(attractor, own), table.symbols[member])
         found, classes = _found(attractor), self.classes.items()
-        same = (i for i, one in classes if _one(self.labels.found[i], one.shape, found, own))
+        same = (i for i, one in classes if _is_same(self.labels.found[i], one.shape, found, own))
         known_as = next(same, None)
         label = self.labels.add(found) if known_as is None else known_as
         self.classes.setdefault(label, here)
@@ -223,14 +223,14 @@ class Search:
         self.classified.append(member)
         return found if known_as is None else None
 
-    def _shape(self, attractor: Attractor, own: Floats) -> KnownAttractor:
-        """What is on an attractor; its gap is in units of its own, which are no larger."""
+    def _points_of(self, attractor: Attractor, own: Floats) -> KnownAttractor:
+        """Points of an attractor for matching; its gap is in its own units, which are no larger."""
         curve = attractor.shape.curve
         gap = curve.widest_gap if curve and attractor.kind is Kind.QUASIPERIODIC else 0.0
         return known_attractor(own, attractor.kind is Kind.PERIODIC, self.tolerance, gap)
 
     def to_extend(self, table: Table, flew: int) -> Rows:
-        """Who goes on: all without a label; of many in flight none where as many flew before."""
+        """Members to continue: all unlabelled, except many in flight of unchanged number."""
         left = self.labels.left
         flying = table.silent[left]
         if MANY < flying.sum() == flew:
@@ -239,70 +239,74 @@ class Search:
 
 
 def _searched(search: Search, table: Table, extend: ExtendRun) -> Table:
-    """Look, and let members without a label go on, until all have one or have gone on enough."""
+    """Classify, and continue members without a label, until all have one or the rounds end."""
     flew = -1
-    for often in range(OFTEN + 1):
-        search.look(table, last=often == OFTEN)
+    for round_ in range(EXTENSIONS + 1):
+        search.classify_all(table, last=round_ == EXTENSIONS)
         left = search.labels.left
-        if not left.size or often == OFTEN:
+        if not left.size or round_ == EXTENSIONS:
             break
         rows, flew = search.to_extend(table, flew), int(table.silent[left].sum())
-        table = table.extended(rows, extend, LONGER ** (often + 1))
+        table = table.extended(rows, extend, LONGER ** (round_ + 1))
     _rest(search.labels, table, extend)
     strayed = np.array(search.classified, dtype=np.intp)
     strayed = strayed[~table.settled[strayed]]
-    return table.extended(strayed, extend, LONGER**OFTEN) if strayed.size else table
+    return table.extended(strayed, extend, LONGER**EXTENSIONS) if strayed.size else table
 
 
 def _rest(labels: Labels, table: Table, extend: ExtendRun) -> None:
-    """Label what impacts, but not on the section, and what has no impact for long."""
+    """Label members that impact, but not on the section, and those without impacts for long."""
     left = labels.left
     silent = table.silent[left]
-    elsewhere = left[~table.seen[left] & ~silent]
+    elsewhere = left[~table.on_section[left] & ~silent]
     words = np.array(table.symbol_words(elsewhere))
     _by_word(labels, table, elsewhere, words, Kind.UNDECIDED)
     if silent.any():
-        times = LONGER if silent.sum() > MANY else LONGER**OFTEN
+        times = LONGER if silent.sum() > MANY else LONGER**EXTENSIONS
         table = table.extended(left[silent], extend, times, whole=True)
         still = left[silent & table.silent[left]]
         _by_word(labels, table, still, np.array(table.without_impacts(still)), Kind.SILENT)
 
 
 def _by_word(labels: Labels, table: Table, members: Rows, words: Words, kind: Kind) -> None:
-    """One attractor per word that says what members do."""
+    """Label members by words that describe their motion, one attractor per word."""
     for word in dict.fromkeys(words.tolist()):
         here = members[words == word]
-        labels.join(Found(str(kind), word, table.ends.state(int(here[0]))), here)
+        labels.join(LabelledAttractor(str(kind), word, table.ends.state(int(here[0]))), here)
 
 
 def _points(attractor: Attractor, scale: Scale) -> Floats:
-    """The points of an attractor; of a periodic orbit one turn."""
+    """Section points of an attractor; one period of a periodic orbit."""
     section = attractor.section
     points = scale.points(section.position, section.velocity, section.phase)
     return points[-attractor.shape.period :] if attractor.shape.period else points
 
 
 def _alike(symbols: Integers, first: Integers, shape: KnownAttractor) -> NDArray[np.bool_]:
-    """Members whose symbol allows them to move as the first one does, (3) of matching.py."""
+    """Mask of members whose symbol is compatible with the first one, (3) of matching.py."""
     if not shape.periodic:
         return np.asarray((symbols == first).all(axis=1))
     settling = symbols[:, 1:].sum(axis=1) == 0
     return np.asarray(settling | proportional(symbols, first))
 
 
-def _one(one: Found, shape: KnownAttractor, other: Found, points: Floats) -> bool:
-    """Whether an attractor is one that is known: same kind and type, points on its points."""
+def _is_same(
+    one: LabelledAttractor, shape: KnownAttractor, other: LabelledAttractor, points: Floats
+) -> bool:
+    """Whether an attractor is a known one: same kind and type, points on its points."""
     alike = (one.kind, one.word) == (other.kind, other.word)
     return alike and bool(shape.contains(points[None])[0])
 
 
-def _found(attractor: Attractor) -> Found:
+def _found(attractor: Attractor) -> LabelledAttractor:
     word = attractor.symbol or str(attractor.kind)
     exponent, state = attractor.exponent.value, attractor.section.last
-    return Found(str(attractor.kind), word, state, exponent, attractor)
+    return LabelledAttractor(str(attractor.kind), word, state, exponent, attractor)
 
 
-def _coded(labels: Labels, codes: xr.DataArray) -> tuple[xr.DataArray, tuple[Found, ...]]:
+def _coded(
+    labels: Labels, codes: xr.DataArray
+) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...]]:
     """Sort the attractors by their numbers of members, and name them."""
     counts = np.bincount(labels.values[labels.values >= 0], minlength=len(labels.found))
     order = np.argsort(-counts, kind="stable")
@@ -311,7 +315,7 @@ def _coded(labels: Labels, codes: xr.DataArray) -> tuple[xr.DataArray, tuple[Fou
     values = np.where(labels.values >= 0, rank[np.maximum(labels.values, 0)], labels.values)
     found = _named([labels.found[i] for i in order])
     words = dict(enumerate(one.word for one in found)) | {NOT_MATCHED: "not matched"}
-    words |= {code: said for code, said in flags(codes).items() if code < NO_IMPACTS}
+    words |= {code: text for code, text in flags(codes).items() if code < NO_IMPACTS}
     present = [code for code in words if (values == code).any()]
     attrs = {
         "flag_values": np.array(present, dtype=np.int32),
@@ -321,8 +325,8 @@ def _coded(labels: Labels, codes: xr.DataArray) -> tuple[xr.DataArray, tuple[Fou
     return xr.DataArray(shaped, dims=codes.dims, attrs=attrs), found
 
 
-def _named(found: Iterable[Found]) -> tuple[Found, ...]:
-    """Names such as "1-1-1 a"; motions that do not impact need no letter."""
+def _named(found: Iterable[LabelledAttractor]) -> tuple[LabelledAttractor, ...]:
+    """Attractors with names such as "1-1-1 a"; motions without impacts have no letter."""
     used: dict[str, int] = {}
     named = []
     for one in found:
@@ -333,7 +337,7 @@ def _named(found: Iterable[Found]) -> tuple[Found, ...]:
 
 
 def _letters(number: int) -> str:
-    """a, b, ..., z, aa, ab, ..."""
+    """Letters of a number: a, b, ..., z, aa, ab, ..."""
     count = len(ascii_lowercase)
     more = _letters(number // count - 1) if number >= count else ""
     return more + ascii_lowercase[number % count]

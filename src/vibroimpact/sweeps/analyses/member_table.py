@@ -1,4 +1,4 @@
-"""What members of an ensemble did last, and where they ended: rows to match attractors by."""
+"""Table of the last windows and final states of members, for matching attractors."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from vibroimpact.sweeps.states import States
 
 Numbers = NDArray[Any]
 
-# Members go on, so many times as long; True: observed all the time.
+# Continues members, so many times as long; True: observed all the time.
 ExtendRun = Callable[[States, int, bool], xr.Dataset]
 
 
 @dataclass(frozen=True)
 class Table:
-    """What the matching looks at, one row per member: its last window, and where it ended."""
+    """Data for matching, one row per member: its last window, and its final state."""
 
     system: System
     scale: Scale
@@ -42,10 +42,10 @@ class Table:
         cls, system: System, members: xr.Dataset, codes: xr.DataArray, begun: Floats,
         scale: Scale | None = None,
     ) -> Table:  # fmt: skip
-        """The columns of an ensemble, in the order of ``end``; in its own units if none given.
+        """Columns of an ensemble, in the order of ``end``; in its own units if none are given.
 
-        ``codes``: of motion_codes.py. ``begun``: phases at the start. Those at the end are less whole
-        turns of the first forcing line, and so say nothing of the phases of others.
+        ``codes``: those of motion_codes.py. ``begun``: phases at the start. Final phases are taken
+        modulo the first forcing line, and so do not determine the phases of others.
         """
         dims = members["end"].dims
 
@@ -65,12 +65,12 @@ class Table:
         return cls(system, scale, flat, points, symbols, States(position, velocity, phase))
 
     def extended(self, rows: Rows, extend: ExtendRun, times: int, *, whole: bool = False) -> Table:
-        """With these members so many times as long, where they reach the end of that."""
+        """Table after some members are continued, for those that reach the end of the extension."""
         if not rows.size:
             return self
         states = self.ends.of(rows)
         members = extend(states, times, whole)
-        scale = self.scale if self.seen.any() else None
+        scale = self.scale if self.on_section.any() else None
         more = Table.of(self.system, members, motions(members), states.phase, scale)
         through = more.codes >= NO_IMPACTS
 
@@ -89,32 +89,32 @@ class Table:
         )
 
     @property
-    def seen(self) -> Flags:
-        """Which members have a point on the section."""
+    def on_section(self) -> Flags:
+        """Mask of members with a point on the section."""
         return np.asarray(np.isfinite(self.points[:, 0]).all(axis=-1))
 
     @property
     def full(self) -> Flags:
-        """Which members have all points on the section that are kept of one."""
+        """Mask of members with the full number of kept section points."""
         return np.asarray(np.isfinite(self.points[:, -1]).all(axis=-1))
 
     @property
     def settled(self) -> Flags:
-        """Which members return to where they were, within the tolerance of the symbol."""
+        """Mask of members that are periodic within the tolerance of the symbol."""
         return np.asarray(self.symbols[:, 1:].any(axis=1))
 
     @property
     def silent(self) -> Flags:
-        """Which members had no impact in their last window."""
+        """Mask of members without impact in their last window."""
         return np.asarray(self.codes == NO_IMPACTS)
 
     def symbol_words(self, members: Rows) -> list[str]:
-        """The symbol of each member, or that it is not periodic."""
+        """Symbol of each member, or "not periodic"."""
         found, place = np.unique(self.symbols[members], axis=0, return_inverse=True)
         words = [symbol(row) if row[1:].any() else "not periodic" for row in found]
         return [words[i] for i in place]
 
     def without_impacts(self, members: Rows) -> list[str]:
-        """Name what each member without impacts does: it rests on stops, or flies."""
+        """Name of the motion of each member without impacts: rest on stops, or flight."""
         rests = rest_on_stops(self.system, self.ends.position[members])
         return [rest or str(Kind.SILENT) for rest in rests]

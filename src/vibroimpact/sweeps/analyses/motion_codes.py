@@ -1,14 +1,14 @@
-"""What each member of an ensemble does, as one category.
+"""Codes of the motions of members: one category for each.
 
 n-p-q           periodic, codes 0, 1, 2, ... from the most frequent to the rarest symbol; with a
                 pair p-q for every contact that impacts; without forcing there is no n: p-q
-chaotic         the exponent says so: the tangent grows by more e-folds in the window than along any
+chaotic         by the exponent: the tangent grows by more e-folds in the window than along any
                 smooth curve (point_sets.py)
 not periodic    within the tolerance and the window of the symbol: a closed curve, weak chaos, or
                 still settling; without the exponent any chaos
 no impacts      none while observed: flights, or rest on a stop
-(an outcome)    the end of its window was not reached; the words are those of ``end``
-not computed    of a store: the tile is not there yet
+(a status)      the end of its window was not reached; the words are those of ``end``
+not computed    in a store: the tile is missing
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vibroimpact.simulation.lyapunov import LEAST_GROWTH
 from vibroimpact.sweeps.member_status import NOT_COMPUTED
 
 NOT_PERIODIC, CHAOTIC, NO_IMPACTS = -1, -2, -3
-BELOW = -3  # outcomes have the codes below: BELOW - end
+BELOW = -3  # statuses have the codes below: BELOW - end
 ABSENT = -99
 WORDS = {
     NOT_PERIODIC: "not periodic",
@@ -34,12 +34,12 @@ WORDS = {
     CHAOTIC: "chaotic",
     ABSENT: "not computed",
 }
-LARGEST = 2**62  # of the numbers that stand for symbols
+LARGEST = 2**62  # largest number that encodes a symbol
 FULL = 0  # value of ``end`` where the whole window was observed
 
 
 class Category(NamedTuple):
-    """A motion that occurs: its code, its words, and how many members move so."""
+    """Category of motions: its code, its words, and its number of members."""
 
     code: int
     words: str
@@ -53,13 +53,13 @@ def motions(members: xr.Dataset) -> xr.DataArray:
     ----------
     members
         A sweep with ``end``, ``n``, ``p``, ``q`` of the symbol, the impacts, and the largest
-        Lyapunov exponent if chaos is to be told from the rest.
+        Lyapunov exponent if chaos is to be distinguished.
 
     Returns
     -------
     DataArray
-        Integer codes with the dims of ``end``; ``flag_values`` and ``flag_meanings`` say what they
-        mean (CF conventions: words joined by underscores, separated by blanks).
+        Integer codes with the dims of ``end``; ``flag_values`` and ``flag_meanings`` hold their
+        meanings (CF conventions: words joined by underscores, separated by blanks).
     """
     end = members["end"].values.astype(np.int64)
     of_each = symbols_of(members)
@@ -74,7 +74,7 @@ def motions(members: xr.Dataset) -> xr.DataArray:
     codes = np.where(end == FULL, codes, BELOW - end)
     codes = np.where(end == NOT_COMPUTED, ABSENT, codes)
     words = {i: symbol(symbols[k]) for i, k in enumerate(order)} | WORDS
-    words |= {BELOW - end: said for end, said in flags(members["end"]).items() if end > FULL}
+    words |= {BELOW - end: text for end, text in flags(members["end"]).items() if end > FULL}
     present = [int(code) for code in np.unique(codes)]
     return xr.DataArray(
         codes.astype(np.int32),
@@ -87,7 +87,7 @@ def motions(members: xr.Dataset) -> xr.DataArray:
 
 
 def categories(codes: xr.DataArray) -> list[Category]:
-    """The motions that occur: symbols first, from the most frequent to the rarest."""
+    """Categories that occur: symbols first, from the most frequent to the rarest."""
     words = flags(codes)
     values, counts = np.unique(codes.values, return_counts=True)
     found = [
@@ -98,7 +98,7 @@ def categories(codes: xr.DataArray) -> list[Category]:
 
 
 def flags(codes: xr.DataArray) -> dict[int, str]:
-    """The meaning of each value of a coded variable, from its attributes."""
+    """Meaning of each value of a coded variable, from its attributes."""
     values = np.atleast_1d(codes.attrs["flag_values"])
     return {int(v): w for v, w in zip(values, codes.attrs["flag_meanings"].split(), strict=True)}
 
@@ -112,18 +112,18 @@ def symbols_of(members: xr.Dataset) -> Integers:
 
 
 def column_of(contact: int, stop: StopName, width: int) -> int:
-    """Where a symbol of so many numbers has the impacts at a stop."""
+    """Column of the impacts at a stop, in symbols of so many numbers."""
     return 1 + contact + Stop.at(stop).number * (width // 2)
 
 
 def symbol(numbers: Integers) -> str:
-    """n-p-q of one member (orbit_type.py); without forcing there is no n."""
+    """Symbol n-p-q of one member (orbit_type.py); without forcing there is no n."""
     n, *counts = numbers.tolist()
     return symbol_word(n, np.reshape(counts, (2, -1)).T.tolist())
 
 
 def _different(symbols: Integers) -> tuple[Integers, Integers, Integers]:
-    """The different symbols in order, zeros last; which one each member has; how many have it."""
+    """Different symbols in order, zeros last; index of each member's symbol; their counts."""
     rows = symbols.reshape(-1, symbols.shape[-1])
     packed = np.zeros(len(rows), dtype=np.int64)  # a number per symbol sorts faster than a row
     for column in rows.T:
@@ -139,7 +139,7 @@ def _different(symbols: Integers) -> tuple[Integers, Integers, Integers]:
 
 
 def _grows(members: xr.Dataset) -> NDArray[np.bool_]:
-    """Where a tangent vector grows as it only does in chaos."""
+    """Mask of members whose tangent vector grows faster than in any regular motion."""
     if "lyapunov" not in members:
         return np.zeros(members["end"].shape, dtype=bool)
     settle, periods = (float(members.attrs[name]) for name in ("settle", "periods"))
@@ -148,5 +148,5 @@ def _grows(members: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def _silent(members: xr.Dataset) -> NDArray[np.bool_]:
-    """Where no impact was observed."""
+    """Mask of members without an observed impact."""
     return np.asarray(members["impacts_a"].values + members["impacts_b"].values == 0.0)

@@ -1,4 +1,4 @@
-"""Planes of two parameters: what happens where, and how many attractors there are."""
+"""Planes of two parameters: motions and numbers of attractors at every point."""
 
 from __future__ import annotations
 
@@ -41,44 +41,44 @@ def plane(
     system: System, *, over: Mapping[str, ArrayLike], start: State,
     observe: Observe = (), **options: Any,
 ) -> xr.Dataset:  # fmt: skip
-    """Compute what happens at every point of a plane of two parameters.
+    """Compute the motion at every point of a plane of two parameters.
 
     Parameters
     ----------
     system
-        Gives the other parameters.
+        System with the other parameters.
     over
-        Values of two parameters; the first is drawn across.
+        Values of two parameters; the first is the abscissa of figures.
     start
-        Where every member starts.
+        Start of every member.
     observe
-        More observers, such as "lyapunov"; "symbol" and "impacts" are always there, ``Symbol`` with
-        other options if it is given.
+        Further observers, such as "lyapunov"; "symbol" and "impacts" are always included,
+        ``Symbol`` with other options if it is given.
     **options
-        Of :func:`~vibroimpact.sweep`: follow, settle, periods, most_impacts, store, backend,
-        workers, progress.
+        Options of :func:`~vibroimpact.sweep`: follow, settle, periods, most_impacts, store,
+        backend, workers, progress.
 
     Returns
     -------
     Dataset
-        The sweep, with ``motion`` (code of the symbol n-p-q, or of what else happens: see its
+        The sweep, with ``motion`` (code of the symbol n-p-q, or of another motion: see its
         ``flag_meanings``; chaos is one of them if "lyapunov" is observed), ``period`` (n, 0 where
         not periodic) and ``impacts`` at all stops, per forcing period or, without forcing, unit of
-        time. Draw it by :func:`vibroimpact.plotting.plot_plane`.
+        time. :func:`vibroimpact.plotting.plot_plane` draws it.
 
     Raises
     ------
     InvalidParameterError
-        Other than two parameters, what ``sweep`` refuses.
+        Other than two parameters; as for ``sweep``.
 
     Notes
     -----
-    Coexisting attractors: one start sees one of them at each point. Compare ``follow``, other
+    Of coexisting attractors, one start finds one at each point. Compare ``follow``, other
     starts, or :func:`~vibroimpact.multistability`.
 
-    What is added to the sweep is made in memory, some 100 bytes a member, and is not in ``store``.
-    Of more members than that: :func:`~vibroimpact.sweep` with a store, and ``plot_plane`` of a
-    part, such as ``members.isel(omega=slice(None, None, 30))``.
+    The added variables are made in memory, some 100 bytes a member, and are not in ``store``.
+    For more members use :func:`~vibroimpact.sweep` with a store, and ``plot_plane`` of a part,
+    such as ``members.isel(omega=slice(None, None, 30))``.
 
     Examples
     --------
@@ -111,7 +111,7 @@ MADE_OF = ("end", "n", "p", "q", "impacts_a", "impacts_b")
 
 
 def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr.Dataset:
-    """A sweep with ``motion``, ``period`` and ``impacts``, made of the symbol and the impacts."""
+    """Add ``motion``, ``period`` and ``impacts`` to a sweep, from the symbol and the impacts."""
     return members.assign({name: ADDED[name](members) for name in names})
 
 
@@ -120,48 +120,48 @@ def multistability(
     system: System, *, over: Mapping[str, ArrayLike], start: Many,
     stop: StopName = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
-    """Count the attractors that some starts meet at every point of a grid of parameters.
+    """Count the attractors reached from several starts, at every point of a grid of parameters.
 
     Parameters
     ----------
     system
-        Gives the other parameters.
+        System with the other parameters.
     over
         Values of one, two or more parameters.
     start
-        The starts, the same at every point.
+        The starts, the same ones at every point.
     stop, contact
         The section on which attractors are compared.
     tolerance
         As for :func:`~vibroimpact.basins`.
     **options
-        Of :func:`~vibroimpact.sweep`, as for :func:`~vibroimpact.plane`; not ``observe``.
+        Options of :func:`~vibroimpact.sweep`, as for :func:`~vibroimpact.plane`; not ``observe``.
 
     Returns
     -------
     Dataset
-        The sweep with ``attractors``: how many different ones were met. Motions without impacts
+        The sweep with ``attractors``: the number of different attractors. Motions without impacts
         count as one, rest as one for each set of stops, motions that impact but never at this stop
         as one for each ratio n : p : q; starts behind a stop and members that did not reach their
-        end count nothing.
+        end do not count.
 
     Raises
     ------
     InvalidParameterError
-        A single start, other observers, what ``sweep`` refuses.
+        A single start, other observers; as for ``sweep``.
 
     Notes
     -----
-    Small basins are missed. Compared are the last 16 points of each member, without classification:
+    Small basins are missed. The last 16 points of each member are compared, without classification:
     motions that are not periodic, or have more impacts at the stop than that, count as one where
-    one lies in the gaps between the points of the other: near attractors are joined rather than
+    one lies in the gaps between the points of the other; near attractors are joined rather than
     one counted twice. Transients longer than ``settle`` count as attractors.
     """
     check_kind("over", over, Mapping, "a dictionary from names of parameters to values")
     if isinstance(start, State) or not over:
         raise InvalidParameterError(
             f"start = {shown(start)}, over = {shown(over)}: must be RandomStarts, GridStarts or "
-            "ListedStarts, and at least one parameter. Of one system: vi.basins."
+            "ListedStarts, and at least one parameter. For one system take vi.basins."
         )
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
@@ -180,7 +180,7 @@ def _counted(
     system: System, members: xr.Dataset, over: list[str], contact: int, stop: StopName,
     tolerance: float,
 ) -> xr.DataArray:  # fmt: skip
-    """Attractors met at every point of the parameters."""
+    """Number of attractors at every point of the parameters."""
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
 
