@@ -105,7 +105,7 @@ def test_own_folder_is_replaced_whole(tmp_path: Path) -> None:
 
 def test_foreign_folder_is_refused_and_kept(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(InvalidParameterError, match="not ours"), whole_folder(tmp_path):
+    with pytest.raises(InvalidParameterError, match="foreign files"), whole_folder(tmp_path):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 

@@ -175,8 +175,8 @@ def test_verdict_on_each_statement_of_section_4(name: str, word: Word) -> None:
 
 def test_every_statement_of_section_4_is_judged_at_every_point() -> None:
     for j in judge(evidence()):
-        assert all(name in j.outcome.computed for name in NAMES), j.claim.id
-        assert j.outcome.witness
+        assert all(name in j.result.computed for name in NAMES), j.claim.id
+        assert j.result.witness
 
 
 def test_without_circles_nothing_is_decided() -> None:

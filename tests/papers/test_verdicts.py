@@ -60,7 +60,7 @@ def test_every_claim_has_exactly_one_verdict(paper: Evidence) -> None:
     judged = judge(paper)
     assert [j.claim.id for j in judged] == [c.id for c in claims()]
     assert len({j.claim.id for j in judged}) == len(judged)
-    assert all(j.outcome.witness and j.outcome.computed for j in judged)
+    assert all(j.result.witness and j.result.computed for j in judged)
 
 
 def test_every_kind_of_claim_has_a_rule() -> None:
@@ -103,7 +103,7 @@ def test_printed_multipliers_agree_when_they_are_the_computed_ones(paper: Eviden
 
 
 def test_witness_of_multipliers_is_the_determinant_identity(paper: Evidence) -> None:
-    witness = next(j for j in judge(paper) if j.claim.id == "a-lambda-12").outcome.witness
+    witness = next(j for j in judge(paper) if j.claim.id == "a-lambda-12").result.witness
     assert "0.3080" in witness
     assert "0.1698" in witness
 

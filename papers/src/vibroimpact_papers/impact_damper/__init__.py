@@ -1,7 +1,7 @@
 """The founding paper: its claims as data, beside its parameter sets and panels.
 
-`claims.toml` holds what is printed; this module only reads it. The sets and the panels are known
-to the library by name (:mod:`vibroimpact.machines.published`).
+`claims.toml` holds the printed values; this module only reads it. The sets and the panels are in
+the library (:mod:`vibroimpact.machines.published`).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 TITLE = "Nonlinear dynamic characteristics of a vibro-impact system under harmonic excitation"
-"""Of the paper. The copy at hand names neither authors nor journal."""
+"""Title of the paper. The copy at hand names neither authors nor journal."""
 
 Printed = float | int | str | bool | list[float] | list[str]
 """A printed value in `claims.toml`."""

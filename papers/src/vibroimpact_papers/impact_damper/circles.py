@@ -11,12 +11,13 @@ Method      Iterates of the half map: the states x after the impacts at stop A, 
             Circle that attracts: start on the prediction, and apart from that from the fixed point
             with its phase disturbed; wait a multiple of T.
             Circle that repels: on the half line z > 0 of the centre manifold the start is bisected
-            between one that falls towards the fixed point and one that grows; what does neither
-            stays for some T next to the circle, and is measured there.                     (4)
+            between one that falls towards the fixed point and one that grows; a start that does
+            neither stays for some T next to the circle, and is measured there.             (4)
 Assumes     impacts at A and B in turn: others are reported
-Accuracy    (1) leaves out third-order terms; but for the resonant one, which the normal form keeps,
-            their mean over a circle is of fifth order, as the error of the predicted radius is.
-            Of the start exp(-n) is left after n T; in (4) BISECTED grows to BISECTED exp(n)
+Accuracy    (1) leaves out third-order terms; except for the resonant one, which the normal form
+            keeps, their mean over a circle is of fifth order, as the error of the predicted radius
+            is. Deviations of the start decay by exp(-n) in n T; in (4) BISECTED grows to
+            BISECTED exp(n)
 Fails       a status in words: the motion does not alternate between the stops, or no circle lies
             within the bracket of (4); radius and turn are then nan
 Reference   section 4 of the founding paper states the circle; (2): [das2017]
@@ -45,7 +46,7 @@ LARGEST = 0.1
 """Largest predicted radius, as a share of the radius at which a term that the normal form removes
 is as large as z: the prediction holds far below that."""
 
-DISTURBED = 0.1  # of the predicted half-width: how far the phase of the fixed point is disturbed
+DISTURBED = 0.1  # disturbance of the fixed point's phase, relative to the predicted half-width
 FROM_INSIDE = 11.0
 """Waiting, in T, of a start at a tenth of the circle, before its deviation is that of a start on
 the prediction: ln(99 / 2) to reach the circle, 7 more to fall below 1e-3."""
@@ -53,7 +54,7 @@ the prediction: ln(99 / 2) to reach the circle, 7 more to fall below 1e-3."""
 BRACKET = (0.75, 1.3)  # starts of (4), in predicted radii
 LEFT = (0.7, 1.4)  # |z| in predicted radii at which a motion has fallen or grown
 BISECTED = 1e-6  # width of the last bracket, in predicted radii
-MOST_WAITS = 60  # in T: exp(-60) is far below rounding, so what then stays does so for good
+MOST_WAITS = 60  # in T: exp(-60) is far below rounding, so a motion that stays so long is on it
 REPETITIONS = 100  # of (1) at most, a contraction by |h| |z|
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # relative change at which (1) has converged
 ALTERNATE = "circle"
@@ -63,7 +64,7 @@ NO_BRACKET = "no circle between the ends of the bracket"
 
 @dataclass(frozen=True)
 class Circle:
-    """An invariant circle of the half map, simulated.
+    """Simulated invariant circle of the half map.
 
     Attributes
     ----------
@@ -78,11 +79,11 @@ class Circle:
     off
         Largest distance of a point from the second-order centre manifold.
     impacts
-        How many were simulated before the points were taken.
+        Number of impacts simulated before the points were taken.
     points
         States minus the critical one, shape (n_point, 4).
     status
-        "circle", or what went wrong.
+        "circle", or the reason of the failure.
     """
 
     start: str
@@ -98,7 +99,7 @@ class Circle:
 
 @dataclass(frozen=True)
 class Measured:
-    """The circles of one critical point.
+    """Circles of one critical point.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
-"""The data behind every figure, as xarray datasets that say how they were made.
+"""Data of every figure, as xarray datasets with their origin in the attributes.
 
-Points of sections are kept in contiguous ragged form: `row_size` says how many belong to each panel
-and start, in order.
+Points of sections are kept in contiguous ragged form: `row_size` is the number of points of each
+panel and start, in order.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Attributes = dict[str, str | int | float]
 
 
 def attributes(figure: str, chosen: ParameterSet, plan: Plan) -> Attributes:
-    """Return what every file says about itself."""
+    """Return the attributes of every file."""
     return {
         "figure": figure,
         "set": chosen.name,

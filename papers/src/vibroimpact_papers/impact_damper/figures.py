@@ -49,7 +49,7 @@ def open_data(path: Path) -> xr.Dataset:
 
 
 def redraw(data: xr.Dataset | tuple[xr.Dataset, ...]) -> Figure:
-    """Draw the figure that a dataset, or several of one figure, belongs to.
+    """Draw the figure of a dataset, or of several datasets of one figure.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def _diagram(data: xr.Dataset) -> Figure:
 
 
 def _plane(data: xr.Dataset) -> Figure:
-    """The plane, with a ring at every frequency of the paper, at its clearance."""
+    """Draw the plane, with a ring at every frequency of the paper, at its clearance."""
     figure, axes = _grid(1, (6.4, 3.9), 1)
     plot_plane(data, symbols=PLANE_SYMBOLS, ax=axes[0])
     omega = data["paper_omega"].values
@@ -152,7 +152,7 @@ def _basins(data: xr.Dataset) -> Figure:
 
 
 def _multipliers(*parts: xr.Dataset) -> Figure:
-    """One row per set: nu left, lambda right, for the paper's branch."""
+    """Draw one row per set: nu left, lambda right, for the paper's branch."""
     figure, axes = _grid(2 * len(parts), (4.4, 3.7), 2)
     for data, pair in zip(parts, zip(axes[::2], axes[1::2], strict=True), strict=True):
         branch = data.sel(sign=BRANCH)
@@ -169,7 +169,7 @@ def _multipliers(*parts: xr.Dataset) -> Figure:
 
 
 def _circles(*parts: xr.Dataset) -> Figure:
-    """One row per Neimark-Sacker point: half-widths, error of the radius, circles."""
+    """Draw one row per Neimark-Sacker point: half-widths, error of the radius, circles."""
     figure, axes = _grid(COLUMNS * len(parts), CIRCLE_SIZE, COLUMNS)
     for i, data in enumerate(parts):
         row = axes[COLUMNS * i : COLUMNS * (i + 1)]
@@ -183,7 +183,7 @@ def _circles(*parts: xr.Dataset) -> Figure:
 
 
 def _panels(data: xr.Dataset) -> Figure:
-    """A grid of sections; one colour per attractor that coexists."""
+    """Draw a grid of sections, with one colour per coexisting attractor."""
     names = list(dict.fromkeys(data["panel"].values.tolist()))
     figure, axes = _grid(len(names), PANEL_SIZE, min(COLUMNS, len(names)))
     least = LEAST_WINDOW * float(data.attrs["half_clearance"])
@@ -230,7 +230,7 @@ def _panel(ax: Axes, data: xr.Dataset, panel: str, least: float) -> None:
 
 
 def _marker(row: dict[str, Any]) -> dict[str, Any]:
-    """Few places: large dots. Many: small ones, as pixels."""
+    """Style of the marks: large dots for few places, small ones, as pixels, for many."""
     places = np.unique(np.round(np.column_stack([row["x1"], row["v1"]]), 6), axis=0)
     return {"markersize": 5.0 if len(places) < 20 else 2.5 if len(places) < 200 else 0.9}
 

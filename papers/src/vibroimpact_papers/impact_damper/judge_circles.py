@@ -12,19 +12,25 @@ import math
 
 from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper.circles import ALTERNATE, Measured
-from vibroimpact_papers.impact_damper.judged import Evidence, Outcome, listed, number, outcome
+from vibroimpact_papers.impact_damper.judged import (
+    Evidence,
+    RuleResult,
+    listed,
+    number,
+    rule_result,
+)
 from vibroimpact_papers.report import Word
 
-ORDER = 0.25  # the next power, half a power away at the least, must be told from the one claimed
+ORDER = 0.25  # tolerance of a power: the next one is at least half a power away
 RADIUS_ORDER, OFF_ORDER = 1.0, 1.5  # powers of the distance from the point
 SAME_CIRCLE = 0.1  # of the error of the prediction: two starts lead to one circle
 EXACT = 1e-3  # relative: a formula without printed digits holds if it holds within this
 
 
-def invariant_circle(_: Claim, evidence: Evidence) -> Outcome:
-    """Look for the circle that the sign of f1 promises, at every point."""
+def invariant_circle(_: Claim, evidence: Evidence) -> RuleResult:
+    """Search for the circle that the sign of f1 predicts, at every point."""
     words = {m.point.name: circle_here(m) for m in evidence.circles}
-    return outcome(
+    return rule_result(
         _all(evidence, [word is Word.AGREES for word in words.values()]),
         listed((_found(m) for m in evidence.circles), "no point computed"),
         "simulation: circles of the predicted side and stability, whose radius differs from the "
@@ -34,11 +40,11 @@ def invariant_circle(_: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def first_coefficient(claim: Claim, evidence: Evidence) -> Outcome:
+def first_coefficient(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare f1 as printed with the coefficient that the circles confirm."""
     whole = claim.printed["formula"] == "appendix"
     pairs = [(m.point, _printed(m, whole)) for m in evidence.circles]
-    return outcome(
+    return rule_result(
         _all(evidence, [max(abs(v / p.f1_full - 1.0) for v in values) <= EXACT
                         for p, values in pairs]),
         listed((f"{p.name}: f₁ {p.f1_full:.5g}, as printed {_interval(values)}"
@@ -50,10 +56,10 @@ def first_coefficient(claim: Claim, evidence: Evidence) -> Outcome:
     )  # fmt: skip
 
 
-def stability_by_sign(_: Claim, evidence: Evidence) -> Outcome:
-    """Compare the sign of f1 as printed with what simulation shows."""
+def stability_by_sign(_: Claim, evidence: Evidence) -> RuleResult:
+    """Compare the sign of f1 as printed with simulation."""
     right = [(m.point.f1_printed > 0.0) == m.point.form.attracting for m in evidence.circles]
-    return outcome(
+    return rule_result(
         _all(evidence, right),
         listed(
             (
@@ -68,10 +74,10 @@ def stability_by_sign(_: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def angle_term(claim: Claim, evidence: Evidence) -> Outcome:
-    """Measure with which power of the radius the turn on the circle departs from theta."""
+def angle_term(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Measure the power of the radius with which the turn on the circle departs from theta."""
     powers = [m.turn_order for m in evidence.circles]
-    return outcome(
+    return rule_result(
         _all(evidence, [abs(p - number(claim, "exponent")) <= ORDER for p in powers]),
         listed(
             (f"{m.point.name}: r^{p:.2f}" for m, p in zip(evidence.circles, powers, strict=True)),
@@ -83,11 +89,11 @@ def angle_term(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def transversality(claim: Claim, evidence: Evidence) -> Outcome:
+def transversality(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare the sign of d|lambda| / d omega at every point."""
     slopes = [2.0 * m.point.form.kappa.real for m in evidence.circles]
     wanted = 1.0 if claim.printed["slope"] == "positive" else -1.0
-    return outcome(
+    return rule_result(
         _all(evidence, [slope * wanted > 0.0 for slope in slopes]),
         listed(
             (f"{m.point.name}: {s:+.4g}" for m, s in zip(evidence.circles, slopes, strict=True)),
@@ -99,10 +105,10 @@ def transversality(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def centre_manifold(_: Claim, evidence: Evidence) -> Outcome:
-    """Measure how far the circles lie from the two-dimensional manifold."""
+def centre_manifold(_: Claim, evidence: Evidence) -> RuleResult:
+    """Measure the distance of the circles from the two-dimensional manifold."""
     powers = [m.off_order for m in evidence.circles]
-    return outcome(
+    return rule_result(
         _all(evidence, [abs(p - OFF_ORDER) <= ORDER for p in powers]),
         listed(
             (

@@ -11,7 +11,7 @@ found at that frequency has it. Types are tests of the classification:
     torus_doubled         on two closed curves, or on one that winds twice
     break_of_circle       on no closed curve any more: chaotic, or periodic with n >= 2
     chaotic               largest Lyapunov exponent above three errors, and stretching
-    unstable_torus        not decided by simulation forwards; differs if the torus seen attracts
+    unstable_torus        not decided by simulation forwards; differs if the torus found attracts
 """
 
 from __future__ import annotations
@@ -23,45 +23,51 @@ import numpy as np
 from vibroimpact.attractors.classify import Attractor
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact_papers.impact_damper import Claim
-from vibroimpact_papers.impact_damper.judged import Evidence, Outcome, listed, number, outcome
+from vibroimpact_papers.impact_damper.judged import (
+    Evidence,
+    RuleResult,
+    listed,
+    number,
+    rule_result,
+)
 from vibroimpact_papers.impact_damper.measures import extent, harmonics, width
-from vibroimpact_papers.impact_damper.panel_results import Found, PanelResult, labels
+from vibroimpact_papers.impact_damper.panel_results import LabelledAttractor, PanelResult, labels
 
 WITNESS = "classification"
 
 
-def attractor_type(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look for an attractor of the printed type at every panel of the claim."""
+def attractor_type(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Search for an attractor of the printed type at every panel of the claim."""
     panels = _panels(claim, evidence)
     kind = claim.printed["type"]
     if not panels:
-        return outcome(None, "no panel computed", "the claim names no panel")
+        return rule_result(None, "no panel computed", "the claim names no panel")
     if kind == "unstable_fixed_point":
         return _unstable_orbit(panels, evidence)
     if kind == "unstable_torus":
         return _unstable_torus(panels)
     answers = [_any_matches(claim, panel) for panel in panels]
     holds = None if None in answers and False not in answers else all(answers)
-    return outcome(holds, _seen(panels), _numbers_of(panels), **_json(panels))
+    return rule_result(holds, _attractors(panels), _numbers_of(panels), **_json(panels))
 
 
-def no_attractor(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look for an attractor of a type that is said to be absent."""
+def no_attractor(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Search for an attractor of a type that is stated to be absent."""
     panels = _panels(claim, evidence)
     if not panels:
-        return outcome(None, "no panel computed", WITNESS)
+        return rule_result(None, "no panel computed", WITNESS)
     answers = [_any_matches(claim, panel) for panel in panels]
     holds = False if True in answers else None if None in answers else True
-    return outcome(holds, _seen(panels), _numbers_of(panels), **_json(panels))
+    return rule_result(holds, _attractors(panels), _numbers_of(panels), **_json(panels))
 
 
-def impacts(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look whether the motion stays on a closed curve for the printed number of impacts."""
+def impacts(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Check whether the motion stays on a closed curve for the printed number of impacts."""
     panels = _panels(claim, evidence)
     wanted = int(number(claim, "impacts"))
     curves = [f for p in panels for f in p.found if _is(f, Kind.QUASIPERIODIC)]
     counts = [len(f.points) for f in curves]
-    return outcome(
+    return rule_result(
         max(counts, default=0) >= wanted if panels else None,
         listed(f"{n} points on the curve ({f.start})" for n, f in zip(counts, curves, strict=True)),
         "points of the section that were tested to lie on one closed curve",
@@ -69,7 +75,7 @@ def impacts(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def trend(claim: Claim, evidence: Evidence) -> Outcome:
+def trend(claim: Claim, evidence: Evidence) -> RuleResult:
     """Measure a quantity at each panel and compare its direction."""
     panels = sorted(_panels(claim, evidence), key=lambda p: -p.omega)
     kind, measure, name = _QUANTITIES[str(claim.printed["quantity"])]
@@ -77,7 +83,7 @@ def trend(claim: Claim, evidence: Evidence) -> Outcome:
     shown = listed((f"{v:.4g} at {omega}" for omega, v in values), f"no panel is {kind}")
     rule = f"{name} of what is {kind}; {_numbers_of(panels)}"
     if len(values) < 2:
-        return outcome(None, shown, f"fewer than two panels to compare; {rule}")
+        return rule_result(None, shown, f"fewer than two panels to compare; {rule}")
     steps = np.diff([v for _, v in values])
     rising = bool(np.all(steps > 0)), bool(np.all(steps < 0))
     grows_downwards = (
@@ -85,11 +91,11 @@ def trend(claim: Claim, evidence: Evidence) -> Outcome:
     )
     along_panels = claim.printed["over"] == "panels" and claim.printed["direction"] == "increasing"
     holds = rising[0] if grows_downwards or along_panels else rising[1]
-    return outcome(holds, shown, rule, values=values)
+    return rule_result(holds, shown, rule, values=values)
 
 
-def instability(claim: Claim, evidence: Evidence) -> Outcome:
-    """Compare where the circles are and where chaos is, along omega."""
+def instability(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Compare the frequencies of the circles and of chaos."""
     panels = [evidence.panels[name] for name in evidence.panels if _of_set(name, claim, evidence)]
     where = {
         kind: [p.omega for p in panels if any(_is(f, kind) for f in p.found)]
@@ -98,25 +104,25 @@ def instability(claim: Claim, evidence: Evidence) -> Outcome:
     circles, chaos = where[Kind.QUASIPERIODIC], where[Kind.CHAOTIC]
     shown = f"circles at ω = {circles or 'no panel'}; chaos at {chaos or 'no panel'}"
     if not circles or not chaos:
-        return outcome(None, shown, WITNESS)
+        return rule_result(None, shown, WITNESS)
     if min(chaos) > max(circles):
         found = "increasing"
     elif max(chaos) < min(circles):
         found = "decreasing"
     else:
         found = "neither"
-    return outcome(found == claim.printed["direction"], f"{found} ω: {shown}", WITNESS)
+    return rule_result(found == claim.printed["direction"], f"{found} ω: {shown}", WITNESS)
 
 
-def route(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look for the printed types in their order as omega decreases."""
+def route(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Search for the printed types in their order as omega decreases."""
     names = claim.panels or [n for n in evidence.panels if _of_set(n, claim, evidence)]
     panels = sorted((evidence.panels[n] for n in names if n in evidence.panels),
                     key=lambda p: -p.omega)  # fmt: skip
     sequence = claim.printed["sequence"]
     assert isinstance(sequence, list)
     if not panels:
-        return outcome(None, "no panel computed", WITNESS)
+        return rule_result(None, "no panel computed", WITNESS)
     place, missing = 0, ""
     for wanted in map(str, sequence):
         tests = (i for i in range(place, len(panels)) if _panel_has(wanted, panels[i]))
@@ -125,10 +131,10 @@ def route(claim: Claim, evidence: Evidence) -> Outcome:
             missing = wanted
             break
         place = found + 1
-    computed = _seen(panels)
+    computed = _attractors(panels)
     lacking = f"no {missing.replace('_', ' ')} in its place"
     rule = f"{WITNESS}; {lacking if missing else 'all found in order'}"
-    return outcome(not missing, computed, rule, missing=missing)
+    return rule_result(not missing, computed, rule, missing=missing)
 
 
 # --- types --------------------------------------------------------------------------------------
@@ -167,55 +173,55 @@ def _panel_has(kind: str, panel: PanelResult) -> bool:
     return any(matches(kind, {}, f.attractor) for f in panel.found)
 
 
-def _from_start(claim: Claim, panel: PanelResult) -> Sequence[Found]:
+def _from_start(claim: Claim, panel: PanelResult) -> Sequence[LabelledAttractor]:
     """Keep the start that the paper states, at the frequency for which it states it."""
     if claim.start == "theoretical fixed point" and panel.omega == claim.omega:
         return [f for f in panel.found if f.start == "fixed point"]
     return panel.found
 
 
-def _unstable_orbit(panels: list[PanelResult], evidence: Evidence) -> Outcome:
+def _unstable_orbit(panels: list[PanelResult], evidence: Evidence) -> RuleResult:
     orbits = [evidence.branch(p.panel.set, p.omega) for p in panels]
     sizes = [float(max(abs(o.multipliers))) for o in orbits if o is not None]
     holds = len(sizes) == len(orbits) and min(sizes) > 1.0
-    return outcome(
+    return rule_result(
         holds,
         listed((f"largest |λ| {s:.6f}" for s in sizes), "no orbit"),
         f"multipliers of the closed-form orbit, determinant identity within "
         f"{max((abs(o.determinant_error) for o in orbits if o), default=0.0):.0e}; simulation: "
-        f"{_seen(panels)}",
+        f"{_attractors(panels)}",
         moduli=sizes,
     )
 
 
-def _unstable_torus(panels: list[PanelResult]) -> Outcome:
+def _unstable_torus(panels: list[PanelResult]) -> RuleResult:
     attracts = any(_is(f, Kind.QUASIPERIODIC) for p in panels for f in p.found)
     reason = "the torus that simulation finds attracts" if attracts else (
         "simulation forwards does not show what repels, and no torus attracts here"
     )  # fmt: skip
-    return outcome(
-        False if attracts else None, _seen(panels), f"{WITNESS}: {reason}", **_json(panels)
+    return rule_result(
+        False if attracts else None, _attractors(panels), f"{WITNESS}: {reason}", **_json(panels)
     )
 
 
 # --- quantities -----------------------------------------------------------------------------------
 
 
-def _size(found: Found) -> float:
+def _size(found: LabelledAttractor) -> float:
     return extent(found.points)
 
 
-def _smoothness(found: Found) -> float:
+def _smoothness(found: LabelledAttractor) -> float:
     curve = found.attractor.shape.curve
     assert curve is not None
     return 1.0 / harmonics(found.points[:: found.attractor.shape.pieces], curve.rotation.value)
 
 
-def _width(found: Found) -> float:
+def _width(found: LabelledAttractor) -> float:
     return width(found.points)
 
 
-Measure = Callable[[Found], float]
+Measure = Callable[[LabelledAttractor], float]
 _QUANTITIES: dict[str, tuple[Kind, Measure, str]] = {
     "size of the invariant circle": (Kind.QUASIPERIODIC, _size, "extent"),
     "smoothness of the invariant circle": (Kind.QUASIPERIODIC, _smoothness, "1 / harmonics"),
@@ -224,14 +230,14 @@ _QUANTITIES: dict[str, tuple[Kind, Measure, str]] = {
 
 
 def _measured(panel: PanelResult, kind: Kind, measure: Measure) -> float | None:
-    """Measure the attractor of a kind; the one from the way down, or else the first."""
+    """Measure the attractor of a kind; the one from the downward sweep, or else the first."""
     return next((measure(f) for f in panel.found if _is(f, kind)), None)
 
 
 # --- words --------------------------------------------------------------------------------------
 
 
-def _is(found: Found, kind: Kind) -> bool:
+def _is(found: LabelledAttractor, kind: Kind) -> bool:
     return found.attractor.kind is kind
 
 
@@ -243,12 +249,12 @@ def _panels(claim: Claim, evidence: Evidence) -> list[PanelResult]:
     return [evidence.panels[name] for name in claim.panels if name in evidence.panels]
 
 
-def _seen(panels: Sequence[PanelResult]) -> str:
+def _attractors(panels: Sequence[PanelResult]) -> str:
     return listed(f"{p.panel.name}: {' | '.join(labels(p.distinct))}" for p in panels)
 
 
 def _numbers_of(panels: Sequence[PanelResult]) -> str:
-    """Give the numbers that decided each classification."""
+    """Return the numbers that decided each classification."""
     parts = []
     for p in panels:
         for group in p.distinct:
@@ -257,7 +263,7 @@ def _numbers_of(panels: Sequence[PanelResult]) -> str:
 
 
 def numbers_of(a: Attractor) -> str:
-    """Say which numbers decided a classification."""
+    """Return the numbers that decided a classification, in words."""
     exponent = f"{_history(a)}exponent {a.exponent.value:.2g} \u00b1 {a.exponent.error:.1g}"
     if a.kind is Kind.PERIODIC:
         return f"returns within {a.shape.return_distance:.0e} after {a.shape.period}, {exponent}"
@@ -267,7 +273,7 @@ def numbers_of(a: Attractor) -> str:
 
 
 def _history(a: Attractor) -> str:
-    """Say what the motion looked like before it settled."""
+    """Return the transient before the motion settled, in words."""
     if not a.transient:
         return ""
     return f"settled after {a.transient} impacts (before: {a.transient_name}), "

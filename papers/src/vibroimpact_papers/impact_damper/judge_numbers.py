@@ -20,28 +20,28 @@ from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper.judged import (
     Evidence,
-    Outcome,
+    RuleResult,
     all_orbits,
     half_unit,
     listed,
     number,
     numbers,
-    outcome,
+    rule_result,
 )
 from vibroimpact_papers.impact_damper.misprint_residuals import Letters
 
 EXACT = 1e-3  # the paper's own "lambda^4 = 1" misses by 1.5e-4
 ROUNDING = 1e-10  # for identities between closed forms
-SAMPLES = 200  # frequencies at which a statement about a range is looked at
+SAMPLES = 200  # frequencies at which a statement about a range is checked
 WIDE = (0.3, 4.0)  # times omega_n: the range in which existence is compared
 STRONG = (1, 2, 3, 4)
 
 
-def orbit_count(claim: Claim, evidence: Evidence) -> Outcome:
-    """Compare the most symmetric orbits of one damper with the printed maximum."""
+def orbit_count(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Compare the largest number of symmetric orbits of one damper with the printed maximum."""
     counts = [len(all_orbits(d)) for d in _many(evidence)]
     most = max(counts)
-    return outcome(
+    return rule_result(
         most == number(claim, "maximum"),
         f"at most {most}, at {len(counts)} frequencies of the three sets",
         "closed form: contact at stop A is a quadratic for cos τ₀",
@@ -49,7 +49,7 @@ def orbit_count(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def flight_time(claim: Claim, evidence: Evidence) -> Outcome:
+def flight_time(claim: Claim, evidence: Evidence) -> RuleResult:
     """Simulate the symmetric orbits and compare the two flight times with pi / omega."""
     ratios = []
     for name, points in evidence.bifurcations.items():
@@ -57,7 +57,7 @@ def flight_time(claim: Claim, evidence: Evidence) -> Outcome:
             times = simulate(orbit.damper, orbit.state, impacts=2).time
             ratios += list(np.diff([0.0, *times]) * orbit.damper.omega / math.pi)
     error = max(abs(r - number(claim, "ratio")) for r in ratios)
-    return outcome(
+    return rule_result(
         error <= ROUNDING,
         f"largest deviation of the ratio {error:.1e} in {len(ratios)} simulated flights",
         "simulation of the closed-form orbits, symmetric by construction",
@@ -65,13 +65,13 @@ def flight_time(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def existence(claim: Claim, evidence: Evidence) -> Outcome:
+def existence(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare the condition (16), with the corrected h, with the solutions of the closed form."""
     dampers = _many(evidence)
     found = [bool(all_orbits(d)) for d in dampers]
     printed = [_condition_16(d) for d in dampers]
     wrong = sum(a != b for a, b in zip(found, printed, strict=True))
-    return outcome(
+    return rule_result(
         wrong == 0,
         f"orbits at {sum(found)} of {len(found)} frequencies; {claim.printed['condition']} errs "
         f"at {wrong}",
@@ -80,14 +80,14 @@ def existence(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def neimark_sacker_omega(claim: Claim, evidence: Evidence) -> Outcome:
+def neimark_sacker_omega(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare the printed critical frequency with the nearest computed one."""
     printed = number(claim, "omega")
     point = _nearest(claim, evidence)
     if point is None:
         return _no_point(claim)
     miss, off = abs(point.omega - printed), abs(abs(point.half_multiplier) - 1.0)
-    return outcome(
+    return rule_result(
         miss <= half_unit(number(claim, "decimals")),
         listed(f"{b.omega:.9f}" for b in evidence.crossings(claim.set)),
         f"test function on the closed form, |ν| = 1 within {off:.0e}; the nearest is "
@@ -97,11 +97,11 @@ def neimark_sacker_omega(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def crossing_count(claim: Claim, evidence: Evidence) -> Outcome:
+def crossing_count(claim: Claim, evidence: Evidence) -> RuleResult:
     """Count the Neimark-Sacker points in the printed range."""
     low, high = numbers(claim, "omega_range")
     inside = [b.omega for b in evidence.crossings(claim.set) if low <= b.omega <= high]
-    return outcome(
+    return rule_result(
         len(inside) == number(claim, "count"),
         f"{len(inside)} in [{low}, {high}]: {listed(f'{omega:.6f}' for omega in inside)}",
         "all zeros of the test function of the half map in the range",
@@ -109,13 +109,13 @@ def crossing_count(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def crossing_direction(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look for a point at which the pair leaves the unit disc in the printed direction of omega."""
+def crossing_direction(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Search for a point at which the pair leaves the disc in the printed direction of omega."""
     ways = {
         b.omega: "increasing" if b.crossing == "leaves" else "decreasing"
         for b in evidence.crossings(claim.set)
     }
-    return outcome(
+    return rule_result(
         claim.printed["omega"] in ways.values(),
         listed(f"leaves with ω {way} at {omega:.6f}" for omega, way in ways.items()),
         "sign of the slope of the test function at each point",
@@ -123,14 +123,14 @@ def crossing_direction(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def multipliers(claim: Claim, evidence: Evidence) -> Outcome:
+def multipliers(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare the printed pair with the pairs of the orbits there, and with (1)."""
     omega = number(claim, "omega")
     computed = [_pair(o, claim.printed["pair"]) for o in evidence.orbits(claim.set, omega)]
     digits = [half_unit(d) for d in numbers(claim, "decimals")]
     value = np.array([number(claim, "real"), number(claim, "imaginary")])
     holds = any(np.all(np.abs([z.real, abs(z.imag)] - value) <= digits) for z in computed)
-    return outcome(
+    return rule_result(
         holds,
         listed((_complex(z) for z in computed), f"no orbit at ω = {omega}"),
         _product_witness(claim, evidence),
@@ -138,15 +138,15 @@ def multipliers(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def modulus(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look whether |lambda| takes the printed value within the printed digits of omega."""
+def modulus(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Check whether |lambda| takes the printed value within the printed digits of omega."""
     omega, decimals = number(claim, "omega"), _decimals_of_omega(claim, evidence)
     ends = [omega - half_unit(decimals), omega, omega + half_unit(decimals)]
     orbits = [evidence.branch(claim.set, end) for end in ends]
     sizes = [abs(_pair(o, claim.printed["pair"])) for o in orbits if o is not None]
     if len(sizes) < len(ends):
-        return outcome(None, "no orbit there", "closed form")
-    return outcome(
+        return rule_result(None, "no orbit there", "closed form")
+    return rule_result(
         min(sizes) <= number(claim, "value") <= max(sizes),
         f"{sizes[1]:.9f} at ω = {omega}",
         f"closed form; {min(sizes):.7f} to {max(sizes):.7f} within half a unit of ω's last digit",
@@ -154,11 +154,11 @@ def modulus(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def inside(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look at the other pair where the critical one crosses."""
+def inside(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Check the other pair at the crossings of the critical one."""
     points = evidence.crossings(claim.set)
     sizes = [abs(_pair(b.orbit, claim.printed["pair"])) for b in points]
-    return outcome(
+    return rule_result(
         bool(sizes) and max(sizes) < 1.0,
         listed(f"{s:.6f} at {b.omega:.6f}" for s, b in zip(sizes, points, strict=True)),
         "moduli at the computed Neimark-Sacker points",
@@ -166,7 +166,7 @@ def inside(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def resonance(claim: Claim, evidence: Evidence) -> Outcome:
+def resonance(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare |lambda^m - 1| at the computed points with the printed resonance."""
     low, high = _range_of(claim)
     points = [b for b in evidence.crossings(claim.set) if low <= b.omega <= high]
@@ -176,7 +176,7 @@ def resonance(claim: Claim, evidence: Evidence) -> Outcome:
     misses = [min(abs(b.multiplier**m - 1.0) for m in orders) for b in points]
     resonant = min(misses) <= EXACT
     expected = claim.printed.get("power_is_one", claim.printed["case"] == "strong")
-    return outcome(
+    return rule_result(
         resonant == expected,
         listed(map(_angles, points)),
         f"smallest |λᵐ − 1|, m in {orders}: {min(misses):.3g}; one if below {EXACT:g}. "
@@ -186,14 +186,14 @@ def resonance(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def multiplier_point(claim: Claim, evidence: Evidence) -> Outcome:
-    """Compare where the pair crosses the unit circle with the printed point."""
+def multiplier_point(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Compare the crossing of the pair through the unit circle with the printed point."""
     target = complex(number(claim, "real"), number(claim, "imaginary"))
     points = evidence.crossings(claim.set)
     misses = [abs(b.multiplier - target) for b in points]
     if not misses:
         return _no_point(claim)
-    return outcome(
+    return rule_result(
         min(misses) <= EXACT,
         listed(f"{_complex(b.multiplier)} at {b.omega:.6f}" for b in points),
         f"{min(misses):.3g} away; holds if below {EXACT:g}",
@@ -201,14 +201,14 @@ def multiplier_point(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def multiplier_character(claim: Claim, evidence: Evidence) -> Outcome:
+def multiplier_character(claim: Claim, evidence: Evidence) -> RuleResult:
     """Count the complex pairs of the branch over the printed range."""
     low, high = numbers(claim, "omega_range")
     found = [evidence.branch(claim.set, w) for w in np.linspace(low, high, SAMPLES)]
     pairs = [int(np.sum(o.multipliers.imag > 0.0)) for o in found if o is not None]
     wanted = int(number(claim, "pairs"))
     share = sum(n == wanted for n in pairs)
-    return outcome(
+    return rule_result(
         share == SAMPLES,
         f"{wanted} pairs at {share} of {SAMPLES} frequencies",
         "eigenvalues of the half map, squared",
@@ -216,13 +216,13 @@ def multiplier_character(claim: Claim, evidence: Evidence) -> Outcome:
     )
 
 
-def stability_interval(claim: Claim, evidence: Evidence) -> Outcome:
-    """Look for bifurcations and unstable orbits inside the printed interval."""
+def stability_interval(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Search for bifurcations and unstable orbits inside the printed interval."""
     low, high = number(claim, "low"), number(claim, "high")
     found = [evidence.branch(claim.set, w) for w in np.linspace(low, high, SAMPLES)[1:-1]]
     stable = sum(o is not None and o.stable for o in found)
     inner = [b for b in evidence.bifurcations[claim.set] if low < b.omega < high and b.admissible]
-    return outcome(
+    return rule_result(
         stable == len(found) and not inner,
         f"stable at {stable} of {len(found)} frequencies inside; bifurcations: "
         f"{listed(f'{b.kind} {b.omega:.6f}' for b in inner)}",
@@ -262,8 +262,8 @@ def _nearest(claim: Claim, evidence: Evidence) -> Bifurcation | None:
     return min(points, key=lambda b: abs(b.omega - printed), default=None)
 
 
-def _no_point(claim: Claim) -> Outcome:
-    return outcome(
+def _no_point(claim: Claim) -> RuleResult:
+    return rule_result(
         False, "no Neimark-Sacker point", f"set {claim.set}: the test function has no zero"
     )
 

@@ -1,4 +1,4 @@
-"""What a verdict is made of, shared by the rules for numbers and the rules for motions."""
+"""Evidence and results of verdicts, shared by the rules for numbers and for motions."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from vibroimpact_papers.report import Word
 
 @lru_cache(maxsize=4096)
 def all_orbits(damper: ImpactDamper) -> tuple[SymmetricOrbit, ...]:
-    """Return the symmetric orbits of a damper; several claims ask for the same ones."""
+    """Return the symmetric orbits of a damper; several claims use the same ones."""
     return symmetric_orbits(damper)
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the verdicts rest on.
+    """Evidence for the verdicts.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class Evidence:
     claims
         All claims: some are judged together with another of the same set.
     bifurcations
-        Of the symmetric orbits of each set, in the range the paper studies and that of the sweep.
+        Bifurcations of the symmetric orbits of each set, in the range of the paper and of the sweep.
     panels
-        What was found at each panel, by name; panels that were not computed are missing.
+        Results at each panel, by name; panels that were not computed are missing.
     circles
         The normal form and the simulated circles at each Neimark-Sacker point.
     """
@@ -66,8 +66,8 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What a rule decides: computed value in words, and what decided."""
+class RuleResult:
+    """Result of a rule: verdict, computed value in words, and the deciding witness."""
 
     word: Word
     computed: str
@@ -75,10 +75,10 @@ class Outcome:
     numbers: dict[str, object] = field(default_factory=dict)
 
 
-def outcome(holds: bool | None, computed: str, witness: str, **numbers: object) -> Outcome:
-    """Return an outcome; None means that it cannot be decided."""
+def rule_result(holds: bool | None, computed: str, witness: str, **numbers: object) -> RuleResult:
+    """Return the result of a rule; None means that it cannot be decided."""
     word = {True: Word.AGREES, False: Word.DIFFERS, None: Word.UNDECIDED}[holds]
-    return Outcome(word, computed, witness, numbers)
+    return RuleResult(word, computed, witness, numbers)
 
 
 def number(claim: Claim, key: str) -> float:

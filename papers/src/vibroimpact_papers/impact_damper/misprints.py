@@ -1,4 +1,4 @@
-"""The misprinted equations of the paper: what is printed, what holds, and the residual of each.
+"""Misprinted equations of the paper: printed and corrected form, and the residual of each.
 
 `misprints()` is the table. Each residual is evaluated at a case, by default `default_case()`; rows
 on the normal form use maps with planted coefficients and ignore the case.

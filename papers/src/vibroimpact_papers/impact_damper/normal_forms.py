@@ -2,7 +2,7 @@
 
 Method      half map H, basis-free formula: d, and with it the predicted circle
             (vibroimpact.normal_forms.neimark_sacker)
-            half map H and full map P, the paper's route, corrected: f1 = -Re(d) of H, -2 Re(d) of P
+            half map H and full map P, method of the paper, corrected: f1 = -Re(d) of H, -2 Re(d) of P
             (vibroimpact.normal_forms.centre_manifold)
             full map P, as printed. With k1 = 2 q, z = <p, X> and a real basis k3, k4 of the other
             invariant subspace, w its coordinates,
@@ -18,7 +18,7 @@ Method      half map H, basis-free formula: d, and with it the predicted circle
                 g20, g11, g02, G21, G10, G01, H11, H02 by c, conj c, conj c^3, 1, 1, conj c^2,
                 1, conj c^2                                                                 (4)
             f1 must not depend on it. With (2) and (3) it does: its range is given.
-Assumes     what the normal form assumes (critical.py of vibroimpact.normal_forms)
+Assumes     as for the normal form (critical.py of vibroimpact.normal_forms)
 Accuracy    rounding times the condition of the eigenbasis
 Fails       never at the points of the paper's sets; a refused normal form raises AssertionError
 Reference   the founding paper, section 4 and appendix; the same misprints on maps made by hand:
@@ -53,9 +53,9 @@ class Appendix:
     multiplier
         lambda_0, |lambda_0| = 1.
     g20, g11, g02, G21
-        Of the planar map.
+        Coefficients of the planar map.
     G10, G01, H11, H02
-        Of the coupling to the other coordinates, shape (dimension - 2,).
+        Coefficients of the coupling to the other coordinates, shape (dimension - 2,).
     block
         B of (A8), shape (dimension - 2, dimension - 2).
     """
@@ -81,7 +81,7 @@ class Appendix:
         )  # fmt: skip
 
     def with_printed_signs(self) -> Appendix:
-        """Return what (A7) and (A10) give with their printed signs."""
+        """Return the coefficients by (A7) and (A10) with their printed signs."""
         G01 = self.G01 - 1j * (self.G01.imag - self.G10.imag)  # (2)
         return replace(self, G01=G01, H02=self.H02.conj())  # (3)
 
@@ -200,7 +200,7 @@ def appendix(forms: SegmentMap) -> Appendix:
 
 
 def _f1(forms: SegmentMap) -> float:
-    """Return f1 by the paper's route."""
+    """Return f1 by the paper's method."""
     paper = centre_manifold(forms)
     assert isinstance(paper, CentreManifold), paper.reason
     return paper.f1

@@ -1,4 +1,4 @@
-"""The sections of Figs. 2, 4 and 5: attractors followed along omega, and from the fixed point."""
+"""Sections of Figs. 2, 4 and 5: attractors followed along omega, and from the fixed point."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vibroimpact_papers.impact_damper import Panel, ParameterSet
 from vibroimpact_papers.impact_damper.measures import same_cloud
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
 
-CLOSED = 1 / 500  # of the length of a curve: a wider gap between its points shows in a picture
+CLOSED = 1 / 500  # of the length of a curve: a wider gap between its points is visible
 MORE_POINTS = 64_000  # are then drawn
 
 
@@ -40,7 +40,7 @@ class Followed:
 
 
 @dataclass(frozen=True)
-class Found:
+class LabelledAttractor:
     """An attractor at one panel, from one start; ``points`` are (x1, x1'+), shape (n, 2)."""
 
     start: str
@@ -50,10 +50,10 @@ class Found:
 
 @dataclass(frozen=True)
 class PanelResult:
-    """What was found at one panel from every start."""
+    """Attractors at one panel from every start."""
 
     panel: Panel
-    found: tuple[Found, ...]
+    found: tuple[LabelledAttractor, ...]
 
     @property
     def omega(self) -> float:
@@ -62,9 +62,9 @@ class PanelResult:
         return self.panel.omega
 
     @cached_property
-    def distinct(self) -> tuple[tuple[Found, ...], ...]:
+    def distinct(self) -> tuple[tuple[LabelledAttractor, ...], ...]:
         """Return groups of starts that lead to the same attractor."""
-        groups: list[list[Found]] = []
+        groups: list[list[LabelledAttractor]] = []
         for one in self.found:
             same = next((g for g in groups if _same(g[0], one)), None)
             if same is None:
@@ -101,7 +101,7 @@ def _on_stop(chosen: ParameterSet, step: Step) -> State:
 
 
 def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: Plan) -> PanelResult:
-    """Classify what every start leads to at the frequency of a panel."""
+    """Classify the attractor of every start at the frequency of a panel."""
     assert isinstance(panel.omega, float)
     starts = {way: followed.state(way, panel.omega) for way in ("down", "up")}
     orbit = branch_orbit(chosen, panel.omega)
@@ -112,12 +112,12 @@ def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: P
     found = []
     for name, state in starts.items():
         attractor = classify(damper, state, **settings)
-        found.append(Found(name, attractor, _points(attractor)))
+        found.append(LabelledAttractor(name, attractor, _points(attractor)))
     return PanelResult(panel, tuple(found))
 
 
 def _points(attractor: Attractor) -> Floats:
-    """Return the points of the last window; of a periodic orbit the last period."""
+    """Return the points of the last window, or the last period of a periodic orbit."""
     section, curve = attractor.section, attractor.shape.curve
     if curve is not None and curve.widest_gap > CLOSED * curve.length:
         section = impact_section(section.system, section.last, points=MORE_POINTS, settle=0)
@@ -125,8 +125,8 @@ def _points(attractor: Attractor) -> Floats:
     return points[-attractor.shape.period :] if attractor.shape.period else points
 
 
-def _same(a: Found, b: Found) -> bool:
-    def sort(found: Found) -> tuple[object, ...]:
+def _same(a: LabelledAttractor, b: LabelledAttractor) -> bool:
+    def sort(found: LabelledAttractor) -> tuple[object, ...]:
         one = found.attractor
         turns = one.shape.curve.turns if one.shape.curve else 0
         return one.kind, one.type, one.shape.pieces, turns
@@ -136,6 +136,6 @@ def _same(a: Found, b: Found) -> bool:
     return same_cloud(a.points, b.points)
 
 
-def labels(groups: Sequence[Sequence[Found]]) -> list[str]:
-    """Say what each group is and which starts lead there."""
+def labels(groups: Sequence[Sequence[LabelledAttractor]]) -> list[str]:
+    """Return the name of each group and its starts."""
     return [f"{g[0].attractor.label} ({', '.join(f.start for f in g)})" for g in groups]

@@ -1,4 +1,4 @@
-"""How the figures are made: every start, step, settling time and number of points, in one place."""
+"""Plan of the figures: every start, step, settling time and number of points, in one place."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Sweep:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Numbers that decide how a figure is made; none of them is fitted to the paper.
+    """Numbers that determine the figures; none of them is fitted to the paper.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class Plan:
     sweep_settle, sweep_points
         Impacts discarded and section points kept at each step.
     panel_settle, panel_max_settle, panel_points
-        First and longest settling, and points, of the classification of a panel, which goes on
-        from the state that the sweep reached.
+        First and longest settling, and points, of the classification of a panel, which starts from
+        the state that the sweep reached.
     perturbation
         Radians added to the phase of the theoretical fixed point.
     path_points
@@ -61,7 +61,7 @@ class Plan:
         Grid of starts at Fig. 4(f); forcing periods after which those that have not settled are
         counted.
     figures
-        Which of the paper's figures to make.
+        Figures of the paper to make.
     """
 
     sweeps: Mapping[str, Sweep] = field(

@@ -1,7 +1,7 @@
 """The plane of each parameter set around the paper's frequencies, and basins where motions coexist.
 
 The paper varies the frequency alone. The plane shows how far its motions reach in the clearance;
-the basins, which starts lead to which of the attractors that coexist at one of its frequencies.
+the basins, the attractor of each start where several coexist at one of its frequencies.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def basin_data(chosen: ParameterSet, plan: Plan, omega: float) -> xr.Dataset:
 
 
 def _signed(data: xr.Dataset, figure: str, chosen: ParameterSet, plan: Plan) -> xr.Dataset:
-    """Return a dataset with what every file of the report says of itself."""
+    """Return a dataset with the attributes of every file of the report."""
     data.attrs = attributes(figure, chosen, plan) | {
         "start_position": list(START.position),
         "start_velocity": list(START.velocity),

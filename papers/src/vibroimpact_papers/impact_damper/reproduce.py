@@ -1,4 +1,4 @@
-"""The main job: every figure and every number of the founding paper, with a verdict on each."""
+"""Reproduction of every figure and number of the founding paper, with a verdict on each."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ PORTRAIT_PUSH = 0.1  # radians
 
 @dataclass(frozen=True)
 class Summary:
-    """What was written, and the number of verdicts of each sort."""
+    """Written files, and the number of verdicts of each sort."""
 
     out: Path
     judgements: tuple[Judgement, ...]
@@ -88,7 +88,7 @@ class Findings:
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
-    """Redo the paper and write the report.
+    """Reproduce the paper and write the report.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
     plan
         Starts, steps, settling and numbers of points; the full ones if not given.
     progress
-        Where to show progress; standard error if not given.
+        Progress display; on standard error if not given.
 
     Returns
     -------
@@ -193,14 +193,14 @@ def _ensembles(
 
 
 def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
-    """Return what the verdicts rest on."""
+    """Return the evidence for the verdicts."""
     return Evidence(found.sets, chosen, found.bifurcations, found.panels, found.circles)
 
 
 def _parallel(
     name: str, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
 ) -> list[Result]:
-    """Map over items on two threads, in order; an interruption drops what has not begun."""
+    """Map over items on two threads, in order; an interruption cancels items that have not begun."""
     todo = list(items)
     pool = ThreadPoolExecutor(min(WORKERS, os.cpu_count() or 1))
     try:
@@ -236,7 +236,7 @@ def _write_figures(work: Path, found: Findings, progress: Progress) -> Pictures:
 
 
 def _of_figures(names: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Leave out tables, of which there is no figure."""
+    """Leave out tables, which have no figure."""
     yield from ((f, files) for f, files in names.items() if not f.startswith("bifurcations"))
 
 
@@ -256,14 +256,14 @@ def _count(found: Findings) -> int:
 def _all_data(
     found: Findings, *, names_only: bool = False
 ) -> Iterator[tuple[str, tuple[xr.Dataset, ...]]]:
-    """Yield (figure, its datasets); computing nothing that is not asked for."""
+    """Yield (figure, its datasets), computing only the requested ones."""
     makers = _makers(found)
     for figure, make in makers.items():
         yield figure, () if names_only else make()
 
 
 def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
-    """Map each figure to what makes its data."""
+    """Map each figure to the function that makes its data."""
     sets, plan = found.sets, found.plan
     example = sets[EXAMPLE_SET]
     makers: dict[str, Callable[[], tuple[xr.Dataset, ...]]] = {
@@ -302,7 +302,7 @@ def _paper_figure(found: Findings, figure: str) -> tuple[xr.Dataset, ...]:
 
 
 def _example(found: Findings, figure: str, impacts: int) -> xr.Dataset:
-    """Simulate the stable orbit of set A, disturbed so that it is seen to settle."""
+    """Simulate the stable orbit of set A, disturbed so that it settles visibly."""
     chosen = found.sets[EXAMPLE_SET]
     orbit = branch_orbit(chosen, EXAMPLE_OMEGA)
     assert orbit is not None

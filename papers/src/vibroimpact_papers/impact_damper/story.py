@@ -1,4 +1,4 @@
-"""The report: which pictures and tables in which order, and the sentences that explain them."""
+"""Report: the order of figures and tables, and the sentences that explain them."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def _opening(judgements: tuple[Judgement, ...], residuals: Sequence[Residual]) -
 
 
 def _differences(judgements: tuple[Judgement, ...]) -> Section:
-    """Say what fails, in the words of the counts by kind."""
+    """Return the table of verdicts by kind of claim."""
     kinds = list(dict.fromkeys(j.claim.kind for j in judgements))
 
     def count(kind: str, word: Word) -> str:
@@ -322,9 +322,9 @@ def _verdicts(judgements: tuple[Judgement, ...]) -> list[Block]:
                 ", ".join(j.claim.panels) or f"section {section}",
                 f"\u201c{_readable(j.claim.quote)}\u201d",
                 j.printed,
-                j.outcome.computed,
+                j.result.computed,
                 Verdict(j.verdict),
-                j.outcome.witness,
+                j.result.witness,
             ]
             for j in part
         ]

@@ -157,7 +157,7 @@ def _size_row(m: Measured, c: Circle) -> list[Cell]:
 
 
 def _warnings(circles: tuple[Measured, ...]) -> Text:
-    """Say where a strong resonance is near, and how the distances were chosen."""
+    """Return warnings of strong resonances, and the choice of the distances."""
     warned = [
         f"Set {m.point.set}, ω_c = {m.point.omega:.6f}: {sentence} The circles above stay within "
         f"{abs(m.main[0].dp):.1e} of ω_c."
@@ -167,6 +167,6 @@ def _warnings(circles: tuple[Measured, ...]) -> Text:
     rule = (
         "At each point the largest distance is that at which the predicted radius is a tenth of "
         "the one where a term that the normal form removes is as large as z; then it is halved "
-        "again and again."
+        "repeatedly."
     )
     return Text((rule, *warned))

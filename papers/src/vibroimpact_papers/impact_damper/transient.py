@@ -1,7 +1,7 @@
-"""How long the motion at Fig. 4(f) looks chaotic: starts that have not settled, after some time.
+"""Duration of the chaotic transient at Fig. 4(f): starts that have not settled, after some time.
 
-All starts end on periodic motions, but the chaos before is long: a picture drawn of it, after the
-thousands of impacts that such a picture needs, shows chaos.
+All starts end on periodic motions, but the chaos before is long: a figure drawn after the
+thousands of impacts that it needs shows chaos.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Survivors(NamedTuple):
     Attributes
     ----------
     starts
-        How many there were.
+        Number of starts.
     impacts
         Impacts of a motion so far, at both stops; the largest number among the starts.
     left
@@ -39,9 +39,9 @@ class Survivors(NamedTuple):
 
     @property
     def fold(self) -> float:
-        """Impacts in which the number that is left falls by a factor e.
+        """Impacts in which the remaining number falls by a factor e.
 
-        Infinite if none settles, NaN if all have at the second look.
+        Infinite if none settles, NaN if all have at the second count.
         """
         last = max((i for i, left in enumerate(self.left) if left), default=0)
         if last == 0:

@@ -1,4 +1,4 @@
-"""A verdict on every claim: printed, computed, agrees or differs or cannot be decided, and why."""
+"""Verdicts on the claims: printed, computed, agrees or differs or cannot be decided, and why."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper import judge_circles as circles
 from vibroimpact_papers.impact_damper import judge_motions as motions
 from vibroimpact_papers.impact_damper import judge_numbers as rules
-from vibroimpact_papers.impact_damper.judged import Evidence, Outcome
+from vibroimpact_papers.impact_damper.judged import Evidence, RuleResult
 from vibroimpact_papers.report import Word
 
-Rule = Callable[[Claim, Evidence], Outcome]
+Rule = Callable[[Claim, Evidence], RuleResult]
 
 
-def _trend(claim: Claim, evidence: Evidence) -> Outcome:
-    """Send a trend without panels to the comparison along omega."""
+def _trend(claim: Claim, evidence: Evidence) -> RuleResult:
+    """Judge a trend; without panels, by the comparison along omega."""
     rule = motions.trend if claim.panels else motions.instability
     return rule(claim, evidence)
 
@@ -58,12 +58,12 @@ class Judgement:
     """A claim with its verdict."""
 
     claim: Claim
-    outcome: Outcome
+    result: RuleResult
 
     @property
     def verdict(self) -> Word:
         """Return the verdict."""
-        return self.outcome.word
+        return self.result.word
 
     @property
     def printed(self) -> str:
@@ -82,10 +82,10 @@ class Judgement:
             "omega": claim.omega,
             "quote": claim.quote,
             "printed": dict(claim.printed),
-            "computed": self.outcome.computed,
-            "numbers": plain(self.outcome.numbers),
+            "computed": self.result.computed,
+            "numbers": plain(self.result.numbers),
             "verdict": self.verdict.value,
-            "witness": self.outcome.witness,
+            "witness": self.result.witness,
             "contradicts": list(claim.contradicts),
         }
 
@@ -149,7 +149,7 @@ def to_json(judgements: tuple[Judgement, ...], **more: object) -> str:
 
 
 def plain(value: object) -> object:
-    """Return plain numbers, strings, lists and dicts; what is no finite number becomes a string."""
+    """Return plain numbers, strings, lists and dicts; non-finite numbers become strings."""
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):

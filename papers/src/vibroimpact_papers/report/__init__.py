@@ -1,4 +1,4 @@
-"""Self-contained HTML pages and whole output folders; nothing here knows any mechanics."""
+"""Self-contained HTML pages and whole output folders, without mechanics."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Output folders that are whole or absent.
 
 Everything is written into a hidden sibling, which takes the name of the folder at the end. An
-interruption removes the sibling and leaves what was there before.
+interruption removes the sibling and leaves the earlier contents.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def whole_folder(out: Path) -> Iterator[Path]:
     Raises
     ------
     InvalidParameterError
-        ``out`` holds other files, is no folder, or its parent cannot be written.
+        ``out`` holds other files, is not a folder, or its parent cannot be written.
     """
     out = Path(out).absolute()
     refuse_foreign(out)
@@ -43,7 +43,7 @@ def whole_folder(out: Path) -> Iterator[Path]:
 
 
 def refuse_foreign(out: Path) -> None:
-    """Refuse a path that is no folder, or a folder with files that are not ours."""
+    """Refuse a path that is not a folder, or a folder with foreign files."""
     if out.exists() and not out.is_dir():
         raise InvalidParameterError(f"out = {out}: is not a folder. Name another.")
     try:
@@ -52,7 +52,7 @@ def refuse_foreign(out: Path) -> None:
         raise _unwritable(out, error) from error
     if foreign:
         raise InvalidParameterError(
-            f"out = {out}: holds files that are not ours; must be absent, empty or an earlier "
+            f"out = {out}: holds foreign files; must be absent, empty or an earlier "
             "output. Name another folder."
         )
 

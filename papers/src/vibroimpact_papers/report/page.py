@@ -19,7 +19,7 @@ INITIAL = "width=device-width, initial-scale=1"
 
 
 class Word(Enum):
-    """The three verdicts; the value is what the reader sees, the sign repeats it without colour."""
+    """The three verdicts; the value is shown to the reader, the sign repeats it without colour."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
@@ -27,7 +27,7 @@ class Word(Enum):
 
     @property
     def sign(self) -> str:
-        """A mark that can be told apart in black and white."""
+        """Mark that can be distinguished in black and white."""
         return {"agrees": "\u2713", "differs": "\u2717", "cannot be decided": "?"}[self.value]
 
 
@@ -59,7 +59,7 @@ Cell = str | Verdict
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table; ``stacked`` ones turn every row into a card on a narrow screen."""
+    """Table; with ``stacked``, every row becomes a card on a narrow screen."""
 
     head: tuple[str, ...]
     rows: Sequence[Sequence[Cell]]
