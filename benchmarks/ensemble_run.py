@@ -1,6 +1,6 @@
 """Ensembles of the library run by their impacts: how long, and whether each impact is right.
 
-A member ends at an exact number of impacts (its outcome is CAP), so the time that it reached is the
+A member ends at an exact number of impacts (its outcome is MAX_IMPACTS), so the time that it reached is the
 time of that impact.
 """
 
@@ -21,7 +21,7 @@ from benchmarks.case import Floats
 from benchmarks.equality import ImpactsDifferError
 from benchmarks.structures import Ensemble
 from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.observer import Observer
 
 Arrays = dict[str, Any]
@@ -94,9 +94,9 @@ def assert_same(one: Arrays, other: Arrays) -> None:
 
 def assert_all_had_their_impacts(out: Arrays) -> None:
     """Raise unless every member ended at its last impact: then the count of impacts is exact."""
-    others = np.unique(out["end"][out["end"] != Outcome.CAP])
+    others = np.unique(out["end"][out["end"] != MemberStatus.MAX_IMPACTS])
     if others.size:
-        raise ImpactsDifferError(f"members ended as {[Outcome(int(x)).name for x in others]}")
+        raise ImpactsDifferError(f"members ended as {[MemberStatus(int(x)).name for x in others]}")
 
 
 def nanoseconds(ensemble: Ensemble, impacts: int, rounds: int, threads: int = 1) -> float:

@@ -15,7 +15,7 @@ from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.compile.hybrid import compile_mechanism
 from vibroimpact.orbits.search_result import MotionEnd
 from vibroimpact.simulation.simulate import RunEnd, Status
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 
 LARGEST = 2.0**256  # coordinates beyond it have diverged
 
@@ -122,7 +122,7 @@ def test_divergence_is_said_alike_everywhere() -> None:
     assert vi.impact_section(m, away, points=10, stop="B").end is RunEnd.DIVERGED
     starts = vi.GridStarts({"x1": [0.31, 0.35, 1e300]}, away)
     members = vi.sweep(m, over={}, start=starts, settle=10.0, periods=1000.0, progress=False)
-    assert np.all(members.end == Outcome.DIVERGED)
+    assert np.all(members.end == MemberStatus.DIVERGED)
     assert MotionEnd.DIVERGED in vi.find_orbits(m, starts=20).motions
 
 

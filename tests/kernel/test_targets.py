@@ -23,7 +23,7 @@ from support.members import cases, chain
 import vibroimpact as vi
 from vibroimpact import _cpu, _kernel
 from vibroimpact.compile.hybrid import Hybrid
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.table import OBSERVERS
 
 SEED = 20211121
@@ -271,7 +271,7 @@ def test_these_sweeps_have_every_flow_and_a_number_of_every_result() -> None:
     flows = {(h.dense, h.mixed) for h in map(Hybrid, swept().values())}
     assert flows == {(False, False), (False, True), (True, False)}
     found = [everything_of(mechanism) for mechanism in swept().values()]
-    assert all(np.all(one.end == Outcome.OK) for one in found)
+    assert all(np.all(one.end == MemberStatus.OK) for one in found)
     for name in found[0].data_vars:
         assert any(np.isfinite(one[name]).any() for one in found), name
     assert any(one.chatters.any() for one in found)

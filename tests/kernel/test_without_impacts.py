@@ -83,7 +83,7 @@ def test_no_start_at_all_can_start_behind_a_stop() -> None:
     axis = np.array([1.5, 2.0])
     found = vi.basins(system, over={"x1": axis, "v1": axis}, start=ORIGIN, **OFF)
     assert found.sizes["label"] == 0
-    assert found.attractor.attrs["flag_meanings"] == "behind_stop"
+    assert found.attractor.attrs["flag_meanings"] == "initial_penetration"
 
 
 @pytest.mark.parametrize("floor", [0.0, 0.3, -2.0])

@@ -280,7 +280,7 @@ def test_outcomes_have_colours_of_their_own() -> None:
     basins["attractor"][0, 0] = -6
     basins["attractor"].attrs = {
         "flag_values": [0, 1, 2, -5, -6],
-        "flag_meanings": "1-1-1_a 1-1-1_b chaotic_a undecided behind_stop",
+        "flag_meanings": "1-1-1_a 1-1-1_b chaotic_a undecided initial_penetration",
     }
     shown = legend(plotting.plot_basins(basins))
     assert len(set(shown.values())) == len(shown) == 5
@@ -371,7 +371,9 @@ def test_basins_have_the_names_and_shares_of_their_attractors() -> None:
 
 def test_starts_behind_a_stop_have_no_share() -> None:
     basins = some_basins()
-    meanings = str(basins["attractor"].attrs["flag_meanings"]).replace("undecided", "behind_stop")
+    meanings = str(basins["attractor"].attrs["flag_meanings"]).replace(
+        "undecided", "initial_penetration"
+    )
     basins["attractor"].attrs["flag_meanings"] = meanings
     known = list(legend(plotting.plot_basins(basins)))
     assert known == ["1-1-1 a, 60%", "1-1-1 b, 20%", "chaotic a, 20%", "behind stop"]

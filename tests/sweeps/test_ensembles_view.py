@@ -14,7 +14,7 @@ from vibroimpact.plotting import plot_basins, plot_plane
 from vibroimpact.sweeps.analyses.label_attractors import label_attractors
 from vibroimpact.sweeps.analyses.motion_codes import flags
 from vibroimpact.sweeps.analyses.plane import with_motions
-from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
+from vibroimpact.sweeps.member_status import NOT_COMPUTED, MemberStatus
 
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
@@ -217,7 +217,7 @@ def test_a_diagram_goes_down_from_the_start_if_nothing_ran_at_the_top() -> None:
     """The free mass is at 4, the stops are at half_clearance: it is behind them up to 3."""
     asked = {"start": vi.State((0.0, 4.0), (0.0, 0.0)), "settle": 5, "progress": False}
     none = vi.bifurcation_sweep(SET_A, over={"half_clearance": [1.0, 3.0]}, **asked)
-    assert (none.end == Outcome.BEHIND_STOP).all()
+    assert (none.end == MemberStatus.INITIAL_PENETRATION).all()
     assert none.v1.isnull().all()
 
 
@@ -308,7 +308,7 @@ def test_starts_behind_a_stop_are_no_attractor() -> None:
         SET_A, over={"x1": [-6.0, 0.0, 6.0], "v1": [0.0, 1.0]}, start=START, progress=False
     )
     assert found.name.values.tolist() == ["1-1-1 a"]
-    assert flags(found.attractor)[int(found.attractor[0, 0])] == "behind_stop"
+    assert flags(found.attractor)[int(found.attractor[0, 0])] == "initial_penetration"
     assert float(found.share.item()) == 1.0  # of the two that can start
 
 

@@ -18,7 +18,7 @@ from vibroimpact.compile.tables import Stacks, kernel_arguments
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers import Final, Impacts, Shares
 from vibroimpact.sweeps.observers.observer import Observer
 
@@ -60,7 +60,7 @@ def test_members_of_systems_with_several_structures_run_as_alone() -> None:
     values = {"c": np.array([0.0, 0.1, 0.2, 0.3]), "m": np.array([1.0, 1.0, 2.0, 3.0])}
     members = members_of([3, 0, 2, 1, 0, 3], [0.0, 0.1], [0.3, 1.0], 60.0)
     out = check_members(PAIR, values, members)
-    assert np.all(out["end"] == Outcome.OK)
+    assert np.all(out["end"] == MemberStatus.OK)
     for row, k in enumerate(members.system):
         one = with_parameters(PAIR, {name: float(x[k]) for name, x in values.items()})
         start = vi.State((0.0, 0.1), (0.3, 1.0), float(members.phase[row]))
@@ -89,7 +89,7 @@ def test_a_free_mass_runs_as_alone_beside_one_that_is_held() -> None:
     }
     members = members_of([0, 4, 1, 0, 2, 3, 5, 0, 4, 3] * 4, [0.1, 0.0], [0.3, -0.4], 300.0)
     out = check_members(vi.Family(held, k=0.0, c=0.0, pull=0.0), values, members)
-    assert np.all(out["end"] == Outcome.OK)
+    assert np.all(out["end"] == MemberStatus.OK)
 
 
 def test_a_narrow_clearance_runs_as_alone_beside_a_wide_one() -> None:
@@ -97,7 +97,7 @@ def test_a_narrow_clearance_runs_as_alone_beside_a_wide_one() -> None:
     members = members_of(list(range(8)) * 5, [0.1, 0.0], [0.3, -0.4], 300.0)
     values = {"half_clearance": np.array([1.0, 5.0, 1.5, 9.0, 2.0, 0.7, 1.0, 6.0])}
     out = check_members(paper_damper("A", 1.0), values, members)
-    assert np.all(out["end"] == Outcome.OK)
+    assert np.all(out["end"] == MemberStatus.OK)
 
 
 CHATTERING = paper_damper("C", 0.42, restitution=0.3), {"omega": np.linspace(0.42, 0.43, 12)}
@@ -164,7 +164,7 @@ def test_members_that_want_more_modes_are_finished() -> None:
     values = {"g": np.array([1.0, 2.0, 3.0]), "r": np.array([0.5, 0.2, 0.0])}
     members = members_of([2, 0, 1, 2], [0.1, 1.0, 3.0], [0.0, 0.0, 0.0], 40.0)
     out = check_members(system, values, members)
-    assert np.all(out["end"] == Outcome.OK)
+    assert np.all(out["end"] == MemberStatus.OK)
     assert np.all(np.abs(out["final_position"]) < 1e-12)
 
 
@@ -185,7 +185,7 @@ def test_a_mode_that_one_system_lacks_is_no_matter_for_the_others() -> None:
     values = {"slope": np.array([1.0, 0.0, 0.5])}
     members = members_of([0, 1, 2, 1], [1.0, 0.5], [0.0, 0.0], 20.0)
     out = check_members(vi.Family(cornered, slope=1.0), values, members)
-    assert np.all(out["end"] == Outcome.OK)
+    assert np.all(out["end"] == MemberStatus.OK)
 
 
 def test_a_member_whose_mode_cannot_be_compiled_ends_as_missing(
@@ -201,17 +201,22 @@ def test_a_member_whose_mode_cannot_be_compiled_ends_as_missing(
     monkeypatch.setattr(hybrid.Hybrid, "mode", refusing)
     members = members_of([0, 0, 1, 0], [0.1, 1.0, 3.0], [0.0, 0.0, 0.0], 40.0)
     out = check_members(vi.Family(falling, g=1.0, r=0.5), {"g": np.array([1.0, 2.0])}, members)
-    missing = out["end"] == Outcome.MISSING
+    missing = out["end"] == MemberStatus.MISSING
     assert missing.tolist() == [True, True, False, True]
     assert np.all(out["time"][missing] < 40.0)
-    assert out["end"][2] == Outcome.OK
+    assert out["end"][2] == MemberStatus.OK
 
 
 def test_members_of_systems_at_resonance_are_an_outcome() -> None:
     values = {"omega": np.array([0.7, 0.5, 1.1]), "zeta": np.array([0.0, 0.0, 0.1])}
     members = members_of([1, 0, 2, 1], [0.0, 0.0], [0.0, 0.0], 20.0)
     out = check_members(DAMPER, values, members)
-    assert out["end"].tolist() == [Outcome.RESONANCE, Outcome.OK, Outcome.OK, Outcome.RESONANCE]
+    assert out["end"].tolist() == [
+        MemberStatus.RESONANCE,
+        MemberStatus.OK,
+        MemberStatus.OK,
+        MemberStatus.RESONANCE,
+    ]
     assert np.isnan(out["final_position"]).all(axis=1).tolist() == [True, False, False, True]
 
 

@@ -15,7 +15,7 @@ from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.simulation.simulate import Status
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers import Extremes, Rms, Section
 
 CASES = cases()
@@ -95,7 +95,7 @@ def test_a_motion_without_impacts_has_states_at_a_phase() -> None:
 def test_the_final_state_is_that_of_a_run_to_the_same_time(name: str) -> None:
     case = CASES[name]
     record, found = case.record(), case.member("final")
-    assert found["end"] == Outcome.OK
+    assert found["end"] == MemberStatus.OK
     assert abs(found["time"] - (case.settle + case.observe)) <= 4.0 * UNIT * found["time"]
     np.testing.assert_array_equal(found["final_position"], record.position[-1])
     np.testing.assert_array_equal(found["final_velocity"], record.velocity_after[-1])

@@ -15,7 +15,7 @@ from support.systems import ball, paper_damper
 import vibroimpact as vi
 from vibroimpact.compile.many_systems import compile_together
 from vibroimpact.sweeps.execution.batch import batch_of
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers import Extremes, Final, Rms, Rotation, Section, Settling, Symbol
 from vibroimpact.sweeps.observers.selection import describe, observer_of, resolve, variables_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
@@ -38,7 +38,7 @@ def test_a_start_behind_a_stop_is_an_outcome_without_results() -> None:
     behind = vi.State((0.0, 5.1), (0.0, 0.0))
     case = Case(paper_damper("A", 1.2), behind, 500.0, 200.0)
     found = case.member(*EVERYTHING)
-    assert found["end"] == Outcome.BEHIND_STOP
+    assert found["end"] == MemberStatus.INITIAL_PENETRATION
     assert found["time"] == 0.0
     for name in ("lyapunov", "impacts_a", "power", "speed_mean", "settling", "x_mean"):
         assert np.isnan(found[name]).all()
@@ -50,7 +50,7 @@ def test_a_member_capped_has_its_last_state_and_no_results(most: int) -> None:
     case = replace(CASES["chaotic"], settle=20.0)
     found = case.member(*EVERYTHING, most_impacts=most)
     record = vi.simulate(case.system, case.state, impacts=most)
-    assert found["end"] == Outcome.CAP
+    assert found["end"] == MemberStatus.MAX_IMPACTS
     assert found["time"] == record.time[-1]
     assert (found["time"] > case.settle) == (most == 30)
     np.testing.assert_array_equal(found["final_position"], record.position[-1])
@@ -71,7 +71,7 @@ def test_a_member_capped_has_its_last_state_and_no_results(most: int) -> None:
 )
 def test_a_motion_without_impacts_is_a_result(case: Case, rest: float) -> None:
     found = case.member(*all_of(case.system))
-    assert found["end"] == Outcome.OK
+    assert found["end"] == MemberStatus.OK
     assert found["time"] == case.settle + case.observe
     assert found["share_at_rest"] == rest
     assert found["n"] == found["p"] == found["q"] == 0
@@ -105,7 +105,7 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
         phases=np.zeros((1, 1)), settle=np.zeros(1), observe=np.full(1, 500.0),
         most_impacts=10_000, observers={},
     )  # fmt: skip
-    assert found["end"] == [Outcome.MISSING]
+    assert found["end"] == [MemberStatus.MISSING]
     assert 0.0 < found["time"][0] < 500.0
 
 
@@ -298,4 +298,4 @@ def test_equal_observers_are_computed_once() -> None:
 
 
 def test_every_outcome_has_a_sentence() -> None:
-    assert all(outcome.sentence for outcome in Outcome)
+    assert all(outcome.sentence for outcome in MemberStatus)

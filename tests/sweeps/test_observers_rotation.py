@@ -14,7 +14,7 @@ from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.machines.published import parameter_sets
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers import Rotation
 
 MIDDLE = vi.State((0.0, 0.0), (0.0, 1.0))
@@ -187,7 +187,7 @@ def test_its_error_falls_faster_than_any_plain_average() -> None:
 )
 def test_a_motion_without_a_rotation_number_has_nan(case: Case) -> None:
     found = case.member("rotation")
-    assert found["end"] == Outcome.OK
+    assert found["end"] == MemberStatus.OK
     assert math.isnan(found["rotation"])
     assert math.isnan(found["rotation_error"])
 
@@ -199,7 +199,7 @@ def test_a_ball_that_repeats_its_bounce_does_not_turn() -> None:
 
 def test_a_member_that_ends_in_the_first_half_of_its_window_has_none() -> None:
     found = damper_case("B", 1.005, 100, 1000).member("rotation", most_impacts=800)
-    assert found["end"] == Outcome.CAP
+    assert found["end"] == MemberStatus.MAX_IMPACTS
     assert math.isnan(found["rotation"])
 
 

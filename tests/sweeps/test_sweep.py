@@ -25,7 +25,7 @@ from vibroimpact.sweeps.execution.tiles import (
     tile_shape,
     tiles_of,
 )
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 
 DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
@@ -54,7 +54,7 @@ def test_every_point_ends_where_simulate_ends():
             point = found.sel(omega=omega, half_clearance=clearance)
             run = vi.simulate(damper, PLAIN, t_max=30 * damper.period)
             assert run.end.name == "HORIZON"
-            assert point.end == Outcome.OK
+            assert point.end == MemberStatus.OK
             # the window is the sum of two lengths: its end differs by rounding of the time
             assert point.time == pytest.approx(run.time[-1], rel=1e-15)
             np.testing.assert_allclose(point.final_position, run.last.position, atol=1e-11)
@@ -104,7 +104,7 @@ def test_a_member_with_too_many_impacts_says_so():
     with pytest.warns(UserWarning, match=say) as warned:
         vi.plane(DAMPER, over=OVER, start=PLAIN, most_impacts=7, **SHORT)
     assert warned[0].filename == __file__
-    assert (found.end == Outcome.CAP).all()
+    assert (found.end == MemberStatus.MAX_IMPACTS).all()
     assert not found.n.values.any()
 
 
@@ -127,7 +127,7 @@ def test_ordinary_chatter_never_meets_the_default_cap(seed):
         vi.Family(masses, omega=0.1, restitution=0.9), over=over, start=start,
         observe=["impacts", "shares"], settle=5, periods=15, progress=False,
     )  # fmt: skip
-    assert (found.end == Outcome.OK).all()
+    assert (found.end == MemberStatus.OK).all()
     slow = found.isel(omega=0)
     assert (slow.chatters >= 28).all()  # two in each of 15 periods, but at the ends
     assert (slow.impacts_a + slow.impacts_b).min() > 60
@@ -181,10 +181,10 @@ def test_listed_starts_go_on_where_another_sweep_ended():
 def test_a_start_behind_a_stop_is_an_outcome():
     starts = vi.GridStarts({"x2": [-7.0, 0.0, 7.0]}, PLAIN)
     found = swept({"half_clearance": [5.0, 8.0]}, starts)
-    behind, moves = Outcome.BEHIND_STOP, Outcome.OK
+    behind, moves = MemberStatus.INITIAL_PENETRATION, MemberStatus.OK
     assert found.end.values.tolist() == [[behind, moves, behind], [moves] * 3]
     meanings = found.end.attrs["flag_meanings"].split()
-    assert meanings[list(found.end.attrs["flag_values"]).index(behind)] == "behind_stop"
+    assert meanings[list(found.end.attrs["flag_values"]).index(behind)] == "initial_penetration"
 
 
 def test_an_undamped_resonance_is_an_outcome_that_following_passes():
@@ -192,7 +192,7 @@ def test_an_undamped_resonance_is_an_outcome_that_following_passes():
     damper = paper_damper("A", 1.2, zeta=0.0)
     asked = {"start": PLAIN, "observe": "final"} | SHORT
     found = vi.sweep(damper, over=over, follow="omega", **asked)
-    assert found.end.values.tolist() == [Outcome.OK, Outcome.RESONANCE, Outcome.OK]
+    assert found.end.values.tolist() == [MemberStatus.OK, MemberStatus.RESONANCE, MemberStatus.OK]
     without = vi.sweep(damper, over={"omega": [0.4, 0.6]}, follow="omega", **asked)
     for name in FINAL:
         np.testing.assert_array_equal(found[name][[0, 2]], without[name], err_msg=name)
@@ -248,13 +248,17 @@ def test_a_stop_that_moves_past_a_followed_member_takes_it_along():
     ends = found.final_position.values @ [-1.0, 1.0]
     behind = np.abs(ends[1:]) > clearances[:-1]
     assert behind.any()  # the case is met: somewhere the next stop lies inside
-    assert (found.end == Outcome.OK).all()
+    assert (found.end == MemberStatus.OK).all()
 
 
 def test_a_start_that_was_never_admissible_is_not_moved():
     beyond = vi.State((0.0, 5.5), (0.0, 0.0))
     found = swept({"half_clearance": [4.0, 5.0, 6.0]}, beyond, follow="half_clearance")
-    assert found.end.values.tolist() == [Outcome.BEHIND_STOP, Outcome.BEHIND_STOP, Outcome.OK]
+    assert found.end.values.tolist() == [
+        MemberStatus.INITIAL_PENETRATION,
+        MemberStatus.INITIAL_PENETRATION,
+        MemberStatus.OK,
+    ]
 
 
 # --- the dataset ----------------------------------------------------------------------------------

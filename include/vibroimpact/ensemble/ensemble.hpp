@@ -18,15 +18,15 @@
 namespace vi {
 
 enum class member_end : int {
-    ok = 0,          // the end of the window was reached
-    cap = 1,         // the largest number of impacts was reached before
-    undecided = 2,   // an event could not be decided
-    stalled = 3,     // time does not advance
-    missing = 4,     // a closed set of contacts has no mode
-    behind_stop = 5, // the start lies behind a stop
-    interrupted = 6, // from outside
-    diverged = 8,    // the state is so large that nothing can be decided; 7 is the host's
-    steps = 9,       // a flight took more steps than are allowed
+    ok = 0,                  // the end of the window was reached
+    max_impacts = 1,         // the largest number of impacts was reached before
+    undecided = 2,           // an event could not be decided
+    stalled = 3,             // time does not advance
+    missing = 4,             // a closed set of contacts has no mode
+    initial_penetration = 5, // the start lies behind a stop
+    interrupted = 6,         // from outside
+    diverged = 8,            // the state is so large that nothing can be decided; 7 is the host's
+    steps = 9,               // a flight took more steps than are allowed
 };
 
 struct window {
@@ -62,7 +62,7 @@ VI_HD inline member_end end_of_member(run_end why) {
     case run_end::steps:
         return member_end::steps;
     default:
-        return member_end::cap;
+        return member_end::max_impacts;
     }
 }
 

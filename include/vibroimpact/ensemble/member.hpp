@@ -88,7 +88,7 @@ VI_HD inline bool load_member(const batch_arrays& b, long long i, const system_r
     detail::start_member(b, *built.system, i, out.now.at);
     const bool diverged = has_diverged(built.system->modes[0], out.now.at.y);
     if (diverged || behind_stop(*built.system, out.now.at)) {
-        const auto end = diverged ? member_end::diverged : member_end::behind_stop;
+        const auto end = diverged ? member_end::diverged : member_end::initial_penetration;
         b.end[i] = static_cast<signed char>(end);
         return false;
     }

@@ -16,7 +16,7 @@ from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.units import units_of_sweep
 from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.states import COORDINATE
 
 # Drawn in this order: large and light below, small and dark above.
@@ -133,7 +133,7 @@ def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> Non
     parameter = parameter_of(array)
     silent = array.isnull().all([d for d in ("point", "strobe", "start") if d in array.dims])
     if end is not None:
-        silent &= (end == Outcome.OK).all([d for d in ("start",) if d in end.dims])
+        silent &= (end == MemberStatus.OK).all([d for d in ("start",) if d in end.dims])
     ways = looks_of(array) if "direction" in array.dims else {"": {"color": style.BLUE}}
     for row, (name, looks) in enumerate(ways.items()):
         here = silent.sel(direction=name) if name else silent

@@ -36,7 +36,7 @@ class ListedStarts:
     Notes
     -----
     One dimension, start. A start behind a stop is not moved: the member ends with the status
-    BEHIND_STOP.
+    INITIAL_PENETRATION.
 
     Examples
     --------

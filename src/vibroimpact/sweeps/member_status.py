@@ -9,15 +9,15 @@ from vibroimpact.simulation.simulate import RunEnd
 NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
 
 
-class Outcome(IntEnum):
+class MemberStatus(IntEnum):
     """Reason for the end of a member's run; ``sentence`` gives it in words."""
 
     OK = 0
-    CAP = 1
+    MAX_IMPACTS = 1
     UNDECIDED = 2
     STALLED = 3
     MISSING = 4
-    BEHIND_STOP = 5
+    INITIAL_PENETRATION = 5
     INTERRUPTED = 6
     RESONANCE = 7  #: resonance of the system: not run
     DIVERGED = 8
@@ -30,10 +30,10 @@ class Outcome(IntEnum):
 
 
 _SENTENCES = {
-    Outcome.OK: "the end of the window was reached",
-    Outcome.CAP: "most_impacts was reached, or four times as many events, before the window ended",
-    Outcome.MISSING: "a set of closed contacts could not be compiled",
-    Outcome.BEHIND_STOP: "the start lies behind a stop",
-    Outcome.RESONANCE: "its system is forced at or too near an undamped resonance: not run",
+    MemberStatus.OK: "the end of the window was reached",
+    MemberStatus.MAX_IMPACTS: "most_impacts was reached, or four times as many events, before the window ended",
+    MemberStatus.MISSING: "a set of closed contacts could not be compiled",
+    MemberStatus.INITIAL_PENETRATION: "the start lies behind a stop",
+    MemberStatus.RESONANCE: "its system is forced at or too near an undamped resonance: not run",
 }
-_SENTENCES |= {end: RunEnd[end.name].sentence for end in Outcome if end not in _SENTENCES}
+_SENTENCES |= {end: RunEnd[end.name].sentence for end in MemberStatus if end not in _SENTENCES}

@@ -136,7 +136,7 @@ class RandomStarts:
     -----
     Start i takes the i-th group of 64-bit outputs of the generator PCG64, one per coordinate in
     the order x1, ..., v1, ..., phase. A start behind a stop is not replaced: the member ends with
-    the status BEHIND_STOP.
+    the status INITIAL_PENETRATION.
 
     Examples
     --------
@@ -227,7 +227,7 @@ class GridStarts:
 
     Notes
     -----
-    A start behind a stop is not moved: the member ends with the status BEHIND_STOP.
+    A start behind a stop is not moved: the member ends with the status INITIAL_PENETRATION.
 
     Examples
     --------

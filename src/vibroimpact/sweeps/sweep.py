@@ -39,7 +39,7 @@ from vibroimpact.sweeps.execution.tiles import (
     tile_shape,
     tiles_of,
 )
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import resolve, rounds
 from vibroimpact.sweeps.plan import Plan, Window
@@ -98,7 +98,7 @@ def sweep(
         Length of a run before, and while, it is observed, in forcing periods (first forcing
         line), >= 0 and > 0. In units of time for a system without forcing.
     most_impacts
-        Impacts (at all stops) that end a run; the status is then CAP, and the only results are
+        Impacts (at all stops) that end a run; the status is then MAX_IMPACTS, and the only results are
         ``time`` and ``final``. By default more than ordinary motion has: room for a chatter
         down to rounding at every stop in every cycle of the fastest motion. At most 2^50.
     store
@@ -180,7 +180,7 @@ def sweep(
             ):
                 for done, arrays in finished:
                     sink.write(done, arrays)
-                    capped += int((arrays["end"] == Outcome.CAP).sum())
+                    capped += int((arrays["end"] == MemberStatus.MAX_IMPACTS).sum())
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"interrupted; {sink.kept}") from None
         except ClusterLostError as error:

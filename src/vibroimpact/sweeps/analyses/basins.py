@@ -22,7 +22,7 @@ from vibroimpact.sweeps.analyses.label_attractors import LabelledAttractor, labe
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.section import Section
 from vibroimpact.sweeps.options import LOST, MATCHED, check_axes, check_options, refuse
 from vibroimpact.sweeps.starts import GridStarts
@@ -145,7 +145,7 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
 
 def share_of_starts(labels: xr.DataArray, label: int) -> float:
     """Share of a label among the starts that are not behind a stop."""
-    started = int((labels.values != BELOW - Outcome.BEHIND_STOP).sum())
+    started = int((labels.values != BELOW - MemberStatus.INITIAL_PENETRATION).sum())
     return int((labels.values == label).sum()) / max(started, 1)
 
 

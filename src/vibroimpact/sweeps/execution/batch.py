@@ -27,7 +27,7 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import RunEnd, begin, events_for
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import kernel_observers, results, rounds, variables_of
 
@@ -184,7 +184,7 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
     Returns
     -------
     dict
-        By name: ``end`` (:class:`Outcome`), ``time`` reached, and the outputs of the observers,
+        By name: ``end`` (:class:`MemberStatus`), ``time`` reached, and the outputs of the observers,
         leading axis the members.
     """
     out: Arrays = {}
@@ -195,7 +195,7 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
 
 def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
     out = _run(batch, members, observers)
-    _finish(batch, members, observers, np.flatnonzero(out["end"] == Outcome.MISSING), out)
+    _finish(batch, members, observers, np.flatnonzero(out["end"] == MemberStatus.MISSING), out)
     return out
 
 
@@ -208,7 +208,7 @@ def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Array
         name: np.full((count, *output.shape), output.fill, output.dtype)
         for name, output in variables_of(observers, batch.mechanism).items()
     }
-    out["end"][:] = Outcome.RESONANCE
+    out["end"][:] = MemberStatus.RESONANCE
     for i in range(len(batch.kernels)):
         rows = np.flatnonzero(part == i)
         if rows.size:
@@ -250,7 +250,7 @@ def _finish(
             return
         for name, values in _run(more, members.of(rows, number), observers).items():
             out[name][rows] = values
-        rows = rows[out["end"][rows] == Outcome.MISSING]
+        rows = rows[out["end"][rows] == MemberStatus.MISSING]
 
 
 def _with_modes(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...]) -> Batch | None:

@@ -27,7 +27,7 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.sweeps.execution.batch import Batch, Members, batch_of, run_members
 from vibroimpact.sweeps.execution.tiles import Tile
-from vibroimpact.sweeps.member_status import Outcome
+from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.plan import Plan
 from vibroimpact.sweeps.states import States
@@ -133,7 +133,7 @@ def _follow(work: _Work, axis: int) -> Iterator[Arrays]:
             raise CancelledError
         systems = np.repeat(along[i], count)
         out = _run(work, systems, states)
-        behind = np.flatnonzero(begun & (out["end"] == Outcome.BEHIND_STOP))
+        behind = np.flatnonzero(begun & (out["end"] == MemberStatus.INITIAL_PENETRATION))
         if behind.size:
             states = _placed(work, systems, states, behind)
             again = _run(work, systems[behind], states.of(behind))
@@ -178,4 +178,4 @@ def _next(work: _Work, systems: Rows, states: States, out: Arrays) -> States:
 
 def _ran(out: Arrays) -> NDArray[np.bool_]:
     """Which members moved at all."""
-    return ~np.isin(out["end"], (Outcome.BEHIND_STOP, Outcome.RESONANCE))
+    return ~np.isin(out["end"], (MemberStatus.INITIAL_PENETRATION, MemberStatus.RESONANCE))

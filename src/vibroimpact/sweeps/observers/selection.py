@@ -17,7 +17,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._core.types import Arrays
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.member_status import NOT_COMPUTED, Outcome
+from vibroimpact.sweeps.member_status import NOT_COMPUTED, MemberStatus
 from vibroimpact.sweeps.observers.observer import KERNEL, ROWS, Observer, Variable, Variables
 from vibroimpact.sweeps.observers.table import OBSERVERS
 
@@ -162,8 +162,8 @@ def _placed(variable: Variable, observer: str, by: int) -> Variable:
 def _end() -> Variable:
     attrs = {
         "long_name": "why the run ended",
-        "flag_values": np.array([NOT_COMPUTED, *Outcome], dtype=np.int8),
-        "flag_meanings": " ".join(["not_computed", *(one.name.lower() for one in Outcome)]),
+        "flag_values": np.array([NOT_COMPUTED, *MemberStatus], dtype=np.int8),
+        "flag_meanings": " ".join(["not_computed", *(one.name.lower() for one in MemberStatus)]),
     }
     return Variable((), (), np.dtype(np.int8), NOT_COMPUTED, attrs, "end")
 
