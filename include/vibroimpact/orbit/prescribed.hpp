@@ -3,7 +3,7 @@
 // Method      Where the impacts and, nearly, their times are known, nothing has to be searched. With
 //             zeta = (x, v, theta), theta the phase of the first forcing line, a flight of length t
 //             and the impact at its end are
-//               y = exp(B t) y(zeta),  gap = row . y - limit,  y+ = y - impulse bounce row . y'   (1)
+//               y = exp(B t) y(zeta),  gap = row . y - limit,  y+ by (1) of restitution.hpp   (1)
 //             analytic functions of zeta, t and the parameters, also where no motion runs so: the
 //             gap need not be zero, and stops in between are not seen.
 //             A return map solves gap = 0 for t: in jets, by Newton steps dt = -gap / rate from a
@@ -19,6 +19,7 @@
 
 #include "vibroimpact/flow/dense.hpp"
 #include "vibroimpact/system/hybrid.hpp"
+#include "vibroimpact/transition/restitution.hpp"
 
 namespace vi {
 
@@ -28,7 +29,7 @@ struct stop {
     vec<R, Dimension> row; // on positions
     R limit;
     vec<R, Dimension> impulse; // changes u' by one
-    R bounce;                  // 1 + restitution
+    R restitution;
 };
 
 template <class T>
@@ -92,11 +93,12 @@ struct prescribed {
 
     // (1) at the end y of a flight.
     template <class T>
-    VI_HD arrival<T> strike(const stop_type& s, const state<T>& y, const T& theta) const {
+    VI_HD arrival<T> cross_stop(const stop_type& s, const state<T>& y, const T& theta) const {
         arrival<T> a{gap(s, y), speed(s, y), T(0.0), read(y, theta), {}};
+        const T p = rebound_of(a.rate, s.restitution).change; // A = 1
         state<T> after = y;
         for (int i = 0; i < field.dimension(); ++i)
-            after[i] = y[i] - a.rate * (s.impulse[i] * s.bounce);
+            push(after[i], s.impulse[i], p);
         a.rate_after = speed(s, after);
         a.after = read(after, theta);
         return a;
@@ -107,8 +109,8 @@ struct prescribed {
     VI_HD arrival<T> fly(const stop_type& s, const orbit_state<T>& z,
                          const typename field_type::propagator& e, const R& t, const T& dt) const {
         const auto y = field.apply(e, embed(z));
-        return strike(s, field.template short_flight<Order>(y, dt),
-                      z[2 * degrees] + (dt + t) * omega);
+        return cross_stop(s, field.template short_flight<Order>(y, dt),
+                          z[2 * degrees] + (dt + t) * omega);
     }
 
     // The impact at the end of a flight of about t: z becomes the state after it, and what comes
@@ -122,7 +124,8 @@ struct prescribed {
             dt = dt - gap(s, at) / speed(s, at);
             dt = dt - value(dt);
         }
-        z = strike(s, field.template short_flight<Order>(y, dt), z[2 * degrees] + (dt + t) * omega)
+        z = cross_stop(s, field.template short_flight<Order>(y, dt),
+                       z[2 * degrees] + (dt + t) * omega)
                 .after;
         return dt;
     }

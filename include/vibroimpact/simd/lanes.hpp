@@ -229,7 +229,7 @@ struct lane_flight {
     VI_HOT void begin(const real& horizon, const pack_mask<N>& going) {
         round.begin(going & all.quick & may_go_on(flow(), value(all.flown), horizon));
     }
-    // After the last one; `before` as quick_impact() says.
+    // After the last one; `before` as impact_of_round() says.
     VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
         if (round.repeats())
             finish<true>(going, end, before);
@@ -253,8 +253,8 @@ private:
         flow().each_contact([&](auto k) VI_WITHIN {
             all.at.touching[k] = select(end.moved, real(0.0), all.at.touching[k]);
         });
-        quick_impact(systems.free, systems.laws, systems.inverse_omega_squared, end, y, all.at,
-                     before);
+        impact_of_round(systems.free, systems.laws, systems.inverse_omega_squared, end, y, all.at,
+                        before);
     }
 };
 

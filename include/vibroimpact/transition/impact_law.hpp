@@ -2,14 +2,14 @@
 //
 // Method      gamma = gap rates of the touching contacts before, p = impulses >= 0 along the gaps:
 //               gamma+ = gamma + A p,  0 <= p  complementary to  gamma+ + R gamma >= 0      (1)
-//             with A the mobility (M^-1 seen at the contacts). One contact: p = -(1 + R) gamma / A,
-//             gamma+ = -R gamma, which for the impact damper is (7) of the paper.           (2)
+//             with A the mobility (M^-1 seen at the contacts). One contact: (1) of restitution.hpp,
+//               p = -(1 + R) gamma / A,   gamma+ = -R gamma                                 (2)
 //             y changes by impulse * p: a jump of rank one per contact, its forces internal, so
 //             momentum is kept exactly and energy falls by (1 - R^2) gamma^2 / (2 A) in (2).
 //             A touching contact that already leaves (gamma > 0) takes no part: it would be made to
 //             bounce by an impact that it did not suffer, and energy could grow. If the impulses of
 //             the others drive it together it strikes next, at the same instant. Nor does a contact at
-//             rest that forces pull open (engine.hpp).
+//             rest that forces pull open (transition.hpp).
 // Assumes     0 <= R <= 1. Contacts that close together but do not share a body have A_ij = 0: then
 //             (1) is (2) for each.
 // Fails       false where (1) has no solution: dependent contacts of which none opens without another
@@ -18,6 +18,7 @@
 
 #include "vibroimpact/search/certified_flight.hpp"
 #include "vibroimpact/transition/complementarity.hpp"
+#include "vibroimpact/transition/restitution.hpp"
 
 namespace vi {
 
@@ -38,9 +39,9 @@ template <class T, class R, class Side, int Dimension, int Contacts>
 VI_HD inline void push_away(vec<T, Dimension>& y, int n,
                             const contact_law<R, Dimension, Contacts>& law, const Side& side,
                             const T& p) {
-    const T along = -(side * p);
+    const T against = side * p;
     for (int i = 0; i < n; ++i)
-        y[i] = fma(law.impulse[i], along, y[i]);
+        push(y[i], law.impulse[i], against);
 }
 
 namespace detail {
@@ -119,11 +120,11 @@ template <class T, int N, class Flow, class State>
 VI_HD inline int impulses_of(const hybrid<Flow>& system, const State& at,
                              const contact_list<N>& list, const vec<T, N>& b, vec<T, N>& p) {
     if (list.count == 1) {
-        const double a = gap_mobility(system, at, list.index[0], list.index[0]);
+        const double inverse = system.laws[list.index[0]].effective_mass;
         p[0] = T(0.0);
         if (plain(b[0]) >= 0.0) return 0;
-        if (!(plain(b[0]) < 0.0 && a > 0.0)) return -1;
-        p[0] = p[0] - (1.0 / a) * b[0];
+        if (!(plain(b[0]) < 0.0 && inverse > 0.0)) return -1;
+        p[0] = -(b[0] * inverse);
         return 1;
     }
     auto problem = mobilities_of(system, at, list);
@@ -140,18 +141,21 @@ VI_HD inline int impulses_of(const hybrid<Flow>& system, const State& at,
 } // namespace detail
 
 // Resolve the impact of all touching contacts; at.rate holds gap rates before and after.
-// The trajectory is in free coordinates. bounce = 0 makes every contact perfectly plastic.
+// The trajectory is in free coordinates. elasticity = 0 makes every contact perfectly plastic.
 template <class T, class Flow>
 VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
                                  trajectory<T, typename Flow::shape_type>& at,
-                                 double bounce = 1.0) {
+                                 double elasticity = 1.0) {
     constexpr int N = Flow::max_contacts;
     const int n = system.dimension();
     const auto list = detail::touching_contacts<N>(at, system.contacts());
-    vec<T, N> b{}, p{};
+    vec<T, N> b{}, after{}, p{};
     for (int i = 0; i < list.count; ++i) {
         const int ci = list.index[i];
-        b[i] = (1.0 + bounce * restitution_at(system, ci, plain(at.touching[ci]))) * at.rate[ci];
+        const double r = elasticity * restitution_at(system, ci, plain(at.touching[ci]));
+        const auto alone = rebound_of(at.rate[ci], r);
+        b[i] = alone.change;
+        after[i] = alone.rate;
     }
     const int active = detail::impulses_of(system, at, list, b, p);
     if (active < 0) return false;
@@ -163,7 +167,7 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
         const double side = plain(at.touching[ci]);
         if (active >> i & 1) {
             push_away(at.y, n, system.laws[ci], side, p[i]);
-            at.rate[ci] = -(bounce * restitution_at(system, ci, side)) * at.rate[ci];
+            at.rate[ci] = after[i];
         } else {
             detail::push_rate(system, at, ci, list, p);
         }

@@ -13,7 +13,7 @@
 //             v^2 |g'''| / (a (1 - R))^2, and lumps impulses, which moves positions by about
 //             v^2 / (|a| (1 - R)^2): completed only where both are below 2^-53 of the motion (2),
 //             and (1) is no longer than a step, as the flight and (3) are series
-// Fails       sets of contacts whose mode was not built: settled::missing, or stay_closed() is not 0;
+// Fails       sets of contacts whose mode was not built: rest_kind::missing, or stay_closed() is not 0;
 //             their code is returned, and nothing was changed
 // Reference   Nordmark, Piiroinen, Nonlinear Dynamics 58 (2009) 85-106; theory.md, "Chatter"
 #pragma once
@@ -22,11 +22,11 @@
 
 namespace vi {
 
-enum class settled { nothing, chatter, stick, missing };
+enum class rest_kind { none, chatter, stick, missing };
 
 template <class T>
 struct rest {
-    settled what;
+    rest_kind what;
     int contact; // where chatter was completed or sticking begun
     int code;    // of the closed set
     T duration;  // of the completed chatter
@@ -163,35 +163,35 @@ VI_HD inline bool rest_together(const hybrid<Flow>& system,
     return true;
 }
 
-} // namespace detail
-
 // The sum (1): a flight in the present mode, then one plastic impact of the contact and those held.
 // Each of its impulses may throw these off; they come back, and chatter too. All end it together where
 // the force on those held makes up for that.
 template <class T, class Flow>
-VI_HD inline T complete_chatter(const hybrid<Flow>& system,
-                                trajectory<T, typename Flow::shape_type>& at, int i) {
+VI_HD inline T sum_impacts(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+                           int i) {
     const auto& mode = system.modes[at.mode];
-    const T t = detail::chatter_time<T>(system, at, i);
+    const T t = chatter_time<T>(system, at, i);
     vec<double, Flow::max_contacts> pressed{}; // impulses
     for (int j = 0; j < system.contacts(); ++j) {
-        if (detail::side_in_code(at.held, j) != 0.0)
+        if (side_in_code(at.held, j) != 0.0)
             pressed[j] = plain(t) * plain(watch(mode.guards[j], 0, at.y, system.dimension()));
-        else if (j != i && !detail::motion_of(system, at, j, plain(t)).lost)
+        else if (j != i && !motion_of(system, at, j, plain(t)).lost)
             at.touching[j] = 0.0; // it has left; the others are where they were
     }
     at.y = mode.flow.template short_flight<taylor_order>(at.y, t);
     leave_mode(system, at);
     at.flat = {};
-    at.rate[i] = detail::gap_derivative<T>(system, at, i, 1);
+    at.rate[i] = gap_derivative<T>(system, at, i, 1);
     touch_held(system, at, at.held);
-    if (at.held != 0 && detail::rest_together(system, at, i, pressed))
+    if (at.held != 0 && rest_together(system, at, i, pressed))
         touch_held(system, at, at.held);
     else
         resolve_impact(system, at, 0.0);
     at.rate[i] = T(0.0);
     return t;
 }
+
+} // namespace detail
 
 // Is a touching contact being approached? A start given from outside can say so, or the impulses of
 // an impact elsewhere: it strikes next, at the same instant.
@@ -248,19 +248,27 @@ VI_HD inline int stay_closed(const hybrid<Flow>& system,
     return 0;
 }
 
-// Before a flight: begin sticking, complete chatter.
+// Before a flight: contacts at rest that are pressed close, and the motion goes on in their mode.
 template <class T, class Flow>
-VI_HD inline rest<T> settle(const hybrid<Flow>& system,
-                            trajectory<T, typename Flow::shape_type>& at, double horizon) {
-    const int n = system.dimension(), contacts = system.contacts();
+VI_HD inline rest<T> begin_sticking(const hybrid<Flow>& system,
+                                    trajectory<T, typename Flow::shape_type>& at) {
     if (at.mode == 0) {
         const int before = at.held;
         const auto next = detail::enter_closed(system, at);
-        if (!next.decided) return {settled::missing, -1, next.code, T(0.0)};
-        const int fresh = detail::newly_closed(next.code, before, contacts);
-        if (fresh >= 0) return {settled::stick, fresh, next.code, T(0.0)};
+        if (!next.decided) return {rest_kind::missing, -1, next.code, T(0.0)};
+        const int fresh = detail::newly_closed(next.code, before, system.contacts());
+        if (fresh >= 0) return {rest_kind::stick, fresh, next.code, T(0.0)};
     }
-    const auto plain = detail::values(at, n, contacts);
+    return {rest_kind::none, -1, 0, T(0.0)};
+}
+
+// Before a flight: the first contact whose bounces die out within the horizon and a step comes to rest.
+template <class T, class Flow>
+VI_HD inline rest<T> complete_chatter(const hybrid<Flow>& system,
+                                      trajectory<T, typename Flow::shape_type>& at,
+                                      double horizon) {
+    const int contacts = system.contacts();
+    const auto plain = detail::values(at, system.dimension(), contacts);
     for (int i = 0; i < contacts; ++i) {
         if (at.touching[i] == 0.0 || detail::side_in_code(at.held, i) != 0.0 ||
             !(plain.rate[i] > 0.0) || !detail::chatter_is_summable(system, plain, i))
@@ -269,9 +277,9 @@ VI_HD inline rest<T> settle(const hybrid<Flow>& system,
         if (!(t <= min(horizon, system.modes[at.mode].flow.step)) ||
             !detail::others_stay_open(system, plain, i, t))
             continue;
-        return {settled::chatter, i, 0, complete_chatter(system, at, i)};
+        return {rest_kind::chatter, i, 0, detail::sum_impacts(system, at, i)};
     }
-    return {settled::nothing, -1, 0, T(0.0)};
+    return {rest_kind::none, -1, 0, T(0.0)};
 }
 
 } // namespace vi

@@ -165,14 +165,14 @@ public:
         numbers out(static_cast<std::size_t>(degrees_) * degrees_);
         const auto free = physical_[0];
         const auto& law = hybrid_.laws[contact];
-        const double bounce = 1.0 + vi::restitution_at(hybrid_, contact, side);
+        const double restitution = vi::restitution_at(hybrid_, contact, side);
         for (int j = 0; j < degrees_; ++j) {
             state y{};
             for (int i = 0; i < n_; ++i)
                 y[i] = free.from_v[i * degrees_ + j];
             const double rate = side * vi::dot(modes_[0].guards[contact].rows[1], y, n_);
             vi::push_away(y, n_, law, static_cast<double>(side),
-                          bounce * rate / law.mobility[contact]);
+                          vi::rebound_of(rate, restitution).change * law.effective_mass);
             for (int i = 0; i < degrees_; ++i)
                 out[static_cast<std::size_t>(i) * degrees_ + j] = vi::velocity_of(free, i, y, n_);
         }

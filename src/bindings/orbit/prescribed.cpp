@@ -45,7 +45,7 @@ vi::stop<R, shape::max_dimension> stop_of(const prescribed_data::stop& from,
     fill(s.row.x, from.row, at);
     fill(&s.limit, from.limit, at);
     fill(s.impulse.x, from.impulse, at);
-    fill(&s.bounce, from.bounce, at);
+    fill(&s.restitution, from.restitution, at);
     return s;
 }
 

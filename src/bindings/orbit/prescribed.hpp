@@ -20,7 +20,7 @@ struct prescribed_data {
     double rate, step;
     numbers field, constant, omega; // D x D, D, 1
     struct stop {
-        numbers row, limit, impulse, bounce; // D, 1, D, 1
+        numbers row, limit, impulse, restitution; // D, 1, D, 1
     };
     std::vector<stop> stops;
 };

@@ -154,7 +154,7 @@ def _array(values: Vector | list[Vector]) -> Floats:
 def _stops(
     m: Mechanism, free: linear.Matrix, rate: float
 ) -> tuple[tuple[Stop, ...], list[tuple[Floats, ...]]]:
-    """Every finite limit of every contact as (row, limit, impulse, 1 + restitution)."""
+    """Every finite limit of every contact as (row, limit, impulse, restitution)."""
     names, laws = [], []
     for i, contact in enumerate(m.contacts):
         row = list(contact.row)
@@ -169,7 +169,7 @@ def _stops(
         ):
             if not infinite(limit):
                 names.append(Stop(i, side))
-                laws.append(tuple(map(_array, (on_y, [limit], impulse, [1.0 + restitution]))))
+                laws.append(tuple(map(_array, (on_y, [limit], impulse, [restitution]))))
     return tuple(names), laws
 
 
