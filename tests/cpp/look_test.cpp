@@ -1,4 +1,4 @@
-// What a look along the wide grid says, beside where u is between its extremes. Prints what fails,
+// What a scan along the wide grid says, beside where u is between its extremes. Prints what fails,
 // returns 1.
 #include <algorithm>
 #include <cmath>
@@ -28,11 +28,11 @@ void set_stops(mode& m, double lower, double upper, double unit) {
     vi::prepare_search(m, true);
 }
 
-vi::detail::sight<double> look(const mode& m, const state& y, double touching = 0.0) {
-    vi::detail::grid_look<double, 1> wide;
-    wide.look(m, vi::wide_grid, y, {{touching}});
+vi::detail::scan_result<double> scan(const mode& m, const state& y, double touching = 0.0) {
+    vi::detail::grid_scan<double, 1> wide;
+    wide.scan(m, vi::wide_grid, y, {{touching}});
     wide.cross(m);
-    return wide.seen;
+    return wide.result;
 }
 
 // u at the start, at its extremes and at the ends of the intervals, in order.
@@ -42,8 +42,8 @@ struct turn {
 std::vector<turn> turns_of(const mode& m, const state& y) {
     const double h = m.flow.grid_step(vi::wide_grid) / samples;
     const auto at = [&](double t) { return m.flow.flight(y, t); };
-    const auto speed = [&](double t) { return vi::watch_speed(m.guards[0], at(t), m.flow); };
-    std::vector<turn> out{{0.0, vi::watch_distance(m.guards[0], y, m.flow)}};
+    const auto speed = [&](double t) { return vi::guard_speed(m.guards[0], at(t), m.flow); };
+    std::vector<turn> out{{0.0, vi::guard_distance(m.guards[0], y, m.flow)}};
     for (int i = 0; i < vi::detail::grid_intervals * samples; ++i) {
         double low = i * h, high = low + h;
         const double end = high, sign = speed(low);
@@ -52,15 +52,15 @@ std::vector<turn> turns_of(const mode& m, const state& y) {
                 const double middle = 0.5 * (low + high);
                 (sign * speed(middle) > 0.0 ? low : high) = middle;
             }
-            out.push_back({low, vi::watch_distance(m.guards[0], at(low), m.flow)});
+            out.push_back({low, vi::guard_distance(m.guards[0], at(low), m.flow)});
         }
-        out.push_back({end, vi::watch_distance(m.guards[0], at(end), m.flow)});
+        out.push_back({end, vi::guard_distance(m.guards[0], at(end), m.flow)});
     }
     return out;
 }
 
 struct tally {
-    int looks = 0, clear = 0, crossings = 0, returns = 0, undecided = 0, wrong = 0, close = 0;
+    int scans = 0, clear = 0, crossings = 0, returns = 0, undecided = 0, wrong = 0, close = 0;
 };
 
 state draw_state(double big) {
@@ -69,10 +69,10 @@ state draw_state(double big) {
              std::sin(theta), fastest * std::cos(theta)}};
 }
 
-// What a look said of a flight that begins between its stops, or leaves one; the place is to be one
+// What a scan said of a flight that begins between its stops, or leaves one; the place is to be one
 // next to the crossing.
 void judge(const mode& m, const state& y, const std::vector<turn>& turns,
-           const vi::detail::sight<double>& seen, bool above, double stop, tally& all) {
+           const vi::detail::scan_result<double>& seen, bool above, double stop, tally& all) {
     const double part = m.flow.part(), tiny = 1e-9 * step;
     const double from = seen.begin * part, to = (seen.begin + seen.length) * part;
     const bool back = seen.found && seen.begin == vi::detail::soonest_return;
@@ -88,13 +88,13 @@ void judge(const mode& m, const state& y, const std::vector<turn>& turns,
         wrong = wrong || changes != 1 || (seen.stop.side > 0.0) != above;
         const auto out_at = [&](double place) {
             const auto there = m.flow.flight(y, std::fmax(place, 0.0) * part);
-            const double u = vi::watch_distance(m.guards[0], there, m.flow);
+            const double u = vi::guard_distance(m.guards[0], there, m.flow);
             return above ? u >= stop : u <= stop;
         };
         const bool whole = seen.place == std::round(seen.place);
         all.close += whole && !out_at(seen.place - 1.0) && out_at(seen.place + 1.0);
     }
-    ++all.looks;
+    ++all.scans;
     all.clear += seen.clear;
     all.crossings += seen.found;
     all.undecided += !seen.clear && !seen.found;
@@ -103,7 +103,7 @@ void judge(const mode& m, const state& y, const std::vector<turn>& turns,
 
 // Stops next to an extreme, by so small a part of what adds up to u that the margin is too coarse to tell
 // the side.
-void check_look(mode& m, double size, double unit, tally& all) {
+void check_scan(mode& m, double size, double unit, tally& all) {
     const double big = std::pow(size, uniform(0.0, 1.0));
     const auto y = draw_state(big);
     set_stops(m, -1e3 * unit, 1e3 * unit, unit);
@@ -118,7 +118,7 @@ void check_look(mode& m, double size, double unit, tally& all) {
     const double far = turns[0].u + (above ? -1.0 : 1.0) * room * unit;
     if (above ? turns[0].u >= stop : turns[0].u <= stop) return;
     set_stops(m, above ? far : stop, above ? stop : far, unit);
-    judge(m, y, turns, look(m, y), above, stop, all);
+    judge(m, y, turns, scan(m, y), above, stop, all);
 }
 
 // Of a flight that leaves a stop, often to come back onto it soon.
@@ -127,9 +127,9 @@ void check_departure(mode& m, tally& all) {
     set_stops(m, -1e3, 1e3, 1.0);
     const auto turns = turns_of(m, y);
     const double stop = turns[0].u;
-    const bool above = vi::watch_speed(m.guards[0], y, m.flow) < 0.0;
+    const bool above = vi::guard_speed(m.guards[0], y, m.flow) < 0.0;
     set_stops(m, above ? stop - 1e2 : stop, above ? stop : stop + 1e2, 1.0);
-    const auto seen = look(m, y, above ? 1.0 : -1.0);
+    const auto seen = scan(m, y, above ? 1.0 : -1.0);
     judge(m, y, turns, seen, above, stop, all);
     all.returns += seen.found && seen.begin == vi::detail::soonest_return;
 }
@@ -141,7 +141,7 @@ int said_of_lost() {
     drawn::draw(m.flow, push_or_none);
     set_stops(m, -1.0, 1.0, 1.0);
     for (const double far : {1e30, 1e200, vi::not_a_number()}) {
-        const auto seen = look(m, {{far, 0.0, far, 0.0, 0.0, fastest}});
+        const auto seen = scan(m, {{far, 0.0, far, 0.0, 0.0, fastest}});
         said += seen.clear || seen.found || seen.begin > 0.0;
     }
     return said;
@@ -157,16 +157,16 @@ int main() {
         drawn::draw(m.flow, push_or_none);
         const double size = system % 2 ? 1.0 : 1e3, unit = system % 3 ? 1.0 : 1e-9;
         for (int i = 0; i < 25; ++i)
-            check_look(m, size, unit, all);
+            check_scan(m, size, unit, all);
         for (int i = 0; i < 25; ++i)
             check_departure(m, all);
     }
     const int said = said_of_lost();
-    std::printf("%d looks: %d clear, %d cross, %d of them back, %d undecided; %d wrong, "
+    std::printf("%d scans: %d clear, %d cross, %d of them back, %d undecided; %d wrong, "
                 "%d places close; %d said of lost numbers\n",
-                all.looks, all.clear, all.crossings, all.returns, all.undecided, all.wrong,
+                all.scans, all.clear, all.crossings, all.returns, all.undecided, all.wrong,
                 all.close, said);
-    const bool decides = all.clear > all.looks / 10 && all.crossings > all.looks / 10 &&
-                         all.returns > all.looks / 50;
+    const bool decides = all.clear > all.scans / 10 && all.crossings > all.scans / 10 &&
+                         all.returns > all.scans / 50;
     return all.wrong == 0 && decides && all.close > 0.95 * all.crossings && said == 0 ? 0 : 1;
 }

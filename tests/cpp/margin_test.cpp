@@ -67,10 +67,10 @@ bool a_top_within_rounding_is_a_graze() {
 bool clear_of_the_grid(double distance) {
     const machine s(0.0, -1.0, 1.0);
     const double place = (1.0 - distance) / (1.0 + distance); // 1 - q = distance (1 + q)
-    vi::detail::grid_look<double, 1> look;
+    vi::detail::grid_scan<double, 1> scan;
     const vi::vec<double, 1> open{};
-    vi::detail::look_closely(s.free, state{{place, 0.0}}, open, look);
-    return look.seen.clear;
+    vi::detail::scan_narrow_grid(s.free, state{{place, 0.0}}, open, scan);
+    return scan.result.clear;
 }
 
 // The same for a flight that is recalled, to its other end.

@@ -68,7 +68,7 @@ bool leaves(const curve& c, const stops& g) {
 void check(const drawn_interval& at, const stops& g, tally& all) {
     const curve middle{at.u, 0.0, 1.0};
     if (!leaves(middle, g)) return;
-    vi::detail::sight<double> s{};
+    vi::detail::scan_result<double> s{};
     s.length = 12.0;
     const auto met = vi::detail::meet(g, 0, at, s);
     for (int i = 0; i < curves; ++i) {

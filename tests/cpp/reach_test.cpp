@@ -80,7 +80,7 @@ bool a_long_drift_takes_few_leaps() {
     vi::trajectory<double, flow::shape_type> start{};
     start.y = {{0.0, 0x1p-29}};
     const auto end = vi::certified_flight(between_stops(0.0), start, vi::infinity(), false, 0);
-    return end.end == vi::flight_end::contact && end.side == vi::upper_side && end.looked < 200 &&
+    return end.end == vi::flight_end::contact && end.side == vi::upper_side && end.examined < 200 &&
            vi::abs(end.duration - 0x1p30) < 1e-12 * 0x1p30;
 }
 

@@ -27,11 +27,11 @@ void draw_system(mode& m) {
 }
 
 double u_of(const mode& m, const state& y) {
-    return vi::watch_distance(m.guards[0], y, m.flow);
+    return vi::guard_distance(m.guards[0], y, m.flow);
 }
 point point_of(const mode& m, const state& y) {
-    return {u_of(m, y), vi::watch_speed(m.guards[0], y, m.flow),
-            vi::watch_bend(m.guards[0], y, m.flow)};
+    return {u_of(m, y), vi::guard_speed(m.guards[0], y, m.flow),
+            vi::guard_bend(m.guards[0], y, m.flow)};
 }
 
 // The Bernstein coefficients of the quintic with these values, first and second derivatives.
@@ -62,7 +62,7 @@ struct tally {
 
 // Limits at random near the extremes of u, the ends of the flight between them.
 void check_flight(mode& m, tally& all) {
-    const double theta = uniform(0.0, 6.3), t = uniform(0.05, 1.0) * m.flow.sight;
+    const double theta = uniform(0.0, 6.3), t = uniform(0.05, 1.0) * m.flow.scan_length;
     const state y{{uniform(-2, 2), uniform(-2, 2), uniform(-2, 2), uniform(-2, 2), std::sin(theta),
                    fastest * std::cos(theta)}};
     const state end = m.flow.flight(y, t);

@@ -1,5 +1,5 @@
-// Flights that come back onto the stop that they leave within about a quarter of a step: where hops end
-// and rounds begin. Lanes, which hop after a certified step, have the bits of single runs, which try a
+// Flights that come back onto the stop that they leave within about a quarter of a step: where micro-bounces end
+// and rounds begin. Lanes, which bounce after a certified step, have the bits of single runs, which try a
 // round first. Reads nothing.
 #include <cmath>
 #include <cstdio>
@@ -40,7 +40,7 @@ struct crew {
     bool interrupted() { return false; }
 };
 
-// Two masses, the stop between them, their blow elastic: hops do not die out.
+// Two masses, the stop between them, their blow elastic: bounces do not die out.
 struct machine : one_mode<flow> {
     machine() {
         drawn::draw(free.flow, [] { return uniform(-0.5, 0.5); });
@@ -61,12 +61,12 @@ struct machine : one_mode<flow> {
         auto& y = out.at.y;
         y = {
             {uniform(-2, 2), uniform(-2, 2), 0.0, 0.0, std::sin(theta), fastest * std::cos(theta)}};
-        y[2] = vi::watch_distance(g, y, free.flow) - g.upper;
-        const auto bend = [&] { return vi::watch(g, 2, y, 6); };
+        y[2] = vi::guard_distance(g, y, free.flow) - g.upper;
+        const auto bend = [&] { return vi::guard_value(g, 2, y, 6); };
         for (int i = 0; i < 60; ++i) // the bend depends on the speed, where dashpots are
-            y[3] += vi::watch(g, 1, y, 6) + 0.5 * time * bend();
+            y[3] += vi::guard_value(g, 1, y, 6) + 0.5 * time * bend();
         out.at.touching[0] = 1.0;
-        out.at.rate[0] = -vi::watch(g, 1, y, 6);
+        out.at.rate[0] = -vi::guard_value(g, 1, y, 6);
         return out.at.rate[0] > 0.0 && bend() > 0.0;
     }
 };

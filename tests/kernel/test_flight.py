@@ -87,7 +87,7 @@ def test_non_proportional_damping_flies_to_rounding(
     assert compile_mechanism(m).dense == dense
     state = vi.State(tuple(rng.normal(size=n) * 1e-3), tuple(rng.normal(size=n)), 0.6)
     error, allowed = largest_errors(m, state, t)
-    assert error <= allowed * n  # each product of the ladder sums n pairs of terms
+    assert error <= allowed * n  # each stored product sums n pairs of terms
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.045, 1.0, 1.0 + 1e-14])

@@ -19,7 +19,7 @@ inline constexpr int most_searched = 1024;
 namespace detail {
 
 // Whether there is no event yet.
-VI_HD inline bool goes_on(status what) {
+VI_HD inline bool is_unfinished(status what) {
     return what == status::paused || what == status::searching;
 }
 
@@ -37,7 +37,7 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);
     e = cross_guard(system, at, end);
     const double applied = min(end.applications, static_cast<double>(most_counted));
-    e.code = goes_on(e.what) ? static_cast<int>(applied) : end.looked;
+    e.code = is_unfinished(e.what) ? static_cast<int>(applied) : end.examined;
     return e;
 }
 
@@ -50,7 +50,7 @@ template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                double horizon, bool may_pause = false, int earlier = 0) {
-    if (has_diverged(system.modes[at.mode], at.y)) // before rest and chatter are looked at
+    if (has_diverged(system.modes[at.mode], at.y)) // before rest and chatter
         return detail::plain_event<T, typename Flow::shape_type>(status::diverged, -1, 0, T(0.0),
                                                                  in_free_coordinates(system, at));
     if (at.held == 0) return detail::next_event(system, at, horizon, may_pause, earlier);
@@ -64,12 +64,13 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     return e;
 }
 
-// The next event if it is the end of a hop, or of the chatter that it belongs to: no round could have
+// The next event if it is the end of a micro-bounce, or of the chatter that it belongs to: no round could have
 // brought that flight on, as none lands so soon on the stop that it leaves (search/grid/grid_bounds.hpp).
 // Otherwise paused, and nothing is changed.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
-hop_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {
+micro_bounce_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+                  double horizon) {
     using Shape = typename Flow::shape_type;
     const auto& free = system.modes[0];
     const int contacts = system.contacts();
@@ -78,12 +79,13 @@ hop_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& a
     };
     if (at.mode != 0 || at.held != 0 || has_diverged(free, at.y)) return none();
     if (approached(at, contacts) >= 0 || detail::any_at_rest(at, contacts)) return none();
-    const double soon = detail::end_of_hop(free, at);
-    if (!(soon <= min(detail::longest_hop * free.flow.step, horizon))) return none();
+    const double soon = detail::end_of_bounce(free, at);
+    if (!(soon <= min(detail::longest_bounce * free.flow.step, horizon))) return none();
     event<T, Shape> e;
     if (before_flight(system, at, horizon, e)) return e;
     landing<T, Shape> end;
-    if (!detail::hop(free, at, soon, 0, end) || at.touching[end.contact] != end.side) return none();
+    if (!detail::micro_bounce(free, at, soon, 0, end) || at.touching[end.contact] != end.side)
+        return none();
     return cross_guard(system, at, end);
 }
 
@@ -93,16 +95,17 @@ namespace detail {
 // where that one may go on.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
-go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, const T& flown,
-      int earlier, double horizon) {
+continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+                   const T& flown, int earlier, double horizon) {
     const auto& flow = system.modes[0].flow;
     bool may_pause = false;
     if constexpr (is_modal<Flow>) may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
     for (int i = 0; plain(flown) > 0.0 && at.held == 0 && i < system.contacts(); ++i)
         at.touching[i] = 0.0;
-    if (plain(flown) > 0.0) earlier += applications_of_round; // of a look that came nearer
+    if (plain(flown) > 0.0) earlier += applications_of_round; // of a scan that came nearer
     auto e = certified_step(system, at, horizon - plain(flown), may_pause, earlier);
-    if (goes_on(e.what)) e.code = e.code < most_counted - earlier ? e.code + earlier : most_counted;
+    if (is_unfinished(e.what))
+        e.code = e.code < most_counted - earlier ? e.code + earlier : most_counted;
     e.duration = flown + e.duration;
     return e;
 }
@@ -110,8 +113,8 @@ go_on(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, 
 // One flight to its event, in legs.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
-fly(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
-    flight_memory<Flow>& memory, bool (*interrupted)()) {
+fly_to_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+             double horizon, flight_memory<Flow>& memory, bool (*interrupted)()) {
     T flown = T(0.0);
     int earlier = 0;
     for (int searched = 0;;) {
@@ -123,8 +126,8 @@ fly(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, do
                 earlier += leg.applications;
             }
         memory.forget();
-        auto e = go_on(system, at, flown, earlier, horizon);
-        if (!goes_on(e.what)) return e;
+        auto e = continue_certified(system, at, flown, earlier, horizon);
+        if (!is_unfinished(e.what)) return e;
         if (e.what == status::searching) {
             if (interrupted && interrupted()) return e;
             if (!is_modal<Flow> && ++searched == most_searched) {
@@ -139,16 +142,16 @@ fly(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, do
 
 } // namespace detail
 
-// The next event of a run that has a memory. A flight that goes on for long asks whether it may: where
-// the answer is to stop, there is no event, and its status is `searching`. Flows without blocks give up
+// The next event of a run that has a memory. During a long flight the caller is asked now and then
+// whether to stop: then there is no event, and the status is `searching`. Flows without blocks give up
 // after `most_searched` legs of so many steps. Where a mode is missing nothing has happened.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
      flight_memory<Flow>& memory, bool (*interrupted)() = nullptr) {
-    if (at.held == 0) return detail::fly(system, at, horizon, memory, interrupted);
+    if (at.held == 0) return detail::fly_to_event(system, at, horizon, memory, interrupted);
     const auto start = at;
-    const auto e = detail::fly(system, at, horizon, memory, interrupted);
+    const auto e = detail::fly_to_event(system, at, horizon, memory, interrupted);
     if (e.what == status::missing_mode) at = start;
     return e;
 }

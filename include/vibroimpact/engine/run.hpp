@@ -1,7 +1,7 @@
 // Runs: events one after the other, a clock that does not drift, and the reasons to stop.
 //
 // An observer is any object with  bool see(const event&, const trajectory&, const clock&)  that
-// answers whether to go on; it is called after every event.
+// returns whether to continue; it is called after every event.
 #pragma once
 
 #include "vibroimpact/engine/engine.hpp"
@@ -26,9 +26,9 @@ struct limits {
     double flight_limit;             // longest flight without an event that is not sure to come
     long events;                     // records
     long impacts;                    // of status impact, simultaneous or chatter
-    bool (*interrupted)() = nullptr; // asked now and then; true ends the run
+    bool (*interrupted)() = nullptr; // called now and then; true ends the run
 };
-inline constexpr long between_questions = 4096; // events, and steps of certified flights
+inline constexpr long between_interrupt_checks = 4096; // events, and steps of certified flights
 
 // At one instant only so many events are plausible, as impacts that drive each other's contacts together
 // die out geometrically; more means that nothing moves on.
@@ -36,7 +36,7 @@ inline constexpr int most_events_at_once = 4096;
 
 enum class run_end : int {
     none = -1,       // not ended
-    impacts = 0,     // the number of impacts asked for was reached
+    impacts = 0,     // the requested number of impacts was reached
     horizon = 1,     // t_max was reached
     silent = 2,      // no event within flight_limit, nor known to come
     undecided = 3,   // an event could not be decided
@@ -80,7 +80,7 @@ VI_HD inline void count(run_progress& p, const event<T, Shape>& e) {
     ++p.events;
 }
 
-// Does a run end with an event that was counted? `to_the_end` says whether it was looked for up to t_max.
+// The reason to end a run after an event that was counted; `to_the_end`: it was searched for up to t_max.
 template <class T, class Shape>
 VI_HD inline run_end end_of_run(const run_progress& p, const event<T, Shape>& e,
                                 const limits& limit, bool to_the_end) {
@@ -110,7 +110,7 @@ VI_HD inline double surely_over(const hybrid<Flow>& system,
     return soonest;
 }
 
-// The next event within `left`, and whether it was looked for up to there: no further than flight_limit,
+// The next event within `left`, and whether it was searched for up to there: no further than flight_limit,
 // unless it is sure to come.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
@@ -143,13 +143,13 @@ next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
 
 } // namespace detail
 
-// Go on until a limit is reached. The counts of events and impacts are those of the whole run.
+// Continue until a limit is reached. The counts of events and impacts are those of the whole run.
 template <class T, class Flow, class Observer>
 VI_HD inline run_result run(const hybrid<Flow>& system,
                             trajectory<T, typename Flow::shape_type>& at, run_progress& so_far,
                             const limits& limit, Observer& observer) {
     flight_memory<Flow> memory;
-    long work = 0; // since it was asked whether to go on
+    long work = 0; // since the last check for an interrupt
     if (so_far.events == 0 && has_diverged(system.modes[at.mode], at.y)) {
         const auto e = certified_step(system, at, 0.0);
         count(so_far, e);
@@ -173,8 +173,8 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
         work += 1 + e.code;
         if constexpr (!is_modal<Flow>) // observers march where the flight strode
             work += static_cast<long>(min(plain(e.duration) / system.modes[0].flow.step,
-                                          static_cast<double>(between_questions)));
-        if (work < between_questions) continue;
+                                          static_cast<double>(between_interrupt_checks)));
+        if (work < between_interrupt_checks) continue;
         work = 0;
         if (limit.interrupted && limit.interrupted()) return {run_end::interrupted, 0};
     }

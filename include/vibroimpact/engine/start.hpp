@@ -21,13 +21,13 @@ VI_HD inline start_gap gap_at_start(const hybrid<Flow>& system,
                                     int contact) {
     const auto& g = system.modes[0].guards[contact];
     const int n = system.dimension();
-    const double u = watch(g, 0, at.y, n);
+    const double u = guard_value(g, 0, at.y, n);
     const double above = u - g.lower, below = g.upper - u;
     const double terms = terms_of(system, at.y, contact, 0);
     return {above, below, rounding_at(above < below ? g.lower : g.upper, terms)};
 }
 
-// By more than rounding?
+// Whether a contact lies behind a stop by more than rounding.
 template <class Flow>
 VI_HD inline bool behind_stop(const hybrid<Flow>& system,
                               const trajectory<double, typename Flow::shape_type>& at) {
@@ -45,7 +45,7 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
                                  const T* v, trajectory<T, typename Flow::shape_type>& at) {
     const auto& g = system.modes[0].guards[i];
     const int n = system.dimension(), degrees = system.oscillators();
-    const double u = plain(watch(g, 0, at.y, n));
+    const double u = plain(guard_value(g, 0, at.y, n));
     at.touching[i] = side_within(g, u, terms_of(system, at.y, i, 0));
     at.rate[i] = T(0.0);
     if (at.touching[i] == 0.0) return;

@@ -1,8 +1,8 @@
 // Flow of any linear mechanism: y' = B y + b with a full matrix B.
 //
-// Method      exp(B s) by its Taylor series for |B| s <= 7/10, longer times by squaring: the ladder
-//             exp(B step 2^n), n = 0, 1, ..., is stored, and a flight of any length applies the
-//             rungs named by the binary digits of t / step, then one Taylor flight. No eigenvector
+// Method      exp(B s) by its Taylor series for |B| s <= 7/10, longer times by squaring:
+//             exp(B step 2^n), n = 0, 1, ..., are stored, and a flight of any length applies those
+//             named by the binary digits of t / step, then one Taylor flight. No eigenvector
 //             is formed, so repeated and defective eigenvalues, free masses and exact resonance
 //             are ordinary points, and no library decides the bits. R may be a jet: B, b and the
 //             time then carry derivatives, and at_time gives those of exp(B t), which no
@@ -127,26 +127,26 @@ struct dense_flow : linear_field<R, Shape> {
     using typename field::propagator;
     static constexpr int max_dimension = Shape::max_dimension;
     static constexpr int max_contacts = Shape::max_contacts;
-    static constexpr int ladder_length = 40; // flights up to 2^40 steps
+    static constexpr int doublings = 40; // flights up to 2^40 steps
     template <class T>
     using state = vec<T, max_dimension>;
 
-    propagator once, leap, rungs[2];
+    propagator once, leap, refresh[2];
     typename field::matrix
         norm; // |N z| of the mechanical part z of y grows by exp(growth t) at most (system/stride.hpp)
     R growth;
-    propagator ladder[ladder_length];
+    propagator doubled[doublings];
 
     template <class T>
     VI_HD state<T> flight(const state<T>& y, double t) const {
         state<T> out = y;
         double left = t;
-        for (int m = ladder_length - 1; m >= 0; --m) {
+        for (int m = doublings - 1; m >= 0; --m) {
             double length = step;
             for (int i = 0; i < m; ++i)
                 length = length + length;
             while (left >= length) {
-                out = this->apply(ladder[m], out);
+                out = this->apply(doubled[m], out);
                 left = left - length;
             }
         }
@@ -154,13 +154,13 @@ struct dense_flow : linear_field<R, Shape> {
     }
 
     VI_HD void prepare() {
-        ladder[0] = this->taylor_propagator(step);
-        for (int m = 1; m < ladder_length; ++m)
-            ladder[m] = this->after(ladder[m - 1], ladder[m - 1]);
-        once = ladder[0];
-        leap = this->after(ladder[1], ladder[0]);
-        rungs[0] = ladder[5];
-        rungs[1] = ladder[10];
+        doubled[0] = this->taylor_propagator(step);
+        for (int m = 1; m < doublings; ++m)
+            doubled[m] = this->after(doubled[m - 1], doubled[m - 1]);
+        once = doubled[0];
+        leap = this->after(doubled[1], doubled[0]);
+        refresh[0] = doubled[5];
+        refresh[1] = doubled[10];
     }
 
     VI_HD constexpr vec<R, max_dimension> next_row(const vec<R, max_dimension>& r) const {

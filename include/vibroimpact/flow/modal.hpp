@@ -19,15 +19,15 @@
 
 namespace vi {
 
-// Steps of one rung of the ladder: after 32 steps a state is recomputed by one step 32 times longer.
-inline constexpr int rung = 32;
-// The quick flight looks ahead along two grids of so many times: a wide one, and a narrow one to look
-// into one of its intervals. From one of them, or next to it, it goes on with a stored propagator:
+// Steps after which the refreshed march (system/refreshed_march.hpp) takes the state anew by one long step.
+inline constexpr int refresh_interval = 32;
+// The quick flight scans two grids of so many times: a wide one, and a narrow one for one of its
+// intervals. From one of them, or next to it, it goes on with a stored propagator:
 // there are so many per step.
 inline constexpr int parts_of_step = 8;
 inline constexpr int grid_times = 5;
 inline constexpr int grids = 2, wide_grid = 0, narrow_grid = 1;
-// Spacings of the wide one, in parts: what is seen of a lively motion is bounded too loosely with the
+// Spacings of the wide one, in parts: a lively motion is bounded too loosely with the
 // wider. Four times of the narrow one span an interval of the wide one.
 inline constexpr int wider_spacing = 12, lively_spacing = 8, narrower = 4;
 inline constexpr int places = wider_spacing * grid_times + 1;
@@ -53,16 +53,16 @@ struct modal_flow : sizes<Shape> {
     using stored = essence<lane_t<R>>;
 
     vec<R, max_blocks> k, c, a;
-    R step;                             // a short number, so that n * step is exact for n < 2^29
-    propagator once;                    // exp(B step)
-    propagator rungs[2];                // exp(B rung step), exp(B rung^2 step)
-    table<R, stored, places> ahead;     // exp(B j step / parts_of_step)
-    bool pushed = false;                // whether any a, of any lane, is or was not zero
-    bool bends[max_blocks] = {};        // whether any k, c or a of that block is or was
-    R spacing[grids];                   // of the times of a grid, in parts of a step
-    R grid_error[grids];                // 5/96 h^4, h the same in units of time
-    R sight;                            // how far the wide grid goes
-    vec<R, max_blocks> growth;          // c^2 + c sqrt(k) + k, (3) of search/grid/recall_period.hpp
+    R step;                         // a short number, so that n * step is exact for n < 2^29
+    propagator once;                // exp(B step)
+    propagator refresh[2];          // exp(B refresh_interval step), exp(B refresh_interval^2 step)
+    table<R, stored, places> ahead; // exp(B j step / parts_of_step)
+    bool pushed = false;            // whether any a, of any lane, is or was not zero
+    bool bends[max_blocks] = {};    // whether any k, c or a of that block is or was
+    R spacing[grids];               // of the times of a grid, in parts of a step
+    R grid_error[grids];            // 5/96 h^4, h the same in units of time
+    R scan_length;                  // how far the wide grid goes
+    vec<R, max_blocks> growth;      // c^2 + c sqrt(k) + k, (3) of search/grid/recall_period.hpp
     block_series<R> series[max_blocks]; // of oscillators
 
     template <class T>
@@ -230,8 +230,8 @@ struct modal_flow : sizes<Shape> {
     VI_HD void prepare()
         requires is_same<R, double>
     {
-        rungs[0] = at_time(rung * step);
-        rungs[1] = at_time(rung * rung * step);
+        refresh[0] = at_time(refresh_interval * step);
+        refresh[1] = at_time(refresh_interval * refresh_interval * step);
         set_spacing(wider_spacing);
         pushed = false;
         for (int j = 0; j < this->blocks(); ++j) {
@@ -251,7 +251,7 @@ struct modal_flow : sizes<Shape> {
             const double square = grid_step(i) * grid_step(i);
             grid_error[i] = 5.0 / 96 * (square * square);
         }
-        sight = grid_times * grid_step(wide_grid);
+        scan_length = grid_times * grid_step(wide_grid);
     }
     // Times of the table are so far apart, those of a grid so far.
     VI_HOT constexpr R part() const { return step * (1.0 / parts_of_step); }

@@ -188,7 +188,7 @@ pack<N> fused_away(const pack<N>& a, const pack<N>& b, const pack<N>& c) {
     return fused(-a, b, c);
 }
 
-// GCC compares a mask that it did not just compute with zero again, unless told.
+// GCC compares a mask that it did not just compute with zero again.
 template <int N>
 pack<N> chosen(const pack_mask<N>& m, const pack<N>& a, const pack<N>& b) {
 #if defined(__AVX__)

@@ -46,7 +46,7 @@ segment_before_event(const hybrid<Flow>& system,
 template <class Flow, class Look>
 VI_HD inline void march(const flight_segment<Flow>& s, const Look& look) {
     const auto& flow = s.system.modes[s.mode].flow;
-    ladder<double, Flow> at(s.y);
+    refreshed_march<double, Flow> at(s.y);
     for (int shown = 1;; at.advance(flow), ++shown) {
         const double left = s.duration - at.steps() * flow.step;
         look(at.y, min(left, flow.step));

@@ -155,9 +155,9 @@ with_tangents(const hybrid<Flow>& system, const trajectory<double, typename Flow
     for (int i = 0; i < system.contacts(); ++i) {
         out.touching[i] = from.touching[i];
         out.flat[i] = from.flat[i];
-        out.rate[i] =
-            with_value(-from.touching[i] * watch(system.modes[from.mode].guards[i], 1, out.y, n),
-                       from.rate[i]);
+        out.rate[i] = with_value(-from.touching[i] *
+                                     guard_value(system.modes[from.mode].guards[i], 1, out.y, n),
+                                 from.rate[i]);
     }
     return out;
 }

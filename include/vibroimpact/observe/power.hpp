@@ -57,8 +57,8 @@ VI_HD inline double impact_loss(const event_view<Flow>& s) {
         if (s.at.touching[i] == 0.0) continue;
         const double before = i == s.e.contact
                                   ? s.e.rate_before
-                                  : -s.at.touching[i] * watch(system.modes[0].guards[i], 1,
-                                                              s.e.before, system.dimension());
+                                  : -s.at.touching[i] * guard_value(system.modes[0].guards[i], 1,
+                                                                    s.e.before, system.dimension());
         int k = 0;
         for (int j = 0; j < system.contacts(); ++j)
             if (s.at.touching[j] != 0.0) jump.a[jump.n][k++] = gap_mobility(system, s.at, i, j);

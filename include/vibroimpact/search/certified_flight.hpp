@@ -1,21 +1,21 @@
 // A flight to its first event, proved.
 //
-// Method      The ladder marches step by step. In every step each gap function is a Taylor
+// Method      The march is step by step. In every step each gap function is a Taylor
 //             polynomial (18 derivatives, rows of the guard times y), and its first root is found or
 //             excluded by first_root.hpp. The earliest over all guards ends the flight.
 //             Where nothing that moves can reach a stop (search/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march, but where 2^15 or more are. Flows without
 //             blocks take strides of 2^n steps (system/stride.hpp).
-//             A hop, back on its stop long before the first step is over, is looked for up to a
-//             quarter beyond its return alone, with polynomials of lower order, at all guards. A root
+//             A micro-bounce, back on its stop long before the first step is over, is searched for up to
+//             a quarter beyond its return alone, with polynomials of lower order, at all guards. A root
 //             there ends the flight; without one, or where that is not decided, it is marched.
 //             A flight that may pause does so as soon as it is off all stops, and any that is off
-//             them after a while, so that others may be asked whether to go on.
+//             them after a while, so that the caller may decide whether to continue.
 // Accuracy    eps = 2^-53 (16 + 4 applications) (sum of the terms of u + |limit|): what recurrences
 //             and sums can have added since the flight began, rounds before `start` counted in
 //             `earlier`. Outside eps no contact is missed and none invented; inside
 //             it the flight ends as grazing.
-//             A flight that leaves a stop starts from exact zeros, so short hops keep their
+//             A flight that leaves a stop starts from exact zeros, so micro-bounces keep their
 //             relative accuracy down to the smallest speeds.
 // Assumes     a state that has not diverged
 // Fails       horizon: no event up to the given time; paused, searching: none yet; undecided: see
@@ -57,7 +57,7 @@ struct landing {
     T rate;                         // gap rate at arrival
     vec<T, Shape::max_dimension> y; // in the coordinates of the flight's mode
     double applications = 0.0;      // of propagators on the way
-    int looked = 0;                 // steps, leaps and strides
+    int examined = 0;               // steps, leaps and strides
 };
 
 // Beyond this size 18 derivatives at the fastest rate that is accepted, 10^12, might overflow.
@@ -103,7 +103,7 @@ VI_HD inline taylor<N> derivatives(const guard<double, Dimension, Orders>& g,
     const auto z = plain_state(y, n);
     taylor<N> u{};
     for (int m = 0; m <= N; ++m)
-        u.d[m] = watch(g, m, z, n);
+        u.d[m] = guard_value(g, m, z, n);
     return u;
 }
 
@@ -170,8 +170,8 @@ VI_HD inline bool all_stay_clear(const Mode& m, const vec<T, D>& y, double time)
 }
 
 // Leap, as far as all is clear; false where it is not. What is left to the horizon is marched.
-template <class Mode, class Ladder>
-VI_HD inline bool leap(const Mode& m, double horizon, Ladder& at) {
+template <class Mode, class March>
+VI_HD inline bool leap(const Mode& m, double horizon, March& at) {
     const auto& flow = m.flow;
     const auto may = [&](double steps) {
         return steps > 0.0 && at.steps() + steps < most_steps &&
@@ -203,7 +203,7 @@ VI_HD inline bool has_left(const Mode& m, const vec<T, Shape::max_dimension>& y,
         const auto& g = m.guards[i];
         if (side == 0.0 || g.closed) continue;
         const double limit = side > 0.0 ? g.upper : g.lower;
-        const double gap = side * (limit - watch(g, 0, z, m.flow.dimension()));
+        const double gap = side * (limit - guard_value(g, 0, z, m.flow.dimension()));
         if (!(gap > proof_margin * (magnitude(g, 0, z, m.flow) + abs(limit)))) return false;
     }
     return true;
@@ -239,41 +239,41 @@ VI_CALL landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
     landing<T, Shape> out{
         end_of(first.what),  first.contact, first.side,
         T(passed + first.s), T(0.0),        m.flow.template short_flight<N>(y, first.s)};
-    const T slope = -first.side * watch(guard, 1, out.y, n);
+    const T slope = -first.side * guard_value(guard, 1, out.y, n);
     out.rate = with_value(slope, evaluate(first.gap, 1, first.s));
     if (out.end != flight_end::contact) return out;
     if constexpr (scalar_traits<T>::is_jet) { // dt = -dg / g', value zero
-        const T gap = -first.side * watch(guard, 0, out.y, n);
+        const T gap = -first.side * guard_value(guard, 0, out.y, n);
         const T shift = with_value(-gap / plain(out.rate), 0.0);
         out.y = m.flow.template short_flight<3>(out.y, shift);
-        out.rate = with_value(-first.side * watch(guard, 1, out.y, n), plain(out.rate));
+        out.rate = with_value(-first.side * guard_value(guard, 1, out.y, n), plain(out.rate));
         out.duration = out.duration + shift;
     }
     return out;
 }
 
-// Hops up to so long, in steps, are told by polynomials of lower order: of the terms of u
-// (7/10 / 4)^13 / 13! < 2^-64 is cut off, and of the height of a hop, w its fastest rate and a its bend,
+// Micro-bounces up to so long, in steps, are found by polynomials of lower order: of the terms of u
+// (7/10 / 4)^13 / 13! < 2^-64 is cut off, and of the height of a bounce, w its fastest rate and a its bend,
 // (7/10 / 4)^11 8 / 13! or (7/10 / 1024)^5 8 / 7!, both below 2^-57, times w^2 u / a.
-inline constexpr double longest_hop = 0.25, shortest_hop = 1.0 / 1024;
-inline constexpr int hop_order = 12, short_hop_order = 6;
+inline constexpr double longest_bounce = 0.25, shortest_bounce = 1.0 / 1024;
+inline constexpr int bounce_order = 12, short_bounce_order = 6;
 
 // A quarter beyond the first return to a stop that is being left.
 template <class T, class Mode, class Shape>
-VI_HD inline double end_of_hop(const Mode& m, const trajectory<T, Shape>& start) {
+VI_HD inline double end_of_bounce(const Mode& m, const trajectory<T, Shape>& start) {
     double end = infinity();
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const double side = plain(start.touching[i]);
         if (side == 0.0 || m.guards[i].closed) continue;
-        const T bend = watch(m.guards[i], 2, start.y, m.flow.dimension());
-        end = min(end, beyond_hop(plain(start.rate[i]), -side * plain(bend)));
+        const T bend = guard_value(m.guards[i], 2, start.y, m.flow.dimension());
+        end = min(end, beyond_bounce(plain(start.rate[i]), -side * plain(bend)));
     }
     return end;
 }
 
 template <int N, class T, class Mode, class Shape>
-VI_HD inline bool find_hop(const Mode& m, const trajectory<T, Shape>& start, double span,
-                           int earlier, landing<T, Shape>& out) {
+VI_HD inline bool find_bounce_end(const Mode& m, const trajectory<T, Shape>& start, double span,
+                                  int earlier, landing<T, Shape>& out) {
     earliest<N> first;
     for (int i = 0; i < m.flow.contacts(); ++i) {
         bool still = true;
@@ -284,13 +284,13 @@ VI_HD inline bool find_hop(const Mode& m, const trajectory<T, Shape>& start, dou
     return true;
 }
 
-// Whether a flight that may hop until `soon` meets a stop by then; `out` is where.
+// Whether a flight that may be back by `soon` meets a stop by then; `out` is where.
 template <class T, class Mode, class Shape>
-VI_HD inline bool hop(const Mode& m, const trajectory<T, Shape>& start, double soon, int earlier,
-                      landing<T, Shape>& out) {
-    return soon <= shortest_hop * m.flow.step
-               ? find_hop<short_hop_order>(m, start, soon, earlier, out)
-               : find_hop<hop_order>(m, start, soon, earlier, out);
+VI_HD inline bool micro_bounce(const Mode& m, const trajectory<T, Shape>& start, double soon,
+                               int earlier, landing<T, Shape>& out) {
+    return soon <= shortest_bounce * m.flow.step
+               ? find_bounce_end<short_bounce_order>(m, start, soon, earlier, out)
+               : find_bounce_end<bounce_order>(m, start, soon, earlier, out);
 }
 
 } // namespace detail
@@ -301,34 +301,36 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
     using namespace detail;
     const auto& flow = m.flow;
     landing<T, Shape> landed;
-    const double soon = end_of_hop(m, start);
-    if (soon <= min(longest_hop * flow.step, horizon) && hop(m, start, soon, earlier, landed))
+    const double soon = end_of_bounce(m, start);
+    if (soon <= min(longest_bounce * flow.step, horizon) &&
+        micro_bounce(m, start, soon, earlier, landed))
         return landed;
     bool still[Shape::max_contacts];
     for (bool& s : still)
         s = true;
-    const auto look = [&](auto& first, const auto& y, double applications, double span) {
+    const auto examine = [&](auto& first, const auto& y, double applications, double span) {
         for (int i = 0; i < flow.contacts(); ++i)
             inspect_contact(m, i, y, start, still[i], applications, earlier, span, first);
     };
-    ladder<T, typename Mode::flow_type> at(start.y);
+    refreshed_march<T, typename Mode::flow_type> at(start.y);
     earliest<taylor_order> first;
-    int looked = 0;
+    int examined = 0;
     const auto stop = [&](flight_end why, double s) -> landing<T, Shape> {
-        return {why, -1, 0, T(at.steps() * flow.step + s), T(0.0), at.y, at.applications(), looked};
+        return {why,     -1, 0, T(at.steps() * flow.step + s), T(0.0), at.y, at.applications(),
+                examined};
     };
-    int waiting = 0, wait = 0; // until a stride is looked for
-    for (;; ++looked, at.advance(flow)) {
-        const bool off =
-            at.steps() > 0.0 && (may_pause || looked >= steps_in_a_row) && has_left(m, at.y, start);
+    int waiting = 0, wait = 0; // until a stride is tried
+    for (;; ++examined, at.advance(flow)) {
+        const bool off = at.steps() > 0.0 && (may_pause || examined >= steps_in_a_row) &&
+                         has_left(m, at.y, start);
         if (off) return stop(may_pause ? flight_end::paused : flight_end::searching, 0.0);
         if (at.steps() > 0.0 && has_diverged(m, at.y)) return stop(flight_end::diverged, 0.0);
         if (!(at.steps() < most_steps)) return stop(flight_end::steps, 0.0);
         if constexpr (is_modal<typename Mode::flow_type>) {
             while (leap(m, horizon, at))
-                ++looked;
+                ++examined;
         } else if (waiting-- == 0) {
-            for (; looked < steps_in_a_row && stride(m, horizon, earlier, at); ++looked) {
+            for (; examined < steps_in_a_row && stride(m, horizon, earlier, at); ++examined) {
                 wait = 0;
                 for (bool& s : still)
                     s = false;
@@ -338,11 +340,11 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
             waiting = wait;
         }
         const double left = horizon - at.steps() * flow.step;
-        look(first, at.y, at.applications(), min(flow.step, left));
+        examine(first, at.y, at.applications(), min(flow.step, left));
         if (first.what != finding::none) {
             auto out =
                 land_on<taylor_order, T, Mode, Shape>(m, first, at.y, at.steps() * flow.step);
-            out.looked = looked;
+            out.examined = examined;
             return out;
         }
         if (left > flow.step) continue;

@@ -9,7 +9,7 @@
 //             An interior minimum is located and decided by its value:
 //               above eps no contact, below -eps contact before it, within eps grazing.
 //             Pieces are taken from left to right, so the root returned is the first. A flight
-//             that hops off the stop begins with a piece just longer than its hop.
+//             that bounces off the stop begins with a piece just longer than its bounce.
 // Assumes     g(0) >= 0 up to eps. A flight that leaves this very stop passes leaving = true and
 //             exact zeros in d_0 (and d_1, d_2 where they vanish): t = 0 is then not a root.
 // Accuracy    outside eps every extremum is decided as it is; the root itself to a few ulp of s,
@@ -79,16 +79,16 @@ VI_HD inline piece_verdict classify(const taylor<N>& g, double length, double ep
     return {piece::cut, 0.0};
 }
 
-// A quarter beyond the return of a hop, g = rate s + bend s^2 / 2.
-VI_HD inline double beyond_hop(double rate, double bend) {
+// A quarter beyond the return of a bounce, g = rate s + bend s^2 / 2.
+VI_HD inline double beyond_bounce(double rate, double bend) {
     return rate > 0.0 && bend < 0.0 ? 1.25 * (-2.0 * rate / bend) : infinity();
 }
 
-// How long the first piece is to be; a hop too short for the halvings that are left does not count.
+// How long the first piece is to be; a bounce too short for the halvings that are left does not count.
 template <int N>
 VI_HD inline double first_piece(const taylor<N>& g, double span) {
     if (g.d[0] != 0.0) return span;
-    const double beyond = beyond_hop(g.d[1], g.d[2]);
+    const double beyond = beyond_bounce(g.d[1], g.d[2]);
     return beyond < span && beyond > span * 0x1p-20 ? beyond : span;
 }
 

@@ -17,25 +17,26 @@ inline constexpr double flattest = 0x1p-18;           // g'' s / (2 g')
 
 namespace detail {
 
-// What watch(guard) says of the contact of the crossing.
-template <class T, class Mode, class R, class Watch>
-VI_HOT T watch_hit(const Mode& m, const stop_hit<R>& hit, const Watch& watch) {
-    T u = watch(m.guards[0]);
+// value_of(guard) of the contact that hits.
+template <class T, class Mode, class R, class Value>
+VI_HOT T value_at_hit(const Mode& m, const stop_hit<R>& hit, const Value& value_of) {
+    T u = value_of(m.guards[0]);
     for (int i = 1; i < m.flow.contacts(); ++i)
-        u = select(hit.contact == static_cast<double>(i), watch(m.guards[i]), u);
+        u = select(hit.contact == static_cast<double>(i), value_of(m.guards[i]), u);
     return u;
 }
 
 // How much is left to the limit, in u; and u'.
 template <class T, class Mode, class R, int D>
 VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const stop_hit<R>& hit) {
-    return hit.limit - watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
-               return watch_distance(g, y, m.flow);
+    return hit.limit - value_at_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
+               return guard_distance(g, y, m.flow);
            });
 }
 template <class T, class Mode, class R, int D>
 VI_HOT T speed_at(const Mode& m, const vec<T, D>& y, const stop_hit<R>& hit) {
-    return watch_hit<T>(m, hit, [&](const auto& g) VI_WITHIN { return watch_speed(g, y, m.flow); });
+    return value_at_hit<T>(m, hit,
+                           [&](const auto& g) VI_WITHIN { return guard_speed(g, y, m.flow); });
 }
 
 // What is left to the limit, and the next Taylor coefficients of u.

@@ -42,7 +42,7 @@ VI_HD inline taylor<N> recentred(const taylor<N>& g, double s) {
     return out;
 }
 
-// g(s)/s where d_0 = 0: short hops keep their relative accuracy, and nothing underflows.
+// g(s)/s where d_0 = 0: short bounces keep their relative accuracy, and nothing underflows.
 template <int N>
 VI_HD inline taylor<N> without_zero(const taylor<N>& g) {
     taylor<N> out{};

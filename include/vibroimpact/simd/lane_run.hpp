@@ -1,7 +1,7 @@
 // Many runs, one per lane; a lane whose run has ended takes the next one.
 //
 // Method      What run.hpp does for one trajectory, for all lanes at once: clocks and counts are packs,
-//             and an impact that nobody watches costs nothing beyond them. An event that is to be
+//             and an impact that is not shown costs nothing beyond them. An event that is to be
 //             seen, that ends a run, or that a certified step brought, is handled lane by lane.
 //             Packs of lanes take turns at the stages of a round. T is a pack, or a jet of packs: then
 //             every run carries a tangent, whose growth is followed in all lanes at once. A lane whose
@@ -10,10 +10,10 @@
 //             The host lends runs to all lanes and takes them back:
 //               bool next(i, slot)      another run for lane i; false if there is none, for good and for
 //                                       all lanes. Flights are limited by slot.limit.t_max alone.
-//               bool see(i, e, at, now) an event at or after slot.watch; false leaves the run
+//               bool see(i, e, at, now) an event at or after slot.shown_from; false leaves the run
 //               bool build(i, code)     the mode of a closed set that is missing; false if it cannot
 //               void end(i, slot, why)  the run of lane i has ended, or had no event left to begin with
-//               bool interrupted()      asked now and then; true ends all runs
+//               bool interrupted()      called now and then; true ends all runs
 //             It shows events without derivatives; slot.tangent begins and ends with the slot. slot.run
 //             is the host's and stays where it is from next() to end(), up to date in see() and end() only.
 // Accuracy    bits of run(), with growth as its observer in lanes of jets: the same operations for
@@ -30,9 +30,9 @@ struct lane_slot {
     const hybrid<Flow>* system = nullptr;
     motion<double, Flow>* run = nullptr;
     limits limit{};
-    double watch = 0.0;  // events before this time are not shown
-    growth<1> tangent{}; // in lanes of jets
-    long version = 0;    // of what `system` points to: another number, another system
+    double shown_from = 0.0; // events before this time are not shown
+    growth<1> tangent{};     // in lanes of jets
+    long version = 0;        // of what `system` points to: another number, another system
 };
 
 // Which system each lane has; another version, another system.
@@ -51,7 +51,7 @@ struct lane_keys {
 };
 
 // Of one lane, one after the other, before all others go on.
-inline constexpr int most_hops = 64;
+inline constexpr int most_bounces = 64;
 
 // For every round that a busy lane flies, as much of one may pass an idle one that waits.
 inline constexpr double waiting_share = 1.0 / 16;
@@ -66,8 +66,8 @@ class lane_pack {
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
-    // Lane i of the pack is lane first + i of the host. Hops add to `work`.
-    void board(Host& host, int first, long& work) {
+    // Lane i of the pack is lane first + i of the host. Micro-bounces add to `work`.
+    void begin_runs(Host& host, int first, long& work) {
         host_ = &host;
         first_ = first;
         work_ = &work;
@@ -77,29 +77,29 @@ public:
     }
     bool busy() const { return runs_ > 0; }
 
-    // A round: begin(), look() and see() of a round() that looks, its stages, strike().
+    // A round: begin(), scan() and evaluate() of a round() that scans, its stages, impacts().
     VI_HOT void begin() { flight_.begin(time_left(), busy_); }
-    VI_HOT bool looks() const { return flight_.round.looks(); }
+    VI_HOT bool scans() const { return flight_.round.scans(); }
     VI_HOT auto& round() { return flight_.round; }
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
         decltype(flight_.round)::each_stage(take);
     }
-    VI_HOT void strike() {
+    VI_HOT void impacts() {
         quick_landing<T> end;
         state before;
-        flight_.strike(busy_, end, before);
+        flight_.impacts(busy_, end, before);
         count_landed(end);
         if constexpr (has_tangent) {
             const auto& flow = flight_.flow();
             tangents_.see(end.landed, flight_.all.at, high_ + low_, flow.dimension(),
                           flow.contacts());
         }
-        const auto attention = busy_ & (flight_.stuck | (end.landed & watched(end)));
+        const auto attention = busy_ & (flight_.stuck | (end.landed & needs_handling(end)));
         if (any(attention)) {
             end_ = end;
             before_ = before;
-            attend(attention);
+            handle(attention);
         }
         patience_ += waiting_share * runs_;
         if (runs_ < N && more_ && !waits()) fill();
@@ -118,8 +118,8 @@ private:
     double time_left(int i) const { return lane(until_, i) - (lane(high_, i) + lane(low_, i)); }
 
     // Events that are not simply counted: shown to the host, or at a limit.
-    pack_mask<N> watched(const quick_landing<T>& end) const {
-        return (high_ + low_ >= watch_) | (events_ >= most_) | !(end.duration > 0.0);
+    pack_mask<N> needs_handling(const quick_landing<T>& end) const {
+        return (high_ + low_ >= shown_from_) | (events_ >= most_) | !(end.duration > 0.0);
     }
 
     VI_HOT void count_landed(const quick_landing<T>& end) {
@@ -131,10 +131,10 @@ private:
         events_ = plus_where(landed, events_, real(1.0));
     }
 
-    // While nobody looks ahead, a run from its start would make all others wait. Idle lanes wait for these
+    // While no lane scans, a run from its start would make all others wait. Idle lanes wait for these
     // instead, up to a part of the work that is done: so runs of a pack begin, and come to repeat, together.
     bool waits() {
-        if (!busy() || flight_.round.looks()) return false;
+        if (!busy() || flight_.round.scans()) return false;
         patience_ -= N - runs_;
         return patience_ > 0.0;
     }
@@ -162,7 +162,7 @@ private:
             resume(i, slot.run->at);
         }
         set_lane(until_, i, slot.limit.t_max);
-        set_lane(watch_, i, slot.watch);
+        set_lane(shown_from_, i, slot.shown_from);
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -208,26 +208,26 @@ private:
         so_far.at_once = e.duration > 0.0 ? 0 : so_far.at_once + 1;
     }
 
-    void follow_tangent(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
+    void count_tangent(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
         const auto& slot = slots_[i];
         auto tangent = lane(tangents_, i);
         tangent.see(e, at, slot.run->so_far.now, slot.system->dimension(), slot.system->contacts());
         set_lane(tangents_, i, tangent);
     }
 
-    [[gnu::noinline]] void attend(const pack_mask<N>& lanes) {
+    [[gnu::noinline]] void handle(const pack_mask<N>& lanes) {
         for (int i = 0; i < N; ++i)
-            if (lane(lanes, i)) attend(i, lane(flight_.stuck, i) ? time_left(i) : 0.0);
+            if (lane(lanes, i)) handle(i, lane(flight_.stuck, i) ? time_left(i) : 0.0);
     }
 
     // One lane. The slot holds a trajectory without its tangent.
-    void attend(int i, double left) {
+    void handle(int i, double left) {
         auto& at = slots_[i].run->at;
         suspend(i, lane(end_.landed, i));
         if (!lane(flight_.stuck, i)) {
             event<double, Shape> e;
             take_landing(i, e);
-            tell(i, e);
+            report(i, e);
         } else if constexpr (has_tangent) {
             const auto& system = *slots_[i].system;
             trajectory<alone, Shape> with_tangent{};
@@ -238,64 +238,64 @@ private:
         }
     }
 
-    // The certified step of a lane that is stuck, from `at` on, and hops that follow; back into the lane.
+    // The certified step of a lane that is stuck, from `at` on, and micro-bounces that follow; back into the lane.
     void certify(int i, trajectory<alone, Shape>& at, double left) {
         const auto& slot = slots_[i];
         auto& all = flight_.all;
         const int earlier = static_cast<int>(lane(all.applications, i));
         const alone flown = lane(all.flown, i);
-        auto e = detail::go_on(*slot.system, at, flown, earlier, left);
-        if (detail::goes_on(e.what)) {
+        auto e = detail::continue_certified(*slot.system, at, flown, earlier, left);
+        if (detail::is_unfinished(e.what)) {
             if (e.what == status::searching) *work_ += steps_in_a_row;
             resume(i, at);
             set_lane(all.flown, i, e.duration);
             set_lane(all.applications, i, e.code);
             return;
         }
-        for (int hops = 0; e.what != status::paused; ++hops) {
+        for (int bounces = 0; e.what != status::paused; ++bounces) {
             if (e.what == status::missing_mode) {
                 resume(i, at);
-                if (hops == 0) { // the leg did not happen: the flight is where it was
+                if (bounces == 0) { // the leg did not happen: the flight is where it was
                     set_lane(all.flown, i, flown);
                     set_lane(all.applications, i, earlier);
                 }
-                return want(i, e.code);
+                return request_mode(i, e.code);
             }
             count(slot.run->so_far, e);
-            if (!tell_certified(i, e, at)) return;
-            if (hops == most_hops) break;
+            if (!report_certified(i, e, at)) return;
+            if (bounces == most_bounces) break;
             ++*work_;
             left = slot.limit.t_max - slot.run->so_far.now.time();
-            e = hop_step(*slot.system, at, left);
+            e = micro_bounce_step(*slot.system, at, left);
         }
         resume(i, at);
     }
 
-    bool tell_certified(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
+    bool report_certified(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
         if constexpr (has_tangent) {
             const auto& system = *slots_[i].system;
-            follow_tangent(i, e, at);
+            count_tangent(i, e, at);
             slots_[i].run->at = detail::values(at, system.dimension(), system.contacts());
-            return tell(i, detail::values(e, system.dimension()));
+            return report(i, detail::values(e, system.dimension()));
         } else {
-            return tell(i, e);
+            return report(i, e);
         }
     }
 
     // An event that is counted, as in run(); false if it is the last.
-    bool tell(int i, const event<double, Shape>& e) {
+    bool report(int i, const event<double, Shape>& e) {
         const auto& slot = slots_[i];
         const auto& [at, so_far] = *slot.run;
-        const bool seen = so_far.now.time() >= slot.watch;
-        const bool go_on = !seen || host_->see(first_ + i, e, at, so_far.now);
+        const bool shown = so_far.now.time() >= slot.shown_from;
+        const bool goes_on = !shown || host_->see(first_ + i, e, at, so_far.now);
         run_end why = end_of_run(so_far, e, slot.limit, true);
-        if (why == run_end::none && !go_on) why = run_end::observer;
+        if (why == run_end::none && !goes_on) why = run_end::observer;
         if (why == run_end::none && so_far.events >= slot.limit.events) why = run_end::events;
         if (why != run_end::none) finish(i, why);
         return why == run_end::none;
     }
 
-    void want(int i, int code) {
+    void request_mode(int i, int code) {
         if (code < 0 || !host_->build(first_ + i, code)) finish(i, run_end::missing);
     }
 
@@ -320,7 +320,7 @@ private:
     lane_flight<T, Shape> flight_;
     quick_landing<T> end_; // of the last round in which a lane needed attention
     state before_;
-    real high_{}, low_{}, until_{}, watch_{};
+    real high_{}, low_{}, until_{}, shown_from_{};
     real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
     pack_mask<N> busy_{};
     growth<1, real> tangents_{};
@@ -346,23 +346,24 @@ public:
 
     void run() {
         for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].board(host_, i * N, work_);
+            packs_[i].begin_runs(host_, i * N, work_);
         while (busy()) {
-            if (asks() && host_.interrupted()) return interrupt();
+            if (is_due() && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
-            look_ahead();
+            scan_ahead();
             pack_type::each_stage([&](const auto& stage) VI_WITHIN {
                 each_busy([&](auto& pack) VI_WITHIN { stage(pack.round()); });
             });
-            each_busy([](auto& pack) VI_WITHIN { pack.strike(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.impacts(); });
         }
     }
 
 private:
     using pack_type = lane_pack<T, Flow, Host>;
 
-    bool asks() {
-        if (++work_ < between_questions) return false;
+    // Whether to check for an interrupt.
+    bool is_due() {
+        if (++work_ < between_interrupt_checks) return false;
         work_ = 0;
         return true;
     }
@@ -376,12 +377,12 @@ private:
         for (auto& pack : packs_)
             if (pack.busy()) stage(pack);
     }
-    VI_RARE void look_ahead() {
+    VI_RARE void scan_ahead() {
         each_busy([](auto& pack) VI_WITHIN {
-            if (pack.looks()) pack.round().look();
+            if (pack.scans()) pack.round().scan();
         });
         each_busy([](auto& pack) VI_WITHIN {
-            if (pack.looks()) pack.round().see();
+            if (pack.scans()) pack.round().evaluate();
         });
     }
     void interrupt() {
@@ -390,7 +391,7 @@ private:
     }
 
     Host& host_;
-    long work_ = 0; // rounds, and hops of lanes, since the host was asked
+    long work_ = 0; // rounds, and micro-bounces of lanes, since the last check for an interrupt
     spaced<pack_type> packs_[packs_in_turn<T>];
 };
 

@@ -89,7 +89,7 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
         set_lane(to.spacing[g], i, from.spacing[g]);
         set_lane(to.grid_error[g], i, from.grid_error[g]);
     }
-    set_lane(to.sight, i, from.sight);
+    set_lane(to.scan_length, i, from.scan_length);
     for (int j = 0; j < from.blocks(); ++j) {
         to.bends[j] = to.bends[j] | from.bends[j];
         set_lane(to.k[j], i, from.k[j]);
@@ -230,7 +230,7 @@ struct lane_flight {
         round.begin(going & all.quick & may_go_on(flow(), value(all.flown), horizon));
     }
     // After the last one; `before` as impact_of_round() says.
-    VI_HOT void strike(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
+    VI_HOT void impacts(const pack_mask<N>& going, quick_landing<T>& end, state& before) {
         if (round.repeats())
             finish<true>(going, end, before);
         else
@@ -243,10 +243,10 @@ private:
         state y;
         round.template land<Some>(end, y);
         stuck = going & !end.landed & !end.moved;
-        if constexpr (Some) stuck &= !round.misled(end);
+        if constexpr (Some) stuck &= !round.failed_recall(end);
         all.flown = select(end.landed, T(0.0), end.duration);
         if (!Some ||
-            round.looks()) { // flights as recalled begin on their stop, with none, and land
+            round.scans()) { // flights as recalled begin on their stop, with none, and land
             const real more = plus_where(end.moved, all.applications, real(applications_of_round));
             all.applications = only(!end.landed, more);
         }

@@ -72,8 +72,8 @@ VI_HD inline void set_guard(guard<double, D>& g, const guard_numbers& from, cons
 
 // row . x as a row on the y of a mode, for observers.
 template <int D, class Flow>
-VI_HD inline void set_watched(guard<double, D>& g, const double* row, const mode_coordinates& p,
-                              const Flow& flow) {
+VI_HD inline void set_observed_row(guard<double, D>& g, const double* row,
+                                   const mode_coordinates& p, const Flow& flow) {
     const int n = flow.dimension();
     g = {};
     for (int i = 0; i < p.degrees; ++i) {

@@ -1,12 +1,12 @@
 // Guards: what ends a flight, and the one place where the sign convention is written.
 //
-// A guard watches u(t) = row . y(t) + gain between a lower and an upper limit. Its two gap functions
+// A guard reads u(t) = row . y(t) + gain between a lower and an upper limit. Its two gap functions
 //
 //     g = upper - u   (side +1, stop A)        g = u - lower   (side -1, stop B)
 //
 // are admissible where g >= 0. Impact: g falls to 0 with g' < 0. Grazing: g = g' = 0, g'' > 0.
 // Sticking: g = g' = 0 and the free g'' <= 0. In a mode where the contact is closed the guard
-// watches the contact force instead, lower = 0, and its fall to zero is the release.
+// reads the contact force instead, lower = 0, and its fall to zero is the release.
 //
 // All time derivatives of u along a flight are rows too: u^(m) = rows[m] . y + gains[m].
 #pragma once
@@ -74,8 +74,8 @@ VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flo
 }
 
 template <int Dimension, class Guard, class Flow>
-VI_HD inline void look_ahead(rows_ahead<double, Dimension>& to, const Guard& g, const Flow& flow,
-                             int grid) {
+VI_HD inline void set_rows_ahead(rows_ahead<double, Dimension>& to, const Guard& g,
+                                 const Flow& flow, int grid) {
     const double h = flow.grid_step(grid), square = h * h;
     for (int j = 0; j < flow.dimension(); ++j)
         to.rows[j][0] = square * g.rows[2][j];
@@ -117,7 +117,7 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow) {
     for (int grid = 0; grid < grids; ++grid)
-        look_ahead(g.ahead[grid], g, flow, grid);
+        set_rows_ahead(g.ahead[grid], g, flow, grid);
     prepare_bounds(g, flow);
 }
 
@@ -166,13 +166,14 @@ VI_HD inline vec<real_t<T>, D> values_of(const vec<T, D>& y, int n) {
 
 // u^(m) at y.
 template <class T, class R, int Dimension, int Orders>
-VI_HOT T watch(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y, int n) {
+VI_HOT T guard_value(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y,
+                     int n) {
     return dot(g.rows[m], y, n, g.gains[m]);
 }
 
 // u at y, a state of a modal flow; being a distance, it shows q' of oscillators in mixed ones only.
 template <class T, class G, int Dimension, class Flow>
-VI_HOT T watch_distance(const G& g, const vec<T, Dimension>& y, const Flow& flow) {
+VI_HOT T guard_distance(const G& g, const vec<T, Dimension>& y, const Flow& flow) {
     T sum = T(g.gains[0]);
     flow.each_oscillator([&](auto j) VI_WITHIN {
         sum = fma(g.rows[0][2 * j], y[2 * j], sum);
@@ -185,7 +186,7 @@ VI_HOT T watch_distance(const G& g, const vec<T, Dimension>& y, const Flow& flow
 }
 // u'. What rows[0] has before q, rows[1] has before q', unless the flow is mixed.
 template <class T, class R, int Dimension, int Orders, class Flow>
-VI_HOT T watch_speed(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+VI_HOT T guard_speed(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                      const Flow& flow) {
     T sum = flow.mixed() ? T(g.gains[1]) : T(0.0);
     flow.each_oscillator([&](auto j) VI_WITHIN {
@@ -235,7 +236,7 @@ VI_HOT vec<T, 4> expand(const guard<R, Dimension, Orders>& g, const vec<T, Dimen
 
 // u''.
 template <class T, class R, int Dimension, int Orders, class Flow>
-VI_HOT T watch_bend(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
+VI_HOT T guard_bend(const guard<R, Dimension, Orders>& g, const vec<T, Dimension>& y,
                     const Flow& flow) {
     T sum = T(0.0);
     flow.each_oscillator([&](auto j) VI_WITHIN {
@@ -255,7 +256,7 @@ VI_HOT T watch_bend(const guard<R, Dimension, Orders>& g, const vec<T, Dimension
 
 // u along a grid, value by value: u'' h^2 at y, then u at the times of the grid.
 template <class T, class R, int Dimension, class Flow>
-VI_HOT void watch_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimension>& y,
+VI_HOT void guard_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimension>& y,
                         const Flow& flow, vec<T, grid_times + 1>& to) {
     constexpr int count = grid_times + 1;
     unrolled<0, count>([&](auto k) VI_WITHIN { to[k] = T(0.0); });
@@ -283,7 +284,7 @@ VI_HOT void watch_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimensio
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
 // The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
 template <int Dimension, class Flow>
-VI_HOT void watch_ahead(const rows_ahead<double, Dimension>& p, const vec<double, Dimension>& y,
+VI_HOT void guard_ahead(const rows_ahead<double, Dimension>& p, const vec<double, Dimension>& y,
                         const Flow& flow, vec<double, grid_times + 1>& to) {
     constexpr int count = grid_times + 1;
     static_assert(count % 2 == 0);

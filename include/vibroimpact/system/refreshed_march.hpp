@@ -19,53 +19,55 @@ VI_HD constexpr double two_to(int n) {
 }
 
 template <class T, class Flow>
-struct ladder {
+struct refreshed_march {
     using state = typename Flow::template state<T>;
-    state y, tens, hundreds; // after 1, 32 and 1024 steps
-    int ones_ = 0, tens_ = 0;
-    double hundreds_ = 0.0;
+    state y, by_32, by_1024; // after 1, 32 and 1024 steps
+    int single_ = 0, by_32_ = 0;
+    double by_1024_ = 0.0;
     double before_ = 0.0, applied_ = 0.0; // steps and applications before the last stride ended
 
-    VI_HD explicit ladder(const state& start) : y(start), tens(start), hundreds(start) {}
+    VI_HD explicit refreshed_march(const state& start) : y(start), by_32(start), by_1024(start) {}
 
     VI_HD void advance(const Flow& flow) {
-        if (++ones_ < rung)
+        if (++single_ < refresh_interval)
             y = flow.apply(flow.once, y);
         else
             leap(flow);
     }
-    // To the end of a rung that begins here, or has been marched through.
+    // To the end of the interval that begins here, or has been marched through.
     VI_HD void leap(const Flow& flow) {
-        ones_ = 0;
-        if (++tens_ == rung) return leap_far(flow);
-        tens = flow.apply(flow.rungs[0], tens);
-        y = tens;
+        single_ = 0;
+        if (++by_32_ == refresh_interval) return leap_far(flow);
+        by_32 = flow.apply(flow.refresh[0], by_32);
+        y = by_32;
     }
     VI_HD void leap_far(const Flow& flow) {
-        tens_ = 0;
-        ++hundreds_;
-        hundreds = flow.apply(flow.rungs[1], hundreds);
-        tens = hundreds;
-        y = tens;
+        by_32_ = 0;
+        ++by_1024_;
+        by_1024 = flow.apply(flow.refresh[1], by_1024);
+        by_32 = by_1024;
+        y = by_32;
     }
     // As often doubled.
     VI_HD void leap_farther(const Flow& flow, int doublings) {
-        hundreds_ = hundreds_ + two_to(doublings);
-        y = tens = hundreds = flow.apply(flow.squared(flow.rungs[1], doublings), hundreds);
+        by_1024_ = by_1024_ + two_to(doublings);
+        y = by_32 = by_1024 = flow.apply(flow.squared(flow.refresh[1], doublings), by_1024);
     }
     // To a state so many steps from here, by one application: it begins anew there.
     VI_HD void stride(const state& to, double steps_on) {
         const double passed = steps() + steps_on, applied = applications() + 1.0;
-        *this = ladder(to);
+        *this = refreshed_march(to);
         before_ = passed;
         applied_ = applied;
     }
     // So many steps may be leapt from here, though not where the flight starts.
-    VI_HD int leap_ahead() const { return ones_ > 0 || steps() == 0.0 ? 0 : rung; }
-    VI_HD int far_leap_ahead() const { return tens_ > 0 ? 0 : rung * leap_ahead(); }
+    VI_HD int leap_ahead() const { return single_ > 0 || steps() == 0.0 ? 0 : refresh_interval; }
+    VI_HD int far_leap_ahead() const { return by_32_ > 0 ? 0 : refresh_interval * leap_ahead(); }
 
-    VI_HD double steps() const { return before_ + (ones_ + rung * (tens_ + rung * hundreds_)); }
-    VI_HD double applications() const { return applied_ + (ones_ + tens_ + hundreds_); }
+    VI_HD double steps() const {
+        return before_ + (single_ + refresh_interval * (by_32_ + refresh_interval * by_1024_));
+    }
+    VI_HD double applications() const { return applied_ + (single_ + by_32_ + by_1024_); }
 };
 
 } // namespace vi

@@ -22,7 +22,7 @@
 namespace vi {
 
 inline constexpr int stride_orders = 3; // z, z', z''
-inline constexpr int most_waiting = 15; // steps that are marched until a stride is looked for again
+inline constexpr int most_waiting = 15; // steps that are marched until a stride is tried again
 
 // Of one row and its derivatives: dual norms, and what |w| and the constant add at most.
 template <class R>
@@ -171,17 +171,17 @@ private:
 template <class Guard, class Flow, int D>
 VI_HD inline double room_of(const Guard& g, const Flow& flow, const vec<double, D>& y,
                             double applications) {
-    const double u = watch(g, 0, y, flow.dimension());
+    const double u = guard_value(g, 0, y, flow.dimension());
     const double terms = magnitude(g, 0, y, flow) + g.reach;
     return min(g.upper - u, u - g.lower) - rounding_after(applications, terms);
 }
 
 } // namespace detail
 
-// Stride, if one is clear; `applications` are those before the ladder began. A flight that is next to a
-// stop waits longer and longer before it looks for one again.
-template <class Mode, class Ladder>
-VI_HD inline bool stride(const Mode& m, double horizon, double applications, Ladder& at) {
+// Stride, if one is clear; `applications` are those before the march began. A flight that is next to a
+// stop waits longer and longer before it tries one again.
+template <class Mode, class March>
+VI_HD inline bool stride(const Mode& m, double horizon, double applications, March& at) {
     using vector = vec<double, Mode::dimension_limit>;
     const auto& flow = m.flow;
     const int n = flow.dimension(), contacts = flow.contacts();
@@ -195,7 +195,7 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Lad
         rooms[i] = room(y, i);
     const auto length = [&](int k) { return two_to(k) * flow.step; };
     const auto within = [&](int k) {
-        return k < Mode::flow_type::ladder_length && now.may_last(length(k)) &&
+        return k < Mode::flow_type::doublings && now.may_last(length(k)) &&
                (at.steps() + two_to(k) + 1.0) * flow.step < horizon;
     };
     const auto keeps = [&](int k, int order, const auto& rooms_there) { // (3)
@@ -213,7 +213,7 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Lad
     while (within(bent + 1) && keeps(bent + 1, 2, rooms))
         ++bent;
     for (; bent > slow; --bent) {
-        const auto there = flow.apply(flow.ladder[bent], at.y);
+        const auto there = flow.apply(flow.doubled[bent], at.y);
         vec<double, Mode::flow_type::max_contacts> then{};
         for (int i = 0; i < contacts; ++i)
             then[i] = room(values_of(there, n), i);
@@ -222,7 +222,7 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Lad
         return true;
     }
     if (slow < 0) return false;
-    at.stride(flow.apply(flow.ladder[slow], at.y), two_to(slow));
+    at.stride(flow.apply(flow.doubled[slow], at.y), two_to(slow));
     return true;
 }
 

@@ -46,7 +46,7 @@ VI_HD inline double side_in_code(int code, int contact) {
 // m-th derivative of the gap of a touching contact, in the mode the trajectory is in.
 template <class T, class Flow, class State>
 VI_HD inline T gap_derivative(const hybrid<Flow>& system, const State& at, int i, int m) {
-    const T u = watch(system.modes[at.mode].guards[i], m, at.y, system.dimension());
+    const T u = guard_value(system.modes[at.mode].guards[i], m, at.y, system.dimension());
     return -at.touching[i] * u;
 }
 template <class Flow, class State>

@@ -177,7 +177,7 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
 }
 
 // Put all touching contacts on their stops exactly, at the rates that the law gave them: what rounding
-// has moved in y must not add up over many short hops. All at once, as one moves the others; those that
+// has moved in y must not add up over many micro-bounces. All at once, as one moves the others; those that
 // depend on others follow these. Free coordinates.
 template <class T, class Flow>
 VI_HD inline void set_on_stops(const hybrid<Flow>& system,
@@ -193,7 +193,8 @@ VI_HD inline void set_on_stops(const hybrid<Flow>& system,
     for (int i = 0; i < list.count; ++i) {
         const auto& guard = system.modes[0].guards[list.index[i]];
         const double side = plain(at.touching[list.index[i]]);
-        behind[i] = side * ((side > 0.0 ? guard.upper : guard.lower) - watch(guard, 0, at.y, n));
+        behind[i] =
+            side * ((side > 0.0 ? guard.upper : guard.lower) - guard_value(guard, 0, at.y, n));
     }
     detail::active_impulses(problem, all, behind, p);
     for (int i = 0; i < list.count; ++i)
@@ -203,8 +204,8 @@ VI_HD inline void set_on_stops(const hybrid<Flow>& system,
         }
     for (int i = 0; i < list.count; ++i) { // only now: a displacement may move rates by rounding
         const int c = list.index[i];
-        slow[i] =
-            -at.rate[c] - plain(at.touching[c]) * watch(system.modes[0].guards[c], 1, at.y, n);
+        slow[i] = -at.rate[c] -
+                  plain(at.touching[c]) * guard_value(system.modes[0].guards[c], 1, at.y, n);
     }
     detail::active_impulses(problem, all, slow, p);
     for (int i = 0; i < list.count; ++i)

@@ -114,8 +114,8 @@ VI_HD inline small_motion motion_of(const hybrid<Flow>& system, const State& at,
     return {moved, change_bound(u, t), rounding, max(moved, terms) <= rounding / 64.0};
 }
 
-// Do all other contacts stay away from their stops for a time t, or where they are, if it is so short
-// that nothing moves beyond rounding?
+// Whether all other contacts stay away from their stops for a time t, or where they are, if it is so short
+// that nothing moves beyond rounding.
 template <class Flow, class State>
 VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, int chattering,
                                    double t) {
@@ -128,7 +128,7 @@ VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, 
             continue;
         }
         const auto& g = system.modes[at.mode].guards[j];
-        const double u = watch(g, 0, at.y, system.dimension());
+        const double u = guard_value(g, 0, at.y, system.dimension());
         if (min(g.upper - u, u - g.lower) <= motion.moved) return false;
     }
     return true;
@@ -174,7 +174,7 @@ VI_HD inline T sum_impacts(const hybrid<Flow>& system, trajectory<T, typename Fl
     vec<double, Flow::max_contacts> pressed{}; // impulses
     for (int j = 0; j < system.contacts(); ++j) {
         if (side_in_code(at.held, j) != 0.0)
-            pressed[j] = plain(t) * plain(watch(mode.guards[j], 0, at.y, system.dimension()));
+            pressed[j] = plain(t) * plain(guard_value(mode.guards[j], 0, at.y, system.dimension()));
         else if (j != i && !motion_of(system, at, j, plain(t)).lost)
             at.touching[j] = 0.0; // it has left; the others are where they were
     }
@@ -193,7 +193,7 @@ VI_HD inline T sum_impacts(const hybrid<Flow>& system, trajectory<T, typename Fl
 
 } // namespace detail
 
-// Is a touching contact being approached? A start given from outside can say so, or the impulses of
+// The first touching contact that is approached, or -1. A start given from outside can say so, or the impulses of
 // an impact elsewhere: it strikes next, at the same instant.
 template <class T, class Shape>
 VI_HD inline int approached(const trajectory<T, Shape>& at, int contacts) {
@@ -212,7 +212,7 @@ VI_HD inline bool any_at_rest(const trajectory<T, Shape>& at, int contacts) {
 }
 
 // Go over from free coordinates to the mode of the contacts that stay closed. Undecided: that mode, or
-// one that it takes to tell which it is, has this code and is missing, or is none (-1); nothing was
+// one that is needed to decide, has this code and is missing, or is none (-1); nothing was
 // changed.
 template <class T, class Flow>
 VI_HD inline closing enter_closed(const hybrid<Flow>& system,

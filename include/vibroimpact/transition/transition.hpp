@@ -48,7 +48,7 @@ struct event {
     status what;
     int contact, side;
     int code; // closed set wanted, for missing_mode; of a flight, applications so far where there is no
-              // event yet, else the steps that were looked at
+              // event yet, else the steps that were examined
     T duration; // since the previous event
     T rate_before, rate_after;
     vec<T, Shape::max_dimension> before; // free coordinates just before the jump
@@ -85,11 +85,11 @@ VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
         if (i == hit || side_in_code(at.held, i) != 0.0) continue;
         at.touching[i] = 0.0;
         const auto& g = free.guards[i];
-        const double u = plain(watch(g, 0, at.y, n));
+        const double u = plain(guard_value(g, 0, at.y, n));
         const double side = side_within(g, u, terms_of(system, at.y, i, 0));
         if (side == 0.0) continue;
         at.touching[i] = side;
-        at.rate[i] = -side * watch(g, 1, at.y, n);
+        at.rate[i] = -side * guard_value(g, 1, at.y, n);
         at.flat[i] = 0.0;
         if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at.y, i, 1))
             at.rate[i] = T(0.0);

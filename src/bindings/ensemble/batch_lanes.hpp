@@ -40,7 +40,7 @@ void fill(vi::lane_slot<Flow>& slot, member_slot<Flow>& here, double until) {
     slot.version = here.version();
     slot.run = &here.motion();
     slot.limit = vi::limits_of(here.window());
-    slot.watch = vi::min(here.observers().shown_from(), until);
+    slot.shown_from = vi::min(here.observers().shown_from(), until);
 }
 
 // Members that have settled, with a tangent each.

@@ -9,7 +9,7 @@
 //             stays between its limits if its ends do and, by e/4, its two corners:
 //               u_k + (u_{k+1} - u_{k-1})/4  and  u_{k+1} - (u_{k+2} - u_k)/4             (2)
 //             (theory T15). On a stop u0 is that limit exactly. The first interval for which this does
-//             not hold is looked at once more, by the inner Bezier points of the cubic with D_k and
+//             not hold is examined once more, by the inner Bezier points of the cubic with D_k and
 //             D_{k+1}: they lie closer to the curve, and have to keep away by e/6 only (theory T16h).
 //               u crosses once if u0 is between the limits, u1 past one, and u' or u'' keeps its
 //             sign; u' does if the Bezier points of its parabola do, by e/2 (theory T16i). It comes
@@ -81,20 +81,20 @@ struct stop_hit {
     }
 };
 
-// What is seen along a grid, in parts of a step: all is clear up to `begin`. Either nothing is known
+// Result of a scan along a grid, in parts of a step: all is clear up to `begin`. Either nothing is known
 // of what follows, as the grid or the proof ends there (`clear`), or in the interval after it, of some
 // `length`, a contact crosses its limit on some side once: `found`. Or neither. `place`, rounded when all
-// is seen, is that of the table next to the crossing, or `begin`. Where a flight comes back onto the stop
+// is known, is that of the table next to the crossing, or `begin`. Where a flight comes back onto the stop
 // that it leaves, it is proved to do so once up to the end of the interval, perhaps before `begin`; it is
 // landed on from there on only.
 template <class R>
-struct sight {
+struct scan_result {
     R begin, length, place;
     mask_t<R> clear, found;
     stop_hit<R> stop; // but for its limit
 };
 
-// The last interval of a grid serves only to look one time further.
+// The last interval of a grid only provides the time after the one before it.
 inline constexpr int grid_intervals = grid_times - 1;
 
 // The corners (2) of an interval.
@@ -136,16 +136,16 @@ struct distances {
     }
 };
 
-// A contact as seen from where a flight is: u there, whether that is between the stops or on one.
+// A contact where a scan begins: u, and whether that is between the stops or on one.
 template <class R>
-struct outlook {
+struct contact_location {
     R u;
     mask_t<R> inside;
 };
 template <class R, class G, class Flow, int D>
-VI_HOT outlook<R> look_out(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
-                           const distances<R>& apart) {
-    const R free = watch_distance(g, y, flow);
+VI_HOT contact_location<R> locate(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
+                                  const distances<R>& apart) {
+    const R free = guard_distance(g, y, flow);
     const mask_t<R> open = side == 0.0;
     const R u = select(open, free, select(side > 0.0, R(g.upper), R(g.lower)));
     return {u, mask_t<R>((!open) | apart.between(g, free))};
@@ -159,7 +159,7 @@ struct along_grid {
 
     template <class G, class Flow, int D>
     VI_HOT void begin(const G& g, int grid, const Flow& flow, const R& u_now, const vec<R, D>& y) {
-        watch_ahead(g.ahead[grid], y, flow, u);
+        guard_ahead(g.ahead[grid], y, flow, u);
         now = u_now;
         before = fma(2.0, now, u[0] - u[1]);
     }
@@ -225,10 +225,10 @@ VI_RARE R point_of_return(const cubic<R>& u) {
     return x;
 }
 
-// In parts of a step: no hop takes longer. A return that is guessed sooner is not landed on, nor one that
-// turns out to be sooner: those are left to hops, and the start is a root, too. Intervals of the narrow
+// In parts of a step: no micro-bounce takes longer. A return that is predicted sooner is not landed on, nor
+// one that turns out to be sooner: micro-bounces find those, and the start is a root, too. Intervals of the narrow
 // grid of lively motions are as short as this: returns are not landed on in their first one.
-inline constexpr double soonest_return = longest_hop * parts_of_step;
+inline constexpr double soonest_return = longest_bounce * parts_of_step;
 
 // What a contact does in the interval that is not clear by its corners: it crosses by (3), perhaps back
 // onto the stop that it leaves, or is clear by the inner points.
@@ -237,7 +237,7 @@ struct meeting {
     mask_t<R> crosses, back, clear;
 };
 template <class R, class G>
-VI_HOT meeting<R> meet(const G& g, int i, const open_interval<R>& at, sight<R>& s) {
+VI_HOT meeting<R> meet(const G& g, int i, const open_interval<R>& at, scan_result<R>& s) {
     const auto& u = at.u;
     const R e = 4.0 * at.apart.slack, apart = (1.0 / 6) * e;
     const R& margin = at.apart.margin;
@@ -259,10 +259,10 @@ VI_HOT meeting<R> meet(const G& g, int i, const open_interval<R>& at, sight<R>& 
         out.back = out.back & (s.length * later >= soonest_return);
         out.crosses = out.crosses | out.back;
     }
-    const auto note = [&](R& to, const R& found)
+    const auto take = [&](R& to, const R& found)
                           VI_WITHIN { to = i == 0 ? found : select(out.crosses, found, to); };
-    note(s.stop.side, select(down, R(-1.0), R(1.0)));
-    note(s.place, fma(s.length, x, s.begin));
+    take(s.stop.side, select(down, R(-1.0), R(1.0)));
+    take(s.place, fma(s.length, x, s.begin));
     if (i > 0) s.stop.contact = select(out.crosses, R(static_cast<double>(i)), s.stop.contact);
     return out;
 }
@@ -270,7 +270,7 @@ VI_HOT meeting<R> meet(const G& g, int i, const open_interval<R>& at, sight<R>& 
 // Of all contacts: whether exactly one crosses, the others being clear, or all are clear.
 template <class R, class Guards, class Flow, int K>
 VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
-                             const vec<open_interval<R>, K>& all, sight<R>& s) {
+                             const vec<open_interval<R>, K>& all, scan_result<R>& s) {
     auto out = meet(guards[0], 0, all[0], s);
     if (flow.contacts() == 1) return out;
     s.stop.contact = R(0.0);
@@ -298,15 +298,15 @@ VI_HOT R nearest_place(const R& x) {
     return nearest(min(max(R(0.0), x), R(places - 1.0)));
 }
 
-// A look along a grid, in two stages: how far all is clear, and what happens in the interval after that.
+// A scan along a grid, in two stages: how far all is clear, and what happens in the interval after that.
 template <class R, int K>
-class grid_look {
+class grid_scan {
 public:
-    sight<R> seen;
+    scan_result<R> result;
 
     // From the state y; touching: 0, or the side of the stop that a contact is on.
     template <class Mode, int D>
-    VI_HOT void look(const Mode& m, int grid, const vec<R, D>& y, const vec<R, K>& touching) {
+    VI_HOT void scan(const Mode& m, int grid, const vec<R, D>& y, const vec<R, K>& touching) {
         const auto& flow = m.flow;
         along_grid<R> all[K];
         vec<open_interval<R>, K> open;
@@ -315,7 +315,7 @@ public:
             const auto& g = m.guards[i];
             const R margin = proof_margin * terms_of(g, flow, y);
             const R slack = fma(fourth_of(g, flow, y), flow.grid_error[grid], margin);
-            const auto from = look_out(g, flow, y, touching[i], {slack, margin});
+            const auto from = locate(g, flow, y, touching[i], {slack, margin});
             all[i].begin(g, grid, flow, from.u, y);
             open[i] = {all[i].after_time(0), {slack, margin}};
             clear = clear & from.inside;
@@ -332,24 +332,24 @@ public:
                 flow.each_contact(
                     [&](auto i) VI_WITHIN { open[i].u.take(clear, all[i].after_time(k + 1)); });
         });
-        seen.begin = begin;
-        seen.length = length;
-        seen.clear = clear;
+        result.begin = begin;
+        result.length = length;
+        result.clear = clear;
         open_ = open;
     }
     template <class Mode>
     VI_HOT void cross(const Mode& m) {
-        const auto open = meet_alone(m.guards, m.flow, open_, seen);
-        const mask_t<R> undecided = inside_ & !seen.clear;
-        seen.found = open.crosses & undecided;
+        const auto open = meet_alone(m.guards, m.flow, open_, result);
+        const mask_t<R> undecided = inside_ & !result.clear;
+        result.found = open.crosses & undecided;
         const mask_t<R> kept = open.clear & undecided;
-        seen.begin = plus_where(kept, seen.begin, seen.length);
-        seen.clear = seen.clear | kept;
-        seen.place = select(seen.found, nearest_place(seen.place), seen.begin);
-        const mask_t<R> back = open.back & seen.found;
+        result.begin = plus_where(kept, result.begin, result.length);
+        result.clear = result.clear | kept;
+        result.place = select(result.found, nearest_place(result.place), result.begin);
+        const mask_t<R> back = open.back & result.found;
         if (!any(back)) return;
-        seen.begin = plus_where(back, seen.begin, R(soonest_return));
-        seen.length = plus_where(back, seen.length, R(-soonest_return));
+        result.begin = plus_where(back, result.begin, R(soonest_return));
+        result.length = plus_where(back, result.length, R(-soonest_return));
     }
 
 private:

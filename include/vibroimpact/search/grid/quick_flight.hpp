@@ -1,13 +1,13 @@
 // The common flight, at the speed of a few hundred multiply-adds: all lanes at once.
 //
-// Method      A round looks ahead from where the flight is (search/grid/grid_bounds.hpp) along a wide grid, and
-//             past a stop that is near along a narrow one. Where all is clear the flight goes on to
+// Method      A round scans the time ahead (search/grid/grid_bounds.hpp) along a wide grid, and where that
+//             leaves something undecided along a narrow one. Where all is clear the flight goes on to
 //             its end by one stored propagator. Where it lands in the next interval, the root is
 //             predicted by the cubic through four times of the grid; one stored propagator leads
 //             next to it, the inverse series of the gap to within a millionth of a step         (1)
 //             of it, and from the state there one step of third order with the gap onto it.     (2)
 //             No elementary function is called. A flight that is like the one before last is not
-//             looked at, but repeated (search/grid/recall_period.hpp).
+//             scanned, but repeated (search/grid/recall_period.hpp).
 //             Whatever is not proved this way (several contacts in an interval, slow departure, a
 //             near graze, the horizon) is left to certified_flight, from where the flight got to.
 // Assumes     the free mode of a modal flow, k >= 0, c >= 0; touching contacts leave: rate >= 0
@@ -19,11 +19,11 @@
 
 namespace vi {
 
-inline constexpr double longest_flight = 512.0; // steps: then the ladder is more exact
+inline constexpr double longest_flight = 512.0; // steps: then the refreshed march is more exact
 inline constexpr int most_tries = 2;            // more, to find the root from a better guess
 inline constexpr int applications_of_round = 2; // that add as much as a round: 4 ulp each
 
-// What a round saw and did: it brought the trajectory onto a stop, or moved it to a place up to which
+// Result of a round: it brought the trajectory onto a stop, or moved it to a place up to which
 // all is clear. `duration` is that of the flight up to there.
 template <class T>
 struct quick_landing {
@@ -51,7 +51,7 @@ VI_HOT R nearby_root(const expansion<R>& u) {
     return fnma(miss, fma(q, q, 1.0 - q), s);
 }
 
-// The state at the place of the table that a look named, and the root next to it, to which it then
+// The state at the place of the table that a scan named, and the root next to it, to which it then
 // goes. Where no crossing was found, it is where the flight goes on to, and s is zero.
 template <class T, class R, int D>
 struct neighbour {
@@ -61,12 +61,12 @@ struct neighbour {
     mask_t<R> close;
 
     template <class Mode>
-    VI_HOT void go(const Mode& m, const vec<T, D>& from, const sight<R>& hit) {
+    VI_HOT void go(const Mode& m, const vec<T, D>& from, const scan_result<R>& hit) {
         y = m.flow.apply_ahead(hit.place, from);
         u = expand_hit(m, values_of(y, m.flow.dimension()), hit.stop);
     }
     template <class Mode>
-    VI_HOT void predict(const Mode& m, const sight<R>& hit) {
+    VI_HOT void predict(const Mode& m, const scan_result<R>& hit) {
         s = only(hit.found, nearby_root(u));
         close = abs(s) <= nearby * m.flow.step;
     }
@@ -74,7 +74,8 @@ struct neighbour {
 
 // From a better guess, for lanes that were not close.
 template <class T, class Mode, class R, int D>
-VI_RARE void go_nearer(const Mode& m, const vec<T, D>& y, sight<R>& hit, neighbour<T, R, D>& near) {
+VI_RARE void improve_guess(const Mode& m, const vec<T, D>& y, scan_result<R>& hit,
+                           neighbour<T, R, D>& near) {
     for (int tries = 0; tries < most_tries && any(!near.close); ++tries) {
         const R better = nearest_place(hit.place + near.s / m.flow.part());
         hit.place = select(near.close, hit.place, better);
@@ -89,8 +90,8 @@ struct prediction {
     R left, scale; // scale: 1 / u'
 };
 template <class T, class Mode, class R, int D>
-VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, neighbour<T, R, D>& near,
-                         prediction<R>& to) {
+VI_HOT void step_by_series(const Mode& m, const scan_result<R>& hit, neighbour<T, R, D>& near,
+                           prediction<R>& to) {
     near.y = m.flow.template short_flight<nearby_order>(near.y, near.s);
     const auto& z = values_of(near.y, m.flow.dimension());
     to.left = left_to(m, z, hit.stop);
@@ -101,7 +102,7 @@ VI_HOT void go_on_series(const Mode& m, const sight<R>& hit, neighbour<T, R, D>&
 // that go on move.
 template <class T, class Mode, int D>
 VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
-                 const prediction<real_t<T>>& at, const sight<real_t<T>>& hit,
+                 const prediction<real_t<T>>& at, const scan_result<real_t<T>>& hit,
                  const vec<T, D>& start, const T& flown, quick_landing<T>& out, vec<T, D>& y) {
     using R = real_t<T>;
     const auto& flow = m.flow;
@@ -130,15 +131,15 @@ VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
 
 // From the state y along the narrow grid.
 template <class R, class Mode, int D, int K>
-VI_RARE void look_closely(const Mode& m, const vec<R, D>& y, const vec<R, K>& touching,
-                          grid_look<R, K>& look) {
-    look.look(m, narrow_grid, y, touching);
-    look.cross(m);
+VI_RARE void scan_narrow_grid(const Mode& m, const vec<R, D>& y, const vec<R, K>& touching,
+                              grid_scan<R, K>& narrow) {
+    narrow.scan(m, narrow_grid, y, touching);
+    narrow.cross(m);
 }
 
 template <class R, class Shape>
-VI_HOT void select_sight(const mask_t<R>& mask, sight<R>& to, const sight<R>& from,
-                         const sizes<Shape>& size) {
+VI_HOT void select_result(const mask_t<R>& mask, scan_result<R>& to, const scan_result<R>& from,
+                          const sizes<Shape>& size) {
     const auto take = [&](R& x, const R& y) { x = select(mask, y, x); };
     take(to.begin, from.begin);
     take(to.length, from.length);
@@ -152,7 +153,7 @@ template <class Mode, class R>
 VI_HOT R limit_of(const Mode& m, const stop_hit<R>& hit) {
     const auto on = [&](const auto& g)
                         VI_WITHIN { return select(hit.side < 0.0, R(g.lower), R(g.upper)); };
-    return watch_hit<R>(m, hit, on);
+    return value_at_hit<R>(m, hit, on);
 }
 
 } // namespace detail
@@ -162,7 +163,7 @@ VI_HOT R limit_of(const Mode& m, const stop_hit<R>& hit) {
 template <class T>
 inline constexpr bool many_registers = scalar_traits<T>::lanes == 8;
 
-// One round of every lane that is going: begin(), where it looks() look() and see(), then stages. Packs of
+// One round of every lane that is going: begin(), where it scans() scan() and evaluate(), then stages. Packs of
 // lanes take turns at each: one works while the results of another are on their way.
 template <class T, class Mode, class Shape>
 class quick_round {
@@ -178,41 +179,41 @@ public:
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
-    // Which lanes fly as recalled, which are to look along the wide grid.
+    // Which lanes fly as recalled, and which by a scan along the wide grid.
     VI_HOT void begin(const mask_t<T>& able) {
-        looks_ = !(repeats_ = memory_.knows_any());
+        scans_ = !(repeats_ = memory_.knows_any());
         if (!repeats_) return depart(able);
         recalled_ = able & memory_.ready() & (value(flown_) == 0.0);
         repeats_ = any(recalled_);
         const mask_t<T> others = able & !recalled_;
-        looks_ = !repeats_ || any(others);
-        if (looks_) depart(others);
+        scans_ = !repeats_ || any(others);
+        if (scans_) depart(others);
     }
-    VI_HOT bool looks() const { return looks_; }
-    // Along the wide grid, and what that shows.
-    VI_HOT void look() {
-        wide_.look(m_, wide_grid, values_of(at_.y, m_.flow.dimension()), at_.touching);
+    VI_HOT bool scans() const { return scans_; }
+    // Along the wide grid; then what happens in the interval that is not clear.
+    VI_HOT void scan() {
+        wide_.scan(m_, wide_grid, values_of(at_.y, m_.flow.dimension()), at_.touching);
     }
-    VI_HOT void see() {
-        auto& seen = wide_.seen;
+    VI_HOT void evaluate() {
+        auto& result = wide_.result;
         wide_.cross(m_);
-        seen.found = seen.found & going_;
-        seen.place = only(going_, seen.place); // an idle lane may have a table of one entry
-        stuck_ = going_ & !seen.found & !seen.clear;
-        if (any(stuck_)) look_again();
-        seen.stop.limit = detail::limit_of(m_, seen.stop);
+        result.found = result.found & going_;
+        result.place = only(going_, result.place); // an idle lane may have a table of one entry
+        stuck_ = going_ & !result.found & !result.clear;
+        if (any(stuck_)) scan_again();
+        result.stop.limit = detail::limit_of(m_, result.stop);
     }
     // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
         take([](auto& round) VI_WITHIN {
-            if (round.looks_) round.approach();
+            if (round.scans_) round.approach();
         });
         take([](auto& round) VI_WITHIN {
-            if (round.looks_) round.predict();
+            if (round.scans_) round.predict();
         });
         take([](auto& round) VI_WITHIN {
-            if (round.looks_) round.close_in();
+            if (round.scans_) round.close_in();
             if constexpr (!many_registers<T>)
                 if (round.repeats_) round.go_as_recalled(round.again_);
         });
@@ -220,10 +221,10 @@ public:
     // The last one: `y` is the state after it. Some = repeats().
     template <bool Some>
     VI_HOT void land(quick_landing<T>& end, vec<T, D>& y) {
-        if (!Some || looks_) {
-            end.stop = wide_.seen.stop;
-            end.moved = going_ & !wide_.seen.found & (wide_.seen.begin > 0.0);
-            detail::land(m_, near_, predicted_, wide_.seen, at_.y, flown_, end, y);
+        if (!Some || scans_) {
+            end.stop = wide_.result.stop;
+            end.moved = going_ & !wide_.result.found & (wide_.result.begin > 0.0);
+            detail::land(m_, near_, predicted_, wide_.result, at_.y, flown_, end, y);
         }
         if constexpr (Some) {
             if constexpr (many_registers<T>) {
@@ -238,8 +239,10 @@ public:
         remember<Some>(end);
     }
     VI_HOT bool repeats() const { return repeats_; }
-    // Lanes that did not fly as recalled: in the next round they look.
-    VI_HOT mask_t<T> misled(const quick_landing<T>& end) const { return recalled_ & !end.landed; }
+    // Lanes that did not fly as recalled: in the next round they scan.
+    VI_HOT mask_t<T> failed_recall(const quick_landing<T>& end) const {
+        return recalled_ & !end.landed;
+    }
 
 private:
     VI_HOT void depart(const mask_t<T>& able) {
@@ -250,31 +253,31 @@ private:
         going_ = going;
     }
     // Along the narrow one, where something is undecided.
-    VI_RARE void look_again() {
-        const R before = only(stuck_, wide_.seen.begin);
+    VI_RARE void scan_again() {
+        const R before = only(stuck_, wide_.result.begin);
         const auto y = m_.flow.apply_ahead(before, at_.y);
         const mask_t<R> here = before == 0.0;
         vec<R, K> touching;
         for (int i = 0; i < m_.flow.contacts(); ++i)
             touching[i] = only(here, at_.touching[i]);
-        detail::grid_look<R, K> close;
-        detail::look_closely(m_, values_of(y, m_.flow.dimension()), touching, close);
+        detail::grid_scan<R, K> close;
+        detail::scan_narrow_grid(m_, values_of(y, m_.flow.dimension()), touching, close);
         flown_ = flown_ + before * m_.flow.part();
         detail::select_state(stuck_ & !here, at_.y, y, m_.flow); // the others are there
-        detail::select_sight(stuck_, wide_.seen, close.seen, m_.flow);
+        detail::select_result(stuck_, wide_.result, close.result, m_.flow);
     }
     // Next to the crossing, or to the end of what is clear.
-    VI_HOT void approach() { near_.go(m_, at_.y, wide_.seen); }
-    VI_HOT void predict() { near_.predict(m_, wide_.seen); }
+    VI_HOT void approach() { near_.go(m_, at_.y, wide_.result); }
+    VI_HOT void predict() { near_.predict(m_, wide_.result); }
     VI_HOT void close_in() {
-        if (!all(near_.close)) detail::go_nearer(m_, at_.y, wide_.seen, near_);
-        detail::go_on_series(m_, wide_.seen, near_, predicted_);
+        if (!all(near_.close)) detail::improve_guess(m_, at_.y, wide_.result, near_);
+        detail::step_by_series(m_, wide_.result, near_, predicted_);
     }
     VI_HOT void go_as_recalled(repeated& flight) { flight.go(m_, memory_, at_); }
     VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
         const auto& hit = flight.hit;
         T duration, speed;
-        if (!looks_) {
+        if (!scans_) {
             const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, speed);
             end.landed = landed;
             end.moved = mask_t<T>(false);
@@ -300,11 +303,11 @@ private:
     VI_HOT void remember(const quick_landing<T>& end) {
         mask_t<T> fresh = end.landed;
         if constexpr (Some) {
-            const mask_t<T> lost = misled(end);
-            if (any(lost)) memory_.lose(lost);
+            const mask_t<T> lost = failed_recall(end);
+            if (any(lost)) memory_.drop(lost);
             fresh = fresh & !recalled_;
         }
-        if (!Some || looks_)
+        if (!Some || scans_)
             memory_.template note<T>(m_.flow, fresh, value(end.duration), end.stop);
         if (memory_.knows_any()) memory_.take_turns(end.landed);
     }
@@ -314,17 +317,17 @@ private:
     T& flown_;
     memory_type& memory_;
     mask_t<T> going_, stuck_, recalled_;
-    bool looks_, repeats_; // whether any lane does
-    detail::grid_look<R, K> wide_;
+    bool scans_, repeats_; // whether any lane does
+    detail::grid_scan<R, K> wide_;
     detail::neighbour<T, R, D> near_;
     detail::prediction<R> predicted_;
     repeated again_;
 };
 
-// Whether the times that a round looks at are within the horizon of a flight that began `flown` ago.
+// Whether the times that a round scans are within the horizon of a flight that began `flown` ago.
 template <class R, class Flow>
 VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
-    return flown + flow.sight <= min(horizon, R(longest_flight * flow.step));
+    return flown + flow.scan_length <= min(horizon, R(longest_flight * flow.step));
 }
 
 // How a flight goes on in rounds, and how many applications of a propagator these are worth.
@@ -345,9 +348,9 @@ VI_HOT quick_leg<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flow
     while (may_go_on(m.flow, value(flown), horizon)) {
         quick_round<T, Mode, Shape> round(m, at, flown, memory);
         round.begin(true);
-        if (round.looks()) {
-            round.look();
-            round.see();
+        if (round.scans()) {
+            round.scan();
+            round.evaluate();
         }
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         vec<T, Shape::max_dimension> y;
@@ -358,7 +361,7 @@ VI_HOT quick_leg<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flow
         at.y = y;
         flown = end.duration;
         if (end.moved) leg.applications += applications_of_round;
-        if (!end.moved && !(round.repeats() && round.misled(end))) break;
+        if (!end.moved && !(round.repeats() && round.failed_recall(end))) break;
         for (int i = 0; end.moved && i < m.flow.contacts(); ++i)
             at.touching[i] = real_t<T>(0.0);
     }

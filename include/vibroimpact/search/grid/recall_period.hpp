@@ -1,4 +1,4 @@
-// Flights that repeat an earlier one: where they end is known, so it is not looked for.
+// Flights that repeat an earlier one: their end is known, and need not be searched for.
 //
 // Method      In periodic motion a flight takes as long as the one before last, if not as the last. A
 //             memory keeps, of every other flight, how long it took, its propagator and the stop that
@@ -14,7 +14,7 @@
 //             search/grid/grid_bounds.hpp gives |w^(6)| <= (k + c sqrt(k) + c^2) W.              (3)
 // Assumes     as search/grid/grid_bounds.hpp does
 // Accuracy    margin 2^-30 of the terms in (2), far above rounding
-// Fails       a flight that is not proved so is looked at like any other
+// Fails       a flight that is not proved so is scanned like any other
 // Reference   theory.md, "First contact"
 #pragma once
 
@@ -82,7 +82,7 @@ public:
         const mask_t<R> alike = fresh & (change <= alike_within * flow.step);
         if (any(alike)) keep(flow, alike, duration, {own(on.contact), own(on.side), own(on.limit)});
     }
-    VI_HOT void lose(const mask_t<R>& lost) {
+    VI_HOT void drop(const mask_t<R>& lost) {
         even_.ready = even_.ready & !(lost & !at_odd_);
         odd_.ready = odd_.ready & !(lost & at_odd_);
     }
@@ -103,7 +103,8 @@ private:
 
     // By value: what this read from elsewhere would have to stand in memory always.
     VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, detail::stop_hit<R> on) {
-        const mask_t<R> alike = which & (duration <= flow.sight - flow.part()); // in the table
+        const mask_t<R> alike =
+            which & (duration <= flow.scan_length - flow.part()); // in the table
         const R place = only(alike, detail::nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
         const stored itself = flow.template later<nearby_order>(flow.pick(place), beyond);
@@ -141,19 +142,19 @@ VI_HOT flight_point<R> departure(const G& g, const Flow& flow, const vec<R, D>& 
     R u = select(side > 0.0, R(g.upper), R(g.lower)), slope = -(side * rate);
     if (flow.contacts() > 1) {
         const mask_t<R> open = side == 0.0;
-        u = select(open, watch_distance(g, y, flow), u);
-        slope = select(open, watch_speed(g, y, flow), slope);
+        u = select(open, guard_distance(g, y, flow), u);
+        slope = select(open, guard_speed(g, y, flow), slope);
     }
-    return {u, slope, watch_bend(g, y, flow)};
+    return {u, slope, guard_bend(g, y, flow)};
 }
 
 // Where it ends, y, for a contact that does not hit; `hit` is what is known of the one that does.
 template <class R, class G, class Flow, int D>
 VI_HOT flight_point<R> arrival(const G& g, const Flow& flow, const vec<R, D>& y,
                                const flight_point<R>& hit, const mask_t<R>& hits) {
-    return {select(hits, hit.u, watch_distance(g, y, flow)),
-            select(hits, hit.slope, watch_speed(g, y, flow)),
-            select(hits, hit.bend, watch_bend(g, y, flow))};
+    return {select(hits, hit.u, guard_distance(g, y, flow)),
+            select(hits, hit.slope, guard_speed(g, y, flow)),
+            select(hits, hit.bend, guard_bend(g, y, flow))};
 }
 
 // M t^6/43200 and the margin, for all t that a last step may make of `time`.
