@@ -1,10 +1,11 @@
 // What the kernel asks of a number, and how plain double answers.
 //
-// Every algorithm of the kernel is a template on its scalar T. Four kinds exist:
+// Every algorithm of the kernel is a template on its scalar T. Five kinds exist:
 //
 //     double                one trajectory
 //     pack<N>               N trajectories side by side, one per SIMD lane        (pack.hpp)
 //     jet<R, N>             a value of type R with N first derivatives            (jet.hpp)
+//     mixed_jet<K>          a double with mixed derivatives in K directions       (mixed_jet.hpp)
 //     counting<Tag>         a double that counts the operations done to it        (counting.hpp)
 //
 // A comparison of two scalars answers with a mask_t<T>: bool for one lane, pack_mask<N> for

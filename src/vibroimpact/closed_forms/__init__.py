@@ -1,4 +1,5 @@
 """Symmetric 1-1-1 orbits of the impact damper and their bifurcations in closed form.
 
-They share no code with the analyses of other packages, and so serve as an independent check.
+Orbits and bifurcations are formulas of their own, and so serve as an independent check of the
+analyses of other rooms. Admissibility is judged by simulation.
 """
