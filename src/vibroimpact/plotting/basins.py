@@ -19,6 +19,7 @@ COLOURS = (
 )  # fmt: skip
 OTHER = "other attractors"
 BEHIND = "behind stop"  # not a possible start
+PENETRATING = "initial penetration"
 MARKERS = "oDs^vPX"
 MARKED = 400  # points of an attractor that are marked
 PLACES = 24  # fewer different places, at RESOLUTION of the axes, have large marks
@@ -65,6 +66,7 @@ def _shades(labels: xr.DataArray) -> list[maps.Shade]:
     meanings = flags(labels)
     codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
     words = {code: meanings[code].replace("_", " ") for code in codes}
+    words = {code: BEHIND if word == PENETRATING else word for code, word in words.items()}
     found = maps.shades(words, _colours(labels), OTHER, {BEHIND: style.NOTHING})
     possible = np.isin(labels.values, [code for code in codes if words[code] != BEHIND])
     total = max(int(possible.sum()), 1)
