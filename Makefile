@@ -11,7 +11,8 @@ PIP  := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # What the installed package depends on. Directories are listed too: they change when a file goes.
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
-           $(shell find include src papers -not -name '*.py[co]' -not -name __pycache__)
+           $(shell find include src -not -name '*.py[co]' -not -name __pycache__)
+PAPERS  := $(shell find papers -type f -not -name '*.py[co]')
 HEADERS := $(shell find include src/decouple -name '*.hpp')
 CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
 
@@ -25,19 +26,19 @@ help:
 	@echo 'make build       make .venv and install the package into it'
 	@echo 'make lint        check format, style and types'
 	@echo 'make format      reformat the sources'
-	@echo 'make stubs       rewrite the type stub of the extension module'
+	@echo 'make stubs       rewrite the type stubs of the extension module and the observers'
 	@echo 'make bench       measure speed against other programs'
 	@echo 'make clean       remove .venv, caches and $(OUT)/'
 	@echo
 	@echo 'Variables: PYTHON=$(PYTHON)  JOBS=$(JOBS)  OUT=$(OUT)  CXX=...  PYTEST_ARGS="-k chatter"'
 
-build: $(VENV)/.package
+build: $(VENV)/.papers
 
-reproduce: $(VENV)/.package
+reproduce: $(VENV)/.papers
 	@echo '== reproduce: into $(OUT)/'
 	@$(BIN)/vibroimpact reproduce impact-damper --out '$(OUT)'
 
-test: $(VENV)/.package $(VENV)/.test
+test: $(VENV)/.papers $(VENV)/.test
 	@echo '== test: $(JOBS) processes'
 	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
 
@@ -45,7 +46,7 @@ bench: $(VENV)/.package $(VENV)/.bench
 	@echo '== bench'
 	@$(BIN)/python -m benchmarks
 
-lint: $(VENV)/.package $(VENV)/.lint
+lint: $(VENV)/.papers $(VENV)/.lint
 	@echo '== lint: ruff'
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check || { echo 'Run: make format'; exit 1; }
@@ -74,6 +75,7 @@ STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m \
   $$($(BIN)/python -c 'from vibroimpact import _kernel; print(_kernel._module.__name__)')
 stubs: $(VENV)/.package $(VENV)/.lint
 	@$(STUBGEN) -o src/vibroimpact/_kernel.pyi
+	@$(BIN)/python tools/observer_stub.py
 
 clean:
 	@rm -rf $(VENV) build dist '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis
@@ -96,6 +98,9 @@ $(VENV)/.package: $(SOURCES) | $(VENV)/.made
 	@.ci/check-compiler $(BIN)/python
 	@echo '== package: build and install (two to three minutes the first time)'
 	@$(PIP) .
+	@touch $@
+
+$(VENV)/.papers: $(VENV)/.package $(PAPERS)
 	@$(PIP) --no-deps ./papers
 	@touch $@
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -41,6 +42,11 @@ def test_every_public_name_is_found_and_listed() -> None:
     assert set(vi.__all__) <= set(dir(vi))
     assert all(getattr(vi, name) is not None for name in vi.__all__)
     assert vi.__version__ == vi._kernel.version()
+
+
+def test_every_import_of_the_stub_is_understood() -> None:
+    stub = Path(vi.__file__).with_suffix(".pyi").read_text("utf-8")
+    assert len(vi._ROOMS) == stub.count("\nfrom ")
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:

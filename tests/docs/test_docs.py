@@ -113,6 +113,12 @@ def test_the_reference_is_what_the_docstrings_say() -> None:
     assert done.returncode == 0, "run: python tools/reference_page.py"
 
 
+def test_editors_see_every_observer() -> None:
+    tool = ROOT / "tools" / "observer_stub.py"
+    done = subprocess.run([sys.executable, str(tool), "--check"], check=False)
+    assert done.returncode == 0, "run: make stubs"
+
+
 def test_the_picture_of_the_architecture_is_that_of_the_imports() -> None:
     tool = ROOT / "tools" / "architecture_picture.py"
     done = subprocess.run([sys.executable, str(tool), "--check"], check=False)

@@ -29,7 +29,7 @@ REST = (Status.STICK, Status.RELEASE)
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize(("stop", "points", "stride"), [("A", 7, 1), ("B", 5, 3), ("B", 900, 2)])
 def test_the_section_is_the_last_impacts_at_a_stop(
-    name: str, stop: vi.Stop, points: int, stride: int
+    name: str, stop: str, points: int, stride: int
 ) -> None:
     case = CASES[name]
     if name == "ball" and stop == "A":

@@ -4,7 +4,7 @@
 //             y = from_x (x - offset) + from_v v + particular w                              (2)
 //             with w the forcing pairs (sin theta, kappa cos theta): the last entries of y
 // Assumes     row-major matrices, lent by the host
-// Reference   theory.md, sections 2 and 3; src/vibroimpact/coordinates.py makes the matrices
+// Reference   theory.md, sections 2 and 3; src/vibroimpact/compile/coordinates.py makes the matrices
 #pragma once
 
 #include "vibroimpact/numeric/math.hpp"

@@ -178,7 +178,7 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
     batch, members
         Systems and trajectories.
     observers
-        What to compute on the way (observers.py). Members are run as often as there are sections,
+        What to compute on the way. Members are run as often as there are sections,
         or rotation numbers, whichever are more.
 
     Returns
