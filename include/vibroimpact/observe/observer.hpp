@@ -67,8 +67,8 @@ struct result_table {
     VI_HD double* row(long long member) const { return numbers + member * width; }
     template <class... Numbers>
     VI_HD void put(long long member, const Numbers&... values) const {
-        double* to = row(member);
-        ((*to++ = static_cast<double>(values)), ...);
+        long long place = member * width;
+        ((numbers[place++] = static_cast<double>(values)), ...);
     }
 };
 

@@ -31,6 +31,7 @@ struct part_of_all {
 template <class List>
 struct declarations_of;
 template <class... All>
+// One base for each type of the list holds it: NOLINTNEXTLINE(misc-multiple-inheritance)
 struct declarations_of<observer_list<All...>> : detail::part_of_all<All>... {
     unsigned wanted = 0;
 
