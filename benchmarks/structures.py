@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 import vibroimpact as vi
-from benchmarks.case import Floats, Parameters, random_starts
+from benchmarks.case import Floats, Parameters
 
 GAP, RESTITUTION, FREQUENCY = 0.3, 0.7, 0.9
 PROPORTIONAL, GROWING = 0.05, 0.02  # dashpots beside springs; to the ground, per place
@@ -55,11 +55,6 @@ def damper(parameters: Parameters, starts: Floats) -> Ensemble:
     """Make an ensemble of the damper from starts with the columns `case.START_COLUMNS`."""
     system = vi.ImpactDamper(**asdict(parameters))
     return Ensemble(system, starts[:, 0:2].copy(), starts[:, 2:4].copy(), starts[:, 4].copy())
-
-
-def random_damper(parameters: Parameters, count: int, rng: np.random.Generator) -> Ensemble:
-    """Make an ensemble of the damper from random starts."""
-    return damper(parameters, random_starts(parameters, count, rng))
 
 
 def chain(degrees: int, contacts: int, *, damping: str) -> vi.Mechanism:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from witness import damper as damper_witness_module
-from witness import mechanism as mechanism_witness_module
 
 import vibroimpact as vi
 
@@ -40,25 +39,6 @@ def damper_witness(d: vi.ImpactDamper) -> damper_witness_module.Damper:
         mass_ratio=d.mass_ratio, omega_n=d.omega_n, zeta=d.zeta, restitution=d.restitution,
         half_clearance=d.half_clearance, omega=d.omega, force=d.force,
     )  # fmt: skip
-
-
-def mechanism_witness(m: vi.Mechanism) -> mechanism_witness_module.Mechanism:
-    """The reference for the same doubles; both stops of a contact share one restitution."""
-
-    def stop(limit: float) -> float | None:
-        return limit if np.isfinite(limit) else None
-
-    return mechanism_witness_module.Mechanism(
-        mass=m.mass,
-        damping=m.damping,
-        stiffness=m.stiffness,
-        lines=[mechanism_witness_module.Line(f.omega, f.sine, f.cosine) for f in m.forces],
-        contacts=[
-            mechanism_witness_module.Contact(c.row, stop(c.lower), stop(c.upper), c.restitutions[0])
-            for c in m.contacts
-        ],
-        constant_force=m.constant_force,
-    )
 
 
 def oscillator(

@@ -15,7 +15,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
@@ -372,14 +371,13 @@ def mirror_distance(system: System, signature: Signature, guess: Guess) -> float
     half = len(signature.impacts) // 2
     first, second = signature.impacts[:half], signature.impacts[half:]
     m = mechanism_of(system)
-    if not half or second != tuple((c, -s) for c, s in first) or asymmetry(m, signature.cycles):
+    if (
+        not half
+        or second != tuple(stop.opposite for stop in first)
+        or asymmetry(m, signature.cycles)
+    ):
         return math.inf
     here, there = guess.states[:half, :-1], guess.states[half : 2 * half, :-1]
     return float(
         (np.abs(here + there).max(axis=0) / np.abs(guess.states[:, :-1]).max(axis=0)).max()
     )
-
-
-def guess_of(states: ArrayLike, durations: ArrayLike) -> Guess:
-    """A :class:`Guess` from anything like arrays."""
-    return Guess(np.array(states, dtype=float), np.array(durations, dtype=float))

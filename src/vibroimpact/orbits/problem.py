@@ -119,7 +119,7 @@ def least_cycles(m: Mechanism) -> int:
 def _check_symmetry(m: Mechanism, signature: Signature) -> None:
     half = len(signature.impacts) // 2
     first, second = signature.impacts[:half], signature.impacts[half:]
-    if second != tuple((c, -s) for c, s in first):
+    if second != tuple(stop.opposite for stop in first):
         raise InvalidParameterError(
             f"impacts = {signature.impacts}: not symmetric; the second half must be the first with "
             "the sides exchanged."
