@@ -121,6 +121,23 @@ vi::mixed_jet<K> seeded(double x, const numbers& directions, int column, int wid
     return z;
 }
 
+// Second derivatives of one segment by the direction of e_1 and the number that e_2 moves.
+template <class R>
+vi::arrival<vi::mixed_jet<2>>
+both_moved(const kernel<R>& k, const vi::stop<R, shape::max_dimension>& at,
+           const typename kernel<R>::field_type::propagator& e, const segments& s, int segment,
+           const double* along, int moved) {
+    using jet = vi::mixed_jet<2>;
+    const int size = 2 * k.degrees + 1;
+    auto z = state_at<jet>(s, segment, size);
+    jet dt(0.0);
+    for (int i = 0; i < size; ++i)
+        z[i].c[1] = along[i];
+    dt.c[1] = along[size];
+    if (moved <= size) (moved < size ? z[moved] : dt).c[2] = 1.0;
+    return k.template fly<2>(at, z, e, R(s.durations[segment]), dt);
+}
+
 // The map over all segments.
 template <class R, int K>
 numbers map_forms(const prescribed_data& d, const segments& s, const ends& e,
@@ -198,6 +215,34 @@ linearised prescribed::linearise(const segments& s) const {
             varied->fly<1>(stop_of(stop, moving), state_at<dual>(s, segment, size),
                            varied->field.at_time(dual(t)), dual(t), dual(0.0));
         write_columns<1>(out, by_parameter, segment, size, size + 1, 1);
+    }
+    return out;
+}
+
+second_order prescribed::second(const segments& s, const numbers& directions) const {
+    using jet = vi::mixed_jet<2>;
+    const int size = 2 * data_.degrees + 1, count = static_cast<int>(s.durations.size());
+    const auto width = static_cast<std::size_t>(size) + 2;
+    const expansion<double> fixed{0.0};
+    const expansion<jet> moving{jet::direction(1)};
+    const auto k = kernel_of(data_, fixed);
+    const auto varied = kernel_of(data_, moving);
+    second_order out{numbers(count * size * width), numbers(count * width)};
+    for (int segment = 0; segment < count; ++segment) {
+        const auto& stop = data_.stops[s.stops[segment]];
+        const double* along = directions.data() + segment * (width - 1);
+        const auto here = stop_of(stop, fixed);
+        const auto e = k->field.at_time(s.durations[segment]);
+        for (int j = 0; j < size + 2; ++j) {
+            const auto a = j <= size ? both_moved(*k, here, e, s, segment, along, j)
+                                     : both_moved(*varied, stop_of(stop, moving),
+                                                  varied->field.at_time(jet(s.durations[segment])),
+                                                  s, segment, along, j);
+            for (int i = 0; i < size; ++i)
+                out.after_by[(static_cast<std::size_t>(segment) * size + i) * width + j] =
+                    a.after[i].c[3];
+            out.gap_by[segment * width + j] = a.gap.c[3];
+        }
     }
     return out;
 }

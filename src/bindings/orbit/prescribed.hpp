@@ -38,6 +38,10 @@ struct linearised {
     numbers gap_by;                // (count, 2n + 3)
 };
 
+struct second_order {
+    numbers after_by, gap_by; // as in `linearised`
+};
+
 // Where a map starts and ends: put on a stop by solving for one coordinate (or stop = -1), and after
 // the last impact (empty period) or after a whole time, given with its derivatives.
 struct ends {
@@ -50,6 +54,10 @@ public:
     explicit prescribed(prescribed_data data) : data_(std::move(data)) {}
 
     linearised linearise(const segments& s) const;
+    // Second derivatives of the state after each segment, (count, 2n + 1, 2n + 3), and of the gap at
+    // its end, (count, 2n + 3): along one direction of the state and the time, (count, 2n + 2), and
+    // by every number that `linearised` differentiates by.
+    second_order second(const segments& s, const numbers& directions) const;
     // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and of
     // the elapsed time: (2^count, 2n + 2).
     numbers forms(const segments& s, const ends& e, const numbers& directions, int count) const;

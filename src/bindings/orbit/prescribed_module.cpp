@@ -47,6 +47,15 @@ nb::dict linearise(const prescribed& p, const array& states, const array& durati
     return out;
 }
 
+nb::object second(const prescribed& p, const array& states, const array& durations,
+                  std::vector<int> stops, const array& directions) {
+    const std::size_t count = stops.size(), size = 2 * p.degrees() + 1;
+    auto r = p.second({numbers_of(states), numbers_of(durations), std::move(stops)},
+                      numbers_of(directions));
+    return nb::make_tuple(to_numpy(std::move(r.after_by), {count, size, size + 2}),
+                          to_numpy(std::move(r.gap_by), {count, size + 2}));
+}
+
 nb::object forms(const prescribed& p, const array& states, const array& durations,
                  std::vector<int> stops, int start, int solved, const array& period,
                  const array& directions) {
@@ -89,6 +98,12 @@ void bind_prescribed(nb::module_& m) {
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "
                      "-> dict[str, typing.Any]"))
+        .def("second", &second, "states"_a, "durations"_a, "stops"_a, "directions"_a,
+             nb::sig("def second(self, states: numpy.typing.NDArray[numpy.float64], "
+                     "durations: numpy.typing.NDArray[numpy.float64], stops: list[int], "
+                     "directions: numpy.typing.NDArray[numpy.float64]) "
+                     "-> tuple[numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64]]"))
         .def(
             "forms", &forms, "states"_a, "durations"_a, "stops"_a, "start"_a, "solved"_a,
             "period"_a, "directions"_a,

@@ -97,6 +97,28 @@ class Prescribed:
         )
         return Linearised(**out)
 
+    def second(
+        self, states: ArrayLike, durations: ArrayLike, impacts: list[Stop], along: Floats
+    ) -> tuple[Floats, Floats]:
+        """Second derivatives of each segment, once along a direction and once by every number.
+
+        Parameters
+        ----------
+        states, durations, impacts
+            As for :meth:`linearise`.
+        along
+            Directions in the state and the flight time of each segment, shape (m, 2n + 2).
+
+        Returns
+        -------
+        (after_by, gap_by)
+            Derivatives of those of :class:`Linearised` along the direction, of the same shapes.
+        """
+        numbers = self.stop_numbers(impacts)
+        return self.kernel.second(
+            _contiguous(states), _contiguous(durations), numbers, _contiguous(along)
+        )
+
     def after(self, state: Floats, time: float) -> Floats:
         """(x, v, theta) after a time of free flight, shape (2n + 1,)."""
         inside = self.kernel.fly(_contiguous(state)[None, :], [1], np.array([time]), 1.0)[0, 0]
