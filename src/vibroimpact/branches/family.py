@@ -30,7 +30,6 @@ from vibroimpact.compile.coordinates import STEP_ANGLE, dense_rate
 from vibroimpact.compile.prescribed import Linearised
 from vibroimpact.continuation.problem import Image
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.orbits.multipliers import pencil_of
@@ -39,6 +38,7 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
     OrbitProblem,
     Signature,
+    Value,
     asymmetry,
     latest,
     least_cycles,
@@ -62,8 +62,8 @@ class OrbitFamily(OrbitProblem):
     def __init__(self, system: System, signature: Signature, parameter: str, sizes: Floats) -> None:
         super().__init__(system, signature, parameter)
         self._sizes = sizes
-        self._kept_segments: dict[tuple[bytes, float], Linearised] = {}
-        self._orbits: dict[tuple[bytes, float], Orbit] = {}
+        self._kept_segments: dict[tuple[bytes, Value], Linearised] = {}
+        self._orbits: dict[tuple[bytes, Value], Orbit] = {}
         self.refused = ""  # reason if the system could not be built
         self._reference = 0.0
         self._rate = 2.0 * dense_rate(self.mechanism)
@@ -81,12 +81,12 @@ class OrbitFamily(OrbitProblem):
         """Size of each unknown and of the parameter."""
         return self._sizes
 
-    def linearised(self, z: Floats, p: float) -> Linearised:
+    def linearised(self, z: Floats, p: Value) -> Linearised:
         """Every segment with its derivatives; the latest ones are kept."""
         key = np.asarray(z).tobytes(), p
         return latest(self._kept_segments, key, lambda _: OrbitProblem.linearised(self, z, p))
 
-    def residual(self, z: Floats, p: float) -> Floats:
+    def residual(self, z: Floats, p: Value) -> Floats:
         """Residual of :class:`OrbitProblem`; NaN beyond the range of the parameter or of time."""
         backwards = float(self.unpacked(z)[1].min()) * self._rate
         if backwards < -STEP_ANGLE:
@@ -98,14 +98,14 @@ class OrbitFamily(OrbitProblem):
             self.refused = str(error)
             return np.full(len(z), np.nan)
 
-    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+    def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Jacobian of :class:`OrbitProblem`; NaN where the parameter is out of its own range."""
         try:
             return super().jacobian(z, p)
         except InvalidParameterError:
             return np.full((len(z), len(z)), np.nan), np.full(len(z), np.nan)
 
-    def images(self, z: Floats, p: float, along: Floats, near: Floats) -> list[Image]:
+    def images(self, z: Floats, p: Value, along: Floats, near: Floats) -> list[Image]:
         """Images of an orbit: begun at another impact, mirrored, whole forcing periods later.
 
         The mirror image, under the symmetry S of problem.py, exists only for symmetric systems.
@@ -142,50 +142,58 @@ class OrbitFamily(OrbitProblem):
             self.packed(changes[:count], delays[:count]),
         )
 
-    def kept_orbit(self, z: Floats, p: float) -> Orbit:
+    def kept_orbit(self, z: Floats, p: Value) -> Orbit:
         """Orbit at a point of the curve, kept for the next call."""
         orbit = self._orbits[z.tobytes(), p] = self.orbit(z, p)
         return orbit
 
-    def orbit(self, z: Floats, p: float) -> Orbit:
+    def orbit(self, z: Floats, p: Value) -> Orbit:
         """Orbit at a point of the curve; not converged where the equations do not hold."""
         if kept := self._orbits.pop((z.tobytes(), p), None):
             return kept
-        system = with_parameter(self.system, self.parameter, p)
         states, durations = self.unpacked(z)
         left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])
         error, status = float(left.max()), FOUND
         if not error <= CONVERGED and not np.all(left <= CONVERGED * self._growth(z, p)):
             status = f"the equations do not hold: relative residual {error:.1e}"
-        return Orbit(system, self.signature, states, durations, error, status, self.parameter)
+        return Orbit(
+            self.system_at(p), self.signature, states, durations, error, status, self.parameter
+        )
 
-    def _growth(self, z: Floats, p: float) -> Floats:
+    def _growth(self, z: Floats, p: Value) -> Floats:
         """Factor by which each equation amplifies a change of the unknowns, both relative."""
         sizes = self._sizes[:-1]
         growth: Floats = np.abs(self.jacobian(z, p)[0] * sizes).max(axis=1) / rows_of(self, sizes)
         return growth
 
-    def watch(self, z: Floats, p: float) -> dict[str, float]:
+    def watch(self, z: Floats, p: Value) -> dict[str, float]:
         """Test functions (2)-(4)."""
         parts = self.linearised(z, p)
-        rates = parts.rate
-        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
-        saturated = np.sqrt(rates**2 + self._reference**2)
+        saturated = self.saturated(parts.rate)
         m = self.compiled(p).mechanism
         pencil = pencil_of(self, m, parts, self._sizes)
-        values = pencil.eigenvalues()
-        weight = float(np.prod(rates / saturated))
-        pairs = math.nan if lossless(m) else _pairs(values)
+        weight = float(np.prod(parts.rate / saturated))
+        pairs = math.nan if lossless(m) else products_of_pairs(pencil.eigenvalues())
         watched = {
             FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
             TORUS: weight ** (pencil.finite - 1) * pairs,
         }
-        watched |= {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
-        durations = self.unpacked(z)[1]
+        return watched | self.touches(z, p)
+
+    def saturated(self, rates: Floats) -> Floats:
+        """Denominators of (1)."""
+        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
+        denominators: Floats = np.sqrt(rates**2 + self._reference**2)
+        return denominators
+
+    def touches(self, z: Floats, p: Value) -> dict[str, float]:
+        """Test functions (4): closing rates, flight times, accelerations."""
+        rates, durations = self.linearised(z, p).rate, self.unpacked(z)[1]
+        watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
         watched |= {f"{FLIGHT} {k}": float(t) for k, t in enumerate(durations)}
         return watched | self._sticking(z, p)
 
-    def _sticking(self, z: Floats, p: float) -> dict[str, float]:
+    def _sticking(self, z: Floats, p: Value) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
         begun = self.signature.impacts[: len(self.impacts)]
         compiled = self.compiled(p)
@@ -212,10 +220,13 @@ def lossless(m: Mechanism) -> bool:
     return elastic and linear.largest(m.damping) == 0.0
 
 
-def _pairs(values: Complexes) -> float:
-    """Product of (3), NaN where a multiplier is infinite."""
+def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> float:
+    """Product of (3), without one pair if it is named; NaN where a multiplier is infinite."""
     i, j = np.triu_indices(len(values), 1)
-    product = complex(np.prod(1.0 - values[i] * values[j]))
+    factors = 1.0 - values[i] * values[j]
+    if without:
+        factors = factors[(i != min(without)) | (j != max(without))]
+    product = complex(np.prod(factors))
     return product.real if math.isfinite(product.real) else math.nan
 
 

@@ -21,18 +21,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.family import SPEED, OrbitFamily
+from vibroimpact.branches.family import SPEED
 from vibroimpact.branches.verify import VANISHED
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
-from vibroimpact.continuation.problem import scaled
+from vibroimpact.continuation.problem import Problem, scaled
 from vibroimpact.orbits.admissibility import Nearest, Place
 from vibroimpact.orbits.orbit import Orbit
 
@@ -47,6 +47,7 @@ class Grazing(NamedTuple):
 
     orbit: Orbit
     parameter: float
+    z: Floats
     tangent: Floats  # in unscaled unknowns, the parameter last
     arclength: float
     nearest: Nearest
@@ -54,11 +55,19 @@ class Grazing(NamedTuple):
     error: float
 
 
+class OrbitCurve(Problem, Protocol):
+    """Problem whose solutions are orbits; its first unknown is a position."""
+
+    def orbit(self, z: Floats, p: float) -> Orbit:
+        """Orbit at a point of the curve."""
+        ...
+
+
 class _Between:
     """Orbits between two neighbouring points of a curve, by their share of the distance."""
 
     def __init__(
-        self, family: OrbitFamily, curve: Curve, i: int, bounds: tuple[float, float], place: Place
+        self, family: OrbitCurve, curve: Curve, i: int, bounds: tuple[float, float], place: Place
     ) -> None:
         self.family, self.curve, self.i, self.place = family, curve, i, place
         self.problem = scaled(family, bounds)
@@ -96,12 +105,12 @@ class _Between:
             return None
         if why := _no_touch(orbit, nearest, float(self.family.scale()[0])):
             return self.unresolved(why)
-        p = self.problem.solution(node.y)[1]
+        z, p = self.problem.solution(node.y)
         length = self.curve.arclength
         at = float(length[self.i] + share * (length[self.i + 1] - length[self.i]))
         tangent = node.tangent * self.problem.sizes
         error = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST + float(np.spacing(p))
-        return Grazing(orbit, p, tangent, at, nearest, crossing, error)
+        return Grazing(orbit, p, z, tangent, at, nearest, crossing, error)
 
     def unresolved(self, reason: str) -> Unresolved | None:
         """Part between the two points in which a grazing may be missed, unless (2) excludes it."""
@@ -131,7 +140,7 @@ def _no_touch(orbit: Orbit, nearest: Nearest, size: float) -> str:
 
 
 def grazings(
-    family: OrbitFamily,
+    family: OrbitCurve,
     curve: Curve,
     gaps: Sequence[Mapping[Place, Nearest]],
     bounds: tuple[float, float],

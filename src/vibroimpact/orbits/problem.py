@@ -32,6 +32,7 @@ from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
+Value = float | tuple[float, ...]  # of the parameter, or of several
 Key = TypeVar("Key")
 Made = TypeVar("Made")
 
@@ -183,7 +184,7 @@ class OrbitProblem:
     parameter: str
     mechanism: Mechanism = field(init=False)
     impacts: tuple[Stop, ...] = field(init=False)
-    _compiled: dict[float, Prescribed] = field(default_factory=dict, init=False, repr=False)
+    _compiled: dict[Value, Prescribed] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.mechanism = mechanism_of(self.system)
@@ -201,14 +202,16 @@ class OrbitProblem:
             share = 0.5 if self.signature.symmetric else 1.0
             self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
 
-    def compiled(self, p: float) -> Prescribed:
-        """System at the value p of the parameter; the latest ones are kept."""
+    def system_at(self, p: Value) -> System:
+        """System at the value p of the parameter."""
+        return with_parameter(self.system, self.parameter, p) if self.parameter else self.system
+
+    def compiled(self, p: Value) -> Prescribed:
+        """System at the value p of the parameter, compiled; the latest ones are kept."""
         return latest(self._compiled, p, self._compile)
 
-    def _compile(self, p: float) -> Prescribed:
-        if not self.parameter:
-            return compile_prescribed(self.system)
-        return compile_prescribed(with_parameter(self.system, self.parameter, p), self.parameter)
+    def _compile(self, p: Value) -> Prescribed:
+        return compile_prescribed(self.system_at(p), self.parameter)
 
     def packed(self, states: Floats, durations: Floats) -> Floats:
         """Unknowns z from states (m, 2n + 1) and flight times (m,)."""
@@ -221,12 +224,12 @@ class OrbitProblem:
         states[:, : self.size] = rows[:, : self.size]
         return states, rows[:, self.size].copy()
 
-    def linearised(self, z: Floats, p: float) -> Linearised:
+    def linearised(self, z: Floats, p: Value) -> Linearised:
         """Every segment with its derivatives."""
         states, durations = self.unpacked(z)
         return self.compiled(p).linearise(states, durations, list(self.impacts))
 
-    def residual(self, z: Floats, p: float) -> Floats:
+    def residual(self, z: Floats, p: Value) -> Floats:
         """Left sides of (1) and (2) or (3), shape of z."""
         return self._residual(z, self.linearised(z, p))
 
@@ -235,11 +238,11 @@ class OrbitProblem:
         target = np.vstack([rows[1:], self.mirror * rows[0] + self.turn])
         return np.column_stack([parts.after[:, : self.size] - target, parts.gap]).ravel()
 
-    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+    def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
         return self.expanded(z, p)[1:]
 
-    def expanded(self, z: Floats, p: float) -> tuple[Floats, Floats, Floats]:
+    def expanded(self, z: Floats, p: Value) -> tuple[Floats, Floats, Floats]:
         """Residual and both derivatives at once."""
         parts = self.linearised(z, p)
         m, q = len(self.impacts), self.size
