@@ -21,13 +21,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_count, real, refusal, vector
+from vibroimpact._core.checks import check_choice, check_count, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.forms import checked
 
 Function = Callable[[Any, Any], Sequence[Any]]
-"""function(x, p): x is an array of floats or of jets, shape (d,), p a float or a jet."""
+"""function(x, p): x is an array of floats or of jets, shape (d,), p a float or a jet, or a tuple of them."""
+
+Values = float | Sequence[float]
+"""Value of the parameter, or values of all parameters where there are several."""
 
 MOST = 10**6
 """Largest number of dimensions and iterates."""
@@ -62,7 +65,7 @@ class FixedPoint:
     x
         The point, or the last iterate of Newton's method, shape (d,).
     p
-        The parameter.
+        The parameter, or a tuple of all of them.
     residual
         max |F(x) - x|.
     steps
@@ -74,7 +77,7 @@ class FixedPoint:
     status: FixedPointStatus
     reason: str
     x: Floats
-    p: float
+    p: Values
     residual: float
     steps: int
     multipliers: Complexes
@@ -104,7 +107,7 @@ class MapForms:
 
     map: ExplicitMap
     x: Floats
-    p: float
+    p: Values
 
     @property
     def dimension(self) -> int:
@@ -133,8 +136,11 @@ class ExplicitMap:
     iterate
         The map is the iterate-th iterate of the function, >= 1.
     sizes
-        Typical size of each coordinate and, last, of the parameter, all > 0, shape (d + 1,);
-        default 1.
+        Typical size of each coordinate and, last, of each of the k parameters, all > 0, shape
+        (d + k,); default 1.
+    parameters
+        Names of the k parameters. With one, p is a number; with several, p is a tuple in this
+        order, for ``function`` and everywhere else.
 
     Raises
     ------
@@ -157,53 +163,87 @@ class ExplicitMap:
     dimension: int
     iterate: int = 1
     sizes: tuple[float, ...] = field(default=())
+    parameters: tuple[str, ...] = ("p",)
 
     def __post_init__(self) -> None:
         for name in ("dimension", "iterate"):
             check_count(name, getattr(self, name), 1, MOST)
         if not callable(self.function):
             raise refusal("function", self.function, "a function of x and p")
-        sizes = vector("sizes", self.sizes) or (1.0,) * (self.dimension + 1)
-        object.__setattr__(self, "sizes", vector("sizes", sizes, self.dimension + 1))
+        names = self.parameters
+        if not names or len(set(names)) < len(names):
+            raise refusal("parameters", names, "a tuple of different names")
+        count = self.dimension + len(names)
+        sizes = vector("sizes", self.sizes) or (1.0,) * count
+        object.__setattr__(self, "sizes", vector("sizes", sizes, count))
         if min(self.sizes) <= 0.0:
             raise InvalidParameterError(f"sizes = {self.sizes}: every size must be > 0.")
 
-    def __call__(self, x: ArrayLike, p: float) -> Floats:
+    def __call__(self, x: ArrayLike, p: Values) -> Floats:
         """Return the image of x, shape (d,)."""
-        image, p = self._place(x, p)
+        image, values = self._place(x, p)
+        given = self._given([np.float64(value) for value in values])
         for _ in range(self.iterate):
-            image = np.array([_number(y) for y in self._image(image, np.float64(p))])
+            image = np.array([_number(y) for y in self._image(image, given)])
         return image
 
-    def derivative(self, x: ArrayLike, p: float, *directions: Floats) -> Floats:
+    def derivative(self, x: ArrayLike, p: Values, *directions: Floats) -> Floats:
         """Return D^k F [u_1, ..., u_k] at (x, p), k = 1, 2, 3, shape (d,).
 
-        Each direction is real, of shape (d,) or (d + 1,) with the parameter's part last.
+        Each direction is real, of shape (d,), or longer by one entry per parameter.
         """
-        us = checked(directions, self.dimension)
+        us = checked(directions, self.dimension, len(self.parameters))
         image = self._jets(np.append(*self._place(x, p)), us)
         place = DERIVATIVE_AT[len(us)]
         return np.array([jet.coefficients[place] for jet in image])
 
-    def linearised(self, x: ArrayLike, p: float) -> tuple[Floats, Floats]:
-        """Return (A, F_p): derivatives by x, shape (d, d), and by p, shape (d,).
+    def linearised(self, x: ArrayLike, p: Values) -> tuple[Floats, Floats]:
+        """Return (A, F_p): derivatives by x, shape (d, d), and by p, shape (d,) or (d, k).
 
         Cost: one evaluation on jets for every three columns.
         """
-        at, units = np.append(*self._place(x, p)), np.eye(self.dimension + 1)
+        at = np.append(*self._place(x, p))
+        units = np.eye(len(at))
         columns: list[list[float]] = []
-        for first in range(0, self.dimension + 1, 3):
+        for first in range(0, len(at), 3):
             us = list(units[first : first + 3])
             image = self._jets(at, us)
             columns += [[jet.coefficients[1 << k] for jet in image] for k in range(len(us))]
         whole = np.array(columns).T
-        return whole[:, :-1], whole[:, -1]
+        by_p = whole[:, self.dimension :]
+        return whole[:, : self.dimension], by_p[:, 0] if len(self.parameters) == 1 else by_p
 
-    def forms(self, x: ArrayLike, p: float) -> MapForms:
+    def forms(self, x: ArrayLike, p: Values) -> MapForms:
         """Return the multilinear forms of the map at a point."""
-        return MapForms(self, np.array(vector("x", x, self.dimension)), real("p", p))
+        x, values = self._place(x, p)
+        return MapForms(self, x, self._given(values.tolist()))
 
-    def fixed_point(self, guess: ArrayLike, p: float) -> FixedPoint:
+    def along(self, parameter: str, **fixed: float) -> ExplicitMap:
+        """Return the map along one parameter, the others having fixed values.
+
+        Raises
+        ------
+        InvalidParameterError
+            A name that is not a parameter, or one without a value.
+        """
+        check_choice("parameter", parameter, self.parameters)
+        wanted = [name for name in self.parameters if name != parameter]
+        if sorted(fixed) != sorted(wanted):
+            raise InvalidParameterError(
+                f"fixed = {sorted(fixed)}: along {parameter} give the values of {sorted(wanted)}."
+            )
+        values = {name: real(name, value) for name, value in fixed.items()}
+
+        def function(x: Any, p: Any) -> Sequence[Any]:
+            return self.function(
+                x, tuple(p if name == parameter else values[name] for name in self.parameters)
+            )
+
+        at = self.dimension + self.parameters.index(parameter)
+        sizes = (*self.sizes[: self.dimension], self.sizes[at])
+        return ExplicitMap(function, self.dimension, self.iterate, sizes, (parameter,))
+
+    def fixed_point(self, guess: ArrayLike, p: Values) -> FixedPoint:
         """Find a fixed point of the map (of its iterate) by Newton's method (2).
 
         Parameters
@@ -211,14 +251,15 @@ class ExplicitMap:
         guess
             Start, shape (d,).
         p
-            The parameter.
+            The parameter, or all of them.
 
         Returns
         -------
         FixedPoint
             With its ``status``.
         """
-        x, p = np.array(vector("guess", guess, self.dimension)), real("p", p)
+        x, values = np.array(vector("guess", guess, self.dimension)), self._place(guess, p)[1]
+        p = self._given(values.tolist())
         steps, converged = 0, False
         while not converged and steps < MOST_STEPS:
             A, b = self.linearised(x, p)[0] - np.eye(self.dimension), self.residual(x, p)
@@ -232,25 +273,31 @@ class ExplicitMap:
             converged = bool(np.all(np.abs(step) <= LAST_STEP * (self.scale()[:-1] + np.abs(x))))
         if not converged:
             return self._failed(FixedPointStatus.NOT_CONVERGED, x, p, steps)
-        values = np.linalg.eigvals(self.linearised(x, p)[0]).astype(np.complex128)
-        values = values[np.argsort(-np.abs(values), kind="stable")]
-        residual = float(np.max(np.abs(self.residual(x, p))))
-        return FixedPoint(FixedPointStatus.CONVERGED, "", x, p, residual, steps, values)
+        return self.point(x, p, steps)
 
-    def residual(self, z: Floats, p: float) -> Floats:
+    def point(self, x: ArrayLike, p: Values, steps: int = 0) -> FixedPoint:
+        """Return the fixed point at x, which is taken as it is given."""
+        x, values = self._place(x, p)
+        given = self._given(values.tolist())
+        nus = np.linalg.eigvals(self.linearised(x, given)[0]).astype(np.complex128)
+        nus = nus[np.argsort(-np.abs(nus), kind="stable")]
+        residual = float(np.max(np.abs(self.residual(x, given))))
+        return FixedPoint(FixedPointStatus.CONVERGED, "", x, given, residual, steps, nus)
+
+    def residual(self, z: Floats, p: Values) -> Floats:
         """F(z, p) - z, shape (d,)."""
         return self(z, p) - z
 
-    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
-        """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
+    def jacobian(self, z: Floats, p: Values) -> tuple[Floats, Floats]:
+        """Derivatives of the residual by z, shape (d, d), and by p, shape (d,) or (d, k)."""
         A, F_p = self.linearised(z, p)
         return A - np.eye(self.dimension), F_p
 
     def scale(self) -> Floats:
-        """Size of each coordinate and, last, of the parameter, shape (d + 1,)."""
+        """Size of each coordinate and, last, of the parameters, shape (d + k,)."""
         return np.array(self.sizes)
 
-    def watch(self, z: Floats, p: float) -> Mapping[str, float]:
+    def watch(self, z: Floats, p: Values) -> Mapping[str, float]:
         """Test functions along a curve of fixed points, by the name of the point they vanish at.
 
         PD: det(A + I). NS (d >= 2): the product of 1 - nu_i nu_j over all pairs i < j, which also
@@ -264,7 +311,7 @@ class ExplicitMap:
             tests["NS"] = float(np.prod(1.0 - nus[i] * nus[j]).real)
         return tests
 
-    def _failed(self, status: FixedPointStatus, x: Floats, p: float, steps: int) -> FixedPoint:
+    def _failed(self, status: FixedPointStatus, x: Floats, p: Values, steps: int) -> FixedPoint:
         residual = float(np.max(np.abs(self.residual(x, p))))
         why = {
             FixedPointStatus.NOT_CONVERGED: f"not converged in {steps} Newton steps",
@@ -275,11 +322,17 @@ class ExplicitMap:
         unknown = np.full(self.dimension, np.nan, dtype=np.complex128)
         return FixedPoint(status, reason, x, p, residual, steps, unknown)
 
-    def _place(self, x: ArrayLike, p: float) -> tuple[Floats, float]:
-        """A point and a parameter as numbers; those that a Newton step led to may be infinite."""
+    def _place(self, x: ArrayLike, p: Values) -> tuple[Floats, Floats]:
+        """A point and parameters as arrays; a point that a Newton step led to may be infinite."""
         if not (isinstance(x, np.ndarray) and x.dtype == float and x.shape == (self.dimension,)):
             x = np.array(vector("x", x, self.dimension))
-        return x, real("p", p)
+        if len(self.parameters) == 1:
+            return x, np.array([real("p", p)])
+        return x, np.array(vector("p", p, len(self.parameters)))
+
+    def _given(self, values: Sequence[Any]) -> Any:
+        """Parameters as the function takes them: one value, or a tuple of several."""
+        return values[0] if len(self.parameters) == 1 else tuple(values)
 
     def _jets(self, at: Floats, directions: Sequence[Floats]) -> list[_kernel.Jet]:
         """The image of the jets at + u e1 + v e2 + w e3; ``at`` ends with the parameter."""
@@ -289,7 +342,7 @@ class ExplicitMap:
         jets = [
             _kernel.Jet.of(value, s) for value, s in zip(at.tolist(), seeds.tolist(), strict=True)
         ]
-        image, p = _objects(jets[:-1]), jets[-1]
+        image, p = _objects(jets[: self.dimension]), self._given(jets[self.dimension :])
         for _ in range(self.iterate):
             image = _objects([_jet(y) for y in self._image(image, p)])
         return list(image)

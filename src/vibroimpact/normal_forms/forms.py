@@ -119,13 +119,13 @@ def jacobian(forms: Forms) -> Floats:
     return np.column_stack(columns)
 
 
-def checked(directions: tuple[Any, ...], dimension: int) -> list[Floats]:
-    """Return the directions with their parameter's part, shape (d + 1,) each.
+def checked(directions: tuple[Any, ...], dimension: int, parameters: int = 1) -> list[Floats]:
+    """Return the directions with their parts of k parameters, shape (d + k,) each.
 
     Raises
     ------
     InvalidParameterError
-        Fewer than one or more than three directions, or a shape other than (d,) or (d + 1,).
+        Fewer than one or more than three directions, or a shape other than (d,) or (d + k,).
     """
     if not 1 <= len(directions) <= HIGHEST_ORDER:
         raise InvalidParameterError(
@@ -133,12 +133,13 @@ def checked(directions: tuple[Any, ...], dimension: int) -> list[Floats]:
         )
     whole = [u if isinstance(u, np.ndarray) else numbers("direction", u) for u in directions]
     for u in whole:
-        if u.shape not in ((dimension,), (dimension + 1,)):
+        if u.shape not in ((dimension,), (dimension + parameters,)):
             raise InvalidParameterError(
-                f"direction has shape {u.shape}: must be ({dimension},), or ({dimension + 1},) "
-                "with the parameter's part last."
+                f"direction has shape {u.shape}: must be ({dimension},), or "
+                f"({dimension + parameters},) with the parameter's part last."
             )
-    return [u if u.size > dimension else with_parameter(u, 0.0) for u in whole]
+    still = np.zeros(parameters)
+    return [u if u.size > dimension else np.append(u, still) for u in whole]
 
 
 @dataclass(frozen=True)
