@@ -12,6 +12,14 @@ import numpy as np
 
 import vibroimpact.normal_forms as nf
 
+TRACES = {"R1": 2.0, "R2": -2.0, "R3": -1.0, "R4": 0.0}
+
+ROUNDING = 1e-13
+"""A hundred operations on numbers of the order of one, behind gaps above 0.1."""
+
+CHANGED = 1e-10
+"""Behind a change of coordinates: products of its cubic polynomials with factors up to 2."""
+
 
 class Change:
     """A change of coordinates y = T sheared(M x) + p s, exactly invertible and of any degree.
@@ -137,3 +145,45 @@ def found(kind: str, forms: Any, **keywords: Any) -> Any:
     form = nf.normal_form(kind, forms, **keywords)
     assert not isinstance(form, nf.Refusal), form.reason
     return form
+
+
+def henon(R: float, trace: float) -> tuple[Any, float, float]:
+    """Generalised Henon map at its resonance, as a function of the displacement; alpha, beta.
+
+    (x, y) -> (y, alpha - beta x - y^2 + R x y) has at x = y the trace (R - 2) x and the determinant
+    beta - R x, which is 1.
+    """
+    x = trace / (R - 2.0)
+    beta = 1.0 + R * x
+    alpha = x + beta * x + (1.0 - R) * x**2
+
+    def function(u: Any, _: Any) -> list[Any]:
+        at = u[0] + x, u[1] + x
+        return [u[1], alpha - beta * at[0] - at[1] ** 2 + R * at[0] * at[1] - x]
+
+    return function, alpha, beta
+
+
+def forms_at(kind: str, R: float) -> nf.MapForms:
+    """The generalised Henon map at its resonance R1 to R4."""
+    function, _, _ = henon(R, TRACES[kind])
+    return nf.ExplicitMap(function, dimension=2).forms([0.0, 0.0], 0.0)
+
+
+def times(w: complex, re: Any, im: Any) -> Any:
+    """Real and imaginary part of w (re + i im)."""
+    return np.array([w.real * re - w.imag * im, w.real * im + w.imag * re])
+
+
+def driving(kind: str, R: float, change: Change | None = None) -> nf.MapForms:
+    """The same map behind a change of coordinates; in dimension 4 it drives two stable ones."""
+    plane, change = henon(R, TRACES[kind])[0], change or Change(4)
+
+    def function(x: Any, p: Any) -> Any:
+        driven = []
+        if change.n == 4:
+            driven.append(0.4 * x[2] + 0.3 * x[0] * x[1] + 0.2 * x[2] * x[0] - 0.1 * x[1] ** 3)
+            driven.append(0.5 * x[0] ** 2 - 0.3 * x[3] + 0.2 * x[2] * x[3])
+        return np.array([*plane(x[:2], p), *driven])
+
+    return change.map(function).forms(np.zeros(change.n), 0.0)

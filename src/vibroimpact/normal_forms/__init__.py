@@ -1,4 +1,4 @@
-"""Normal forms of maps at bifurcations of codimension one, and at two strong resonances.
+"""Normal forms of maps at bifurcations of codimension one and two.
 
 The functions take :class:`Forms`: those of the return map or half map of an orbit, of an
 :class:`ExplicitMap`, or a :class:`Composition`. Coefficients are in the coordinates of the forms,
@@ -16,11 +16,19 @@ from vibroimpact.normal_forms.flip_fold import Flip, Fold
 from vibroimpact.normal_forms.forms import Composition, Forms, Multilinear
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker
 from vibroimpact.normal_forms.resonance import Resonance, nearest_resonance, resonances
-from vibroimpact.normal_forms.strong_resonance import OneToThree, OneToTwo, strong_resonance
+from vibroimpact.normal_forms.special_points import CodimensionTwo, NewCurve
+from vibroimpact.normal_forms.strong_resonance import (
+    OneToFour,
+    OneToOne,
+    OneToThree,
+    OneToTwo,
+    strong_resonance,
+)
 
 __all__ = [
     "BranchPoint",
     "CentreManifold",
+    "CodimensionTwo",
     "Composition",
     "ExplicitMap",
     "FixedPoint",
@@ -31,7 +39,10 @@ __all__ = [
     "MapForms",
     "Multilinear",
     "NeimarkSacker",
+    "NewCurve",
     "NormalForm",
+    "OneToFour",
+    "OneToOne",
     "OneToThree",
     "OneToTwo",
     "Refusal",

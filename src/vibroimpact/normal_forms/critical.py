@@ -52,11 +52,11 @@ class Status(StrEnum):
 
 @runtime_checkable
 class NormalForm(Protocol):
-    """Normal form of codimension one: coefficients, and the new solutions and their side."""
+    """Normal form: coefficients, and what is born."""
 
     @property
     def kind(self) -> str:
-        """NS, PD, SN or BP."""
+        """NS, PD, SN or BP; of codimension two CP, GPD, CH, R1 to R4, LPPD, LPNS, PDNS, NSNS."""
 
     @property
     def multipliers(self) -> Complexes:
@@ -74,7 +74,7 @@ class Refusal:
     Attributes
     ----------
     kind
-        The requested kind: "NS", "PD", "BP" or "SN".
+        The requested kind.
     status
         The hypothesis that fails.
     reason
@@ -157,11 +157,11 @@ def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critica
             f"{ON_CIRCLE:g})."
         )
         return Refusal(kind, Status.NOT_CRITICAL, reason, values)
-    others = np.delete(values, [at, _partner(values, at)] if target is None else at)
+    others = np.delete(values, [at, partner(values, at)] if target is None else at)
     crowd = others[np.abs(np.abs(others) - 1.0) <= ON_CIRCLE]
     if len(crowd):
         return _crowded(kind, nu, crowd, values)
-    q, p = _normalised(right[:, at], left[:, at])
+    q, p = normalised(right[:, at], left[:, at])
     return Critical(nu, q, p, values, others)
 
 
@@ -173,7 +173,7 @@ def _nearest(values: Complexes, target: complex | None) -> int | None:
     return int(np.argmin(off)) if np.any(values.imag > 0.0) else None
 
 
-def _partner(values: Complexes, at: int) -> int:
+def partner(values: Complexes, at: int) -> int:
     """Index of the conjugate of a multiplier."""
     off = np.abs(values - np.conj(values[at]))
     off[at] = np.inf
@@ -190,7 +190,7 @@ def _all_real(kind: str, values: Complexes) -> Refusal:
     return Refusal(kind, Status.NOT_CRITICAL, reason, values)
 
 
-def _normalised(right: Complexes, left: Complexes) -> tuple[Complexes, Complexes]:
+def normalised(right: Complexes, left: Complexes) -> tuple[Complexes, Complexes]:
     """(q, p) of (1)."""
     largest = right[np.argmax(np.abs(right))]
     q = right * (abs(largest) / largest / np.linalg.norm(right))

@@ -191,7 +191,7 @@ def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Re
     if isinstance(critical, Refusal):
         return critical
     at = Multilinear(forms)
-    form, scale = _flip_coefficient(kind, at, A, critical)
+    form, scale = flip_coefficient(kind, at, A, critical)
     undecided = zero("c", form.c, scale, Status.DEGENERATE, UNDECIDED, form)
     if undecided or not parameter:
         return undecided or form
@@ -201,7 +201,7 @@ def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Re
     return zero("dnu/dp", slope, unfolding.scale, Status.NOT_TRANSVERSAL, TOUCHES, form) or whole
 
 
-def _flip_coefficient(
+def flip_coefficient(
     kind: str, at: Multilinear, A: Floats, critical: Critical
 ) -> tuple[Flip, float]:
     """Normal form without the parameter, and the size of the terms of c."""

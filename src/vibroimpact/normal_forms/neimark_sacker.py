@@ -231,7 +231,7 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
     if exact:
         return _resonant(critical, exact[0])
     at = Multilinear(forms)
-    form, scale = _coefficient(at, A, critical)
+    form, scale = ns_coefficient(at, A, critical)
     undecided = zero("Re(d)", form.d.real, scale, Status.DEGENERATE, UNDECIDED, form)
     if undecided or not parameter:
         return undecided or form
@@ -241,7 +241,7 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
     return zero("d|nu|/dp", growth, unfolding.scale, Status.NOT_TRANSVERSAL, TOUCHES, form) or whole
 
 
-def _coefficient(at: Multilinear, A: Floats, critical: Critical) -> tuple[NeimarkSacker, float]:
+def ns_coefficient(at: Multilinear, A: Floats, critical: Critical) -> tuple[NeimarkSacker, float]:
     """Normal form without the parameter, and the size of the terms of d."""
     q, identity = critical.q, np.eye(len(A))
     nu = critical.multiplier / abs(critical.multiplier)

@@ -1,35 +1,58 @@
-"""Critical coefficients at the strong resonances 1:2 and 1:3 (codimension two).
+"""Critical coefficients at the strong resonances 1:1, 1:2, 1:3 and 1:4 (codimension two).
 
-Method      1:2, a double multiplier -1 with one eigenvector. With A q0 = -q0, A q1 = -q1 + q0,
-            A^T p0 = -p0, A^T p1 = -p1 + p0, <p0, q1> = <p1, q0> = 1, <p1, q1> = <q0, q1> = 0:
-                w0 -> -w0 + w1,   w1 -> -w1 + c w0^3 + d w0^2 w1 + ...,                      (1)
+Method      1:1, a double multiplier 1 with one eigenvector. With A q0 = q0, A q1 = q1 + q0,
+            A^T p0 = p0, A^T p1 = p1 + p0, <p0, q1> = <p1, q0> = 1, <p1, q1> = <q0, q1> = 0:
+                w0 -> w0 + w1,   w1 -> w1 + a w0^2 + b w0 w1 + ...,                          (1)
+                a = <p0, B(q0, q0)> / 2,   b = <p0, B(q0, q1)> + <p1, B(q0, q0)>.            (2)
+            1:2, a double multiplier -1 with one eigenvector. With A q0 = -q0, A q1 = -q1 + q0,
+            A^T p0 = -p0, A^T p1 = -p1 + p0, normalised in the same way:
+                w0 -> -w0 + w1,   w1 -> -w1 + c w0^3 + d w0^2 w1 + ...,                      (3)
                 h20 = (I - A)^-1 B(q0, q0),   h11 = (I - A)^-1 (B(q0, q1) + h20),
                 c = <p0, g> / 6,  g = C(q0, q0, q0) + 3 B(q0, h20),
-                d = <p0, C(q0, q0, q1) + 2 B(q0, h11) + B(q1, h20)> / 2 + <p1, g> / 2.       (2)
+                d = <p0, C(q0, q0, q1) + 2 B(q0, h11) + B(q1, h20)> / 2 + <p1, g> / 2.       (4)
             1:3, nu = exp(2 pi i / 3), which conj(nu)^2 equals:
-                z -> nu z + b conj(z)^2 + c z |z|^2 + ...,                                   (3)
+                z -> nu z + b conj(z)^2 + c z |z|^2 + ...,                                   (5)
                 (conj(nu) I - A) h20 = B(q, q) - 2 conj(b) conj(q),  <conj p, h20> = 0,
                 h11 = (I - A)^-1 B(q, conj q),   b = <p, B(conj q, conj q)> / 2,
-                c = <p, C(q, q, conj q) + 2 B(q, h11) + B(conj q, h20)> / 2.                 (4)
-Assumes     no other multiplier on the unit circle
-Accuracy    1:2: the double multiplier is known to half of the digits at best, but q0 and p0 are
-            singular vectors of A + I, accurate to rounding over the gap; 1:3: rounding times |p|
-Fails       a Refusal where the multipliers are not those of the resonance
-Reference   Kuznetsov, Elements of Applied Bifurcation Theory, sections 9.5 and 9.6; the scaled
-            coefficients are those that MatContM prints
+                c = <p, C(q, q, conj q) + 2 B(q, h11) + B(conj q, h20)> / 2.                 (6)
+            1:4, nu = i, which conj(nu)^3 equals:
+                z -> i z + c z |z|^2 + d conj(z)^3 + ...,                                    (7)
+                h20 = -(I + A)^-1 B(q, q),   h11 = (I - A)^-1 B(q, conj q),
+                c = <p, C(q, q, conj q) + 2 B(q, h11) + B(conj q, h20)> / 2,
+                d = <p, C(conj q, conj q, conj q) + 3 B(conj q, conj h20)> / 6.              (8)
+            Where the multiplier is i exp(mu), the fourth iterate of (7) leaves those z in place,
+            to leading order, with
+                mu - i c |z|^2 - i d conj(z)^3 / z = 0.                                      (9)
+            With A = -i c / |d| and s = |d| |z|^2 this is |mu + A s| = s: no or two s > 0, with four
+            z each, if |A| > 1, and one if |A| < 1. Two meet, and both families of period four end
+            in a fold, on the half-lines
+                arg mu = arg(-A) +- arcsin(1 / |A|).                                        (10)
+Assumes     no other multiplier on the unit circle, and a, b - 2 a; c, d + 3 c; b, the scaled real
+            part; d, Re A, Im A and |A| - 1 not zero; each is checked
+Accuracy    1:1 and 1:2: the double multiplier is known to half of the digits at best, but q0 and p0
+            are singular vectors of A -+ I, accurate to rounding over the gap; 1:3 and 1:4: rounding
+            times |p|. (9): z to a relative error of order |mu|
+Fails       a Refusal where a hypothesis fails
+Invariance  a change of coordinates scales q: a and b of (2) by the same factor, (4) by one factor
+            > 0, |b|^2 of (6) and the real part of c conj(nu), and c and |d| of (8). Invariant are
+            b / a, d / c, the scaled real part, A; the signs that decide; the points
+Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 9.5 and its section on
+            critical normal forms of n-dimensional maps; the scaled coefficients are those that
+            MatContM prints
 """
 
 from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.checks import check_choice
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
+    NOT_FINITE,
     ON_CIRCLE,
     Critical,
     Refusal,
@@ -37,23 +60,85 @@ from vibroimpact.normal_forms.critical import (
     critical_multiplier,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.special_points import (
+    AT_THE_POINT,
+    NO_CURVES,
+    NewCurve,
+    off,
+    sized,
+    vanishing,
+)
 
 CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
+UNDECIDED = "higher terms decide (as in an area-preserving map)"
 
 
 @dataclass(frozen=True)
-class OneToTwo:
+class OneToOne:
     """Coefficients (2) of (1), for |q0| = 1.
 
     Attributes
     ----------
+    a, b
+        a(b - 2a) < 0: the circle of the Neimark-Sacker curve attracts on the centre manifold,
+        > 0: it repels.
+    q0, q1
+        Eigenvector and generalised eigenvector, real, shape (dimension,).
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether all but the two critical multipliers lie inside the unit circle.
+    """
+
+    a: float
+    b: float
+    q0: Floats = field(repr=False)
+    q1: Floats = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
+
+    kind = "R1"
+    switchable = (NewCurve("NS", 1),)
+    why_not = ""
+
+    @property
+    def sign(self) -> int:
+        """Sign of a(b - 2a): what MatContM prints."""
+        return int(math.copysign(1.0, self.a * (self.b - 2.0 * self.a)))
+
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        return (
+            "a Neimark-Sacker curve begins tangent to the fold curve and goes on beyond as a "
+            f"neutral saddle; its circle {_verdict(self.sign < 0)} and ends at a homoclinic orbit "
+            "of the saddle."
+        )
+
+
+@dataclass(frozen=True)
+class OneToTwo:
+    """Coefficients (4) of (3), for |q0| = 1.
+
+    Attributes
+    ----------
     c, d
-        c < 0: saddles of period two, c > 0: neutral ones. -2 d - 6 c decides the stability of the
-        circle around the fixed point.
+        c > 0: the doubled orbit is a saddle; c < 0: it is none, and a Neimark-Sacker curve of it
+        begins. -2 d - 6 c < 0: the circle attracts on the centre manifold.
+    q0, q1
+        Eigenvector and generalised eigenvector, real, shape (dimension,).
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether all but the two critical multipliers lie inside the unit circle.
     """
 
     c: float
     d: float
+    q0: Floats = field(repr=False)
+    q1: Floats = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
 
     kind = "R2"
 
@@ -62,21 +147,57 @@ class OneToTwo:
         """Scaled coefficients (4 c, -2 d - 6 c)."""
         return 4.0 * self.c, -2.0 * self.d - 6.0 * self.c
 
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        circle = f"a Neimark-Sacker curve ends on the flip curve; its circle {self._circle}"
+        if self.c < 0.0:
+            return f"{circle}; a Neimark-Sacker curve of the doubled orbit begins."
+        return f"{circle} and ends where it meets the doubled orbit, which is a saddle."
+
+    @property
+    def switchable(self) -> tuple[NewCurve, ...]:
+        """The Neimark-Sacker curve of the doubled orbit where 4 c < 0."""
+        return (NewCurve("NS", 2),) if self.c < 0.0 else NO_CURVES
+
+    @property
+    def why_not(self) -> str:
+        """Why no curve begins where 4 c > 0."""
+        if self.c < 0.0:
+            return ""
+        return f"4 c = {4.0 * self.c:.6g} > 0: the doubled orbit is a saddle next to the point."
+
+    @property
+    def _circle(self) -> str:
+        return _verdict(self.scaled[1] < 0.0)
+
 
 @dataclass(frozen=True)
 class OneToThree:
-    """Coefficients (4) of (3), for |q| = 1, <p, q> = 1.
+    """Coefficients (6) of (5), for |q| = 1, <p, q> = 1.
 
     Attributes
     ----------
     b, c
         b != 0: a saddle orbit of period three lies next to the fixed point.
+    q, p
+        Critical eigenvectors, shape (dimension,).
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether every multiplier but the pair lies inside the unit circle.
     """
 
     b: complex
     c: complex
+    q: Complexes = field(repr=False)
+    p: Complexes = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
 
     kind = "R3"
+    switchable = (NewCurve("NS", 3, neutral_saddle=True),)
+    why_not = ""
 
     @property
     def scaled(self) -> complex:
@@ -87,79 +208,307 @@ class OneToThree:
         """
         return (CUBE_ROOT.conjugate() * self.c / abs(self.b) ** 2 - 1.0) / 3.0
 
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        return (
+            "a saddle orbit of period three shrinks to the fixed point on all sides; the circle of "
+            f"the Neimark-Sacker curve {_verdict(self.scaled.real < 0.0)} and ends where it meets "
+            "that orbit."
+        )
 
-def strong_resonance(kind: str, forms: Forms) -> OneToTwo | OneToThree | Refusal:
+
+@dataclass(frozen=True)
+class OneToFour:
+    """Coefficients (8) of (7), for |q| = 1, <p, q> = 1.
+
+    Attributes
+    ----------
+    c, d
+        The coefficients. The argument of d depends on the phase of q.
+    q, p
+        Critical eigenvectors, shape (dimension,).
+    h20, h11
+        Second-order terms of the centre manifold, shape (dimension,); h11 is real.
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether every multiplier but the pair lies inside the unit circle.
+    """
+
+    c: complex
+    d: complex
+    q: Complexes = field(repr=False)
+    p: Complexes = field(repr=False)
+    h20: Complexes = field(repr=False)
+    h11: Floats = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
+
+    kind = "R4"
+
+    @property
+    def scaled(self) -> complex:
+        """A = -i c / |d|: Re A < 0: the circle of the Neimark-Sacker curve attracts."""
+        return -1j * self.c / abs(self.d)
+
+    @property
+    def folds_exist(self) -> bool:
+        """Whether |A| > 1: orbits of period four are born in folds, on the half-lines (10)."""
+        return abs(self.scaled) > 1.0
+
+    @property
+    def fold_directions(self) -> tuple[complex, ...]:
+        """Directions mu / |mu| of the two half-lines (10); none where |A| < 1.
+
+        Between them, on the side of -A, there are two orbits of period four, elsewhere none.
+        """
+        if not self.folds_exist:
+            return ()
+        turn = cmath.exp(1j * math.asin(1.0 / abs(self.scaled)))
+        middle = -self.scaled / abs(self.scaled)
+        return middle / turn, middle * turn
+
+    def period_four(self, mu: complex) -> Complexes:
+        """The z != 0 that solve (9): points of period four.
+
+        Parameters
+        ----------
+        mu
+            log(nu / i) of the multiplier nu near i, nonzero and small.
+
+        Returns
+        -------
+        ndarray
+            Shape (4 m,), m = 0, 1 or 2 orbits of four points each, the smaller orbit first; z to a
+            relative error of order |mu|.
+        """
+        scaled, turned = self.scaled, -1j * self.d / abs(self.d)
+        # |mu + A s| = s:  (|A|^2 - 1) s^2 + 2 Re(conj(A) mu) s + |mu|^2 = 0
+        half, square = (scaled.conjugate() * mu).real, abs(scaled) ** 2 - 1.0
+        inside = half**2 - square * abs(mu) ** 2
+        if inside < 0.0 or mu == 0.0:
+            return np.zeros(0, dtype=np.complex128)
+        larger = -half - math.copysign(math.sqrt(inside), half)  # without cancellation
+        sizes = sorted(s for s in (larger / square, abs(mu) ** 2 / larger) if s > 0.0)
+        points = []
+        for s in sizes:
+            angle = -cmath.phase(-(scaled + mu / s) / turned) / 4.0  # (9): exp(-4 i angle)
+            z = math.sqrt(s / abs(self.d)) * cmath.exp(1j * angle)
+            points += [z * 1j**k for k in range(4)]
+        return np.array(points, dtype=np.complex128)
+
+    def points(self, z: Complexes) -> Floats:
+        """Points of the centre manifold at z, shape (m,), as displacements (m, dimension).
+
+        2 Re(q z) + Re(h20 z^2) + h11 |z|^2, measured from the fixed point at the same parameters:
+        for the z of :meth:`period_four` to an error of order |mu|^(3/2).
+        """
+        first = 2.0 * np.real(np.outer(z, self.q)) + np.real(np.outer(z**2, self.h20))
+        return np.asarray(first + np.outer(np.abs(z) ** 2, self.h11), np.float64)
+
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        born = (
+            "two orbits of period four are born in a fold on each of two curves"
+            if self.folds_exist
+            else "a saddle orbit of period four shrinks to the fixed point on all sides"
+        )
+        circle = _verdict(self.scaled.real < 0.0)
+        return f"{born}; the circle of the Neimark-Sacker curve {circle}."
+
+    @property
+    def switchable(self) -> tuple[NewCurve, ...]:
+        """Two fold curves of period four where |A| > 1."""
+        return (NewCurve("SN", 4), NewCurve("SN", 4)) if self.folds_exist else NO_CURVES
+
+    @property
+    def why_not(self) -> str:
+        """Why no curve begins where |A| < 1."""
+        if self.folds_exist:
+            return ""
+        size = abs(self.scaled)
+        return f"|A| = {size:.6g} < 1: one orbit of period four exists all around, without folds."
+
+
+def _verdict(attracts: bool) -> str:
+    return f"{'attracts' if attracts else 'repels'} on the centre manifold"
+
+
+StrongResonance = OneToOne | OneToTwo | OneToThree | OneToFour
+
+
+def strong_resonance(kind: str, forms: Forms) -> StrongResonance | Refusal:
     """Compute the critical coefficients at a strong resonance.
 
     Parameters
     ----------
     kind
-        "R2" or "R3".
+        "R1", "R2", "R3" or "R4".
     forms
         Forms of the map at its fixed point, at the critical parameters.
 
     Returns
     -------
-    OneToTwo, OneToThree or Refusal
-        A refusal where the multipliers are not those of the resonance.
+    OneToOne, OneToTwo, OneToThree, OneToFour or Refusal
+        A refusal where the multipliers are not those of the resonance, or a coefficient vanishes.
 
     Raises
     ------
     InvalidParameterError
         Another kind.
+
+    Notes
+    -----
+    Cost: d first derivatives; second and third ones R1 2 and 0, R2 5 and 2, R3 and R4 9 and 4.
     """
+    check_choice("kind", kind, ("R1", "R2", "R3", "R4"))
+    if kind == "R1":
+        return _one_to_one(forms)
     if kind == "R2":
         return _one_to_two(forms)
-    if kind == "R3":
-        return _one_to_three(forms)
-    raise InvalidParameterError(f'kind = {kind!r}: must be "R2" or "R3".')
+    return _one_to_three(forms) if kind == "R3" else _one_to_four(forms)
+
+
+def _one_to_one(forms: Forms) -> OneToOne | Refusal:
+    A, at = jacobian(forms), Multilinear(forms)
+    found = _double("R1", A, 1.0)
+    if isinstance(found, Refusal):
+        return found
+    q0, q1, p0, p1 = _chains(A, 1.0)
+    b00, b01 = at.real(q0, q0), at.real(q0, q1)
+    a, mixed, turned = sized(p0, 2.0, b00), sized(p0, 1.0, b01), sized(p1, 1.0, b00)
+    b = (mixed.value + turned.value).real  # (2)
+    form = OneToOne(a.value.real, b, q0, q1, *found)
+    size = mixed.scale + turned.scale + 2.0 * a.scale
+    circle = ("b - 2 a", b - 2.0 * form.a, size, UNDECIDED)
+    return vanishing(form, ("a", form.a, a.scale, "no simple fold"), circle) or form
 
 
 def _one_to_two(forms: Forms) -> OneToTwo | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
+    found = _double("R2", A, -1.0)
+    if isinstance(found, Refusal):
+        return found
+    q0, q1, p0, p1 = _chains(A, -1.0)
+    h20 = off(A, 1.0, at.real(q0, q0)).real
+    h11 = off(A, 1.0, at.real(q0, q1) + h20).real
+    cubic = at.real(q0, q0, q0), 3.0 * at.real(q0, h20)
+    mixed = at.real(q0, q0, q1), 2.0 * at.real(q0, h11), at.real(q1, h20)
+    c, first, second = sized(p0, 6.0, *cubic), sized(p0, 2.0, *mixed), sized(p1, 2.0, *cubic)
+    form = OneToTwo(c.value.real, (first.value + second.value).real, q0, q1, *found)  # (4)
+    size = 2.0 * (first.scale + second.scale) + 6.0 * c.scale
+    circle = ("2 d + 6 c", form.scaled[1], size, UNDECIDED)
+    return vanishing(form, ("c", form.c, c.scale, UNDECIDED), circle) or form
+
+
+def _double(kind: str, A: Floats, target: float) -> tuple[Complexes, bool] | Refusal:
+    """All multipliers and whether the others are inside, if just two are ``target``."""
+    if not np.all(np.isfinite(A)):
+        unknown = np.full(len(A), np.nan, dtype=np.complex128)
+        return Refusal(kind, Status.NOT_SMOOTH, f"the Jacobian {NOT_FINITE}", unknown)
     values = np.linalg.eigvals(A).astype(np.complex128)
-    near = np.abs(values + 1.0) <= math.sqrt(ON_CIRCLE)  # a double root splits by the square root
-    if np.count_nonzero(near) != 2 or np.any(np.abs(np.abs(values[~near]) - 1.0) <= ON_CIRCLE):
-        reason = "R2 needs exactly two multipliers -1 and no other on the unit circle."
-        return Refusal("R2", Status.NOT_CRITICAL, reason, values)
-    q0, q1, p0, p1 = _chains(A)
-    identity = np.eye(len(A))
-    h20 = np.linalg.solve(identity - A, at.real(q0, q0))
-    h11 = np.linalg.solve(identity - A, at.real(q0, q1) + h20)
-    cubic = at.real(q0, q0, q0) + 3.0 * at.real(q0, h20)
-    mixed = at.real(q0, q0, q1) + 2.0 * at.real(q0, h11) + at.real(q1, h20)
-    return OneToTwo(float(p0 @ cubic) / 6.0, float(p0 @ mixed + p1 @ cubic) / 2.0)  # (2)
+    near = np.abs(values - target) <= AT_THE_POINT  # a double root splits by the square root
+    others = values[~near]
+    if np.count_nonzero(near) != 2 or np.any(np.abs(np.abs(others) - 1.0) <= ON_CIRCLE):
+        named = ", ".join(f"{value:.9g}" for value in values)
+        reason = (
+            f"{kind} needs exactly two multipliers {target:+.0f} and no other on the unit circle; "
+            f"they are {named}."
+        )
+        return Refusal(kind, Status.NOT_CRITICAL, reason, values)
+    sizes = np.linalg.svd(A - target * np.eye(len(A)), compute_uv=False)
+    if sizes[-2] <= ON_CIRCLE:
+        reason = (
+            f"{kind} needs one eigenvector of the double multiplier {target:+.0f}; there are two: "
+            "a point of higher codimension, or a symmetry."
+        )
+        return Refusal(kind, Status.OTHERS_CRITICAL, reason, values)
+    return values, bool(np.all(np.abs(others) < 1.0))
 
 
-def _chains(A: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """(q0, q1, p0, p1) of the double multiplier -1."""
-    shifted = A + np.eye(len(A))
-    left, sizes, right = np.linalg.svd(shifted)
+def _chains(A: Floats, target: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """(q0, q1, p0, p1) of the double multiplier ``target``."""
+    left, sizes, right = np.linalg.svd(A - target * np.eye(len(A)))
     q0, p0 = right[-1], left[:, -1]
-    inverse = (right[:-1].T / sizes[:-1]) @ left[:, :-1].T  # of A + I without its null vectors
+    q0 = q0 * math.copysign(1.0, q0[np.argmax(np.abs(q0))])  # the sign of critical.py
+    inverse = (right[:-1].T / sizes[:-1]) @ left[:, :-1].T  # without the null vectors
     q1, p1 = inverse @ q0, inverse.T @ p0
     p0, p1 = p0 / (p0 @ q1), p1 / (p0 @ q1)
     return q0, q1, p0, p1 - (p1 @ q1) * p0
 
 
-def _one_to_three(forms: Forms) -> OneToThree | Refusal:
-    A, at = jacobian(forms), Multilinear(forms)
-    critical = critical_multiplier("R3", A, None)
+def _pair(kind: str, A: Floats, target: complex, name: str) -> Critical | Refusal:
+    """The simple critical pair at the resonance ``target``."""
+    critical = critical_multiplier(kind, A, None)
     if isinstance(critical, Refusal):
         return critical
-    if abs(critical.multiplier - CUBE_ROOT) > ON_CIRCLE:
-        reason = f"R3 needs nu = exp(2 pi i / 3); the nearest is {critical.multiplier:.9g}."
-        return Refusal("R3", Status.NOT_CRITICAL, reason, critical.multipliers)
+    if abs(critical.multiplier - target) > ON_CIRCLE:
+        reason = f"{kind} needs nu = {name}; the nearest is {critical.multiplier:.9g}."
+        return Refusal(kind, Status.NOT_CRITICAL, reason, critical.multipliers)
+    return critical
+
+
+def _one_to_three(forms: Forms) -> OneToThree | Refusal:
+    A, at = jacobian(forms), Multilinear(forms)
+    critical = _pair("R3", A, CUBE_ROOT, "exp(2 pi i / 3)")
+    if isinstance(critical, Refusal):
+        return critical
     q, bar = critical.q, critical.q.conj()
-    b = critical.project(at(bar, bar)) / 2.0
-    h11 = np.linalg.solve(np.eye(len(A)) - A, at(q, bar))
-    cubic = at(q, q, bar) + 2.0 * at(q, h11) + at(bar, _resonant_h20(A, critical, at(q, q)))
-    return OneToThree(b, critical.project(cubic) / 2.0)  # (4)
+    h11, h20 = off(A, 1.0, at(q, bar)).real, _resonant_h20(A, critical, at(q, q))
+    cubic = at(q, q, bar), 2.0 * at(q, h11), at(bar, h20)
+    b, c = sized(critical.p, 2.0, at(bar, bar)), sized(critical.p, 2.0, *cubic)  # (6)
+    inside = critical.others_inside
+    form = OneToThree(b.value, c.value, q, critical.p, critical.multipliers, inside)
+    size, quadratic = abs(b.value) ** 2, b.scale + sized(critical.p, 2.0, at(q, q)).scale
+    no_saddle = vanishing(form, ("b", abs(form.b), quadratic, "no orbit of period three is born"))
+    if no_saddle:
+        return no_saddle
+    scale = (c.scale / size + 1.0) / 3.0
+    real = ("Re(conj(nu) c / |b|^2 - 1) / 3", form.scaled.real, scale, UNDECIDED)
+    return vanishing(form, real) or form
 
 
 def _resonant_h20(A: Floats, critical: Critical, right: Complexes) -> Complexes:
-    """The solution of (4), from the system bordered by the null vectors conj(q) and conj(p)."""
+    """The solution of (6), from the system bordered by the null vectors conj(q) and conj(p)."""
     shifted = CUBE_ROOT.conjugate() * np.eye(len(A)) - A
     column, row = critical.q.conj()[:, None], critical.p[None, :]
     bordered = np.block([[shifted, column], [row, np.zeros((1, 1))]])
     return np.asarray(np.linalg.solve(bordered, np.append(right, 0.0))[:-1], np.complex128)
+
+
+def _one_to_four(forms: Forms) -> OneToFour | Refusal:
+    A, at = jacobian(forms), Multilinear(forms)
+    critical = _pair("R4", A, 1j, "i")
+    if isinstance(critical, Refusal):
+        return critical
+    q, bar = critical.q, critical.q.conj()
+    h20, h11 = off(A, -1.0, at(q, q)), off(A, 1.0, at(q, bar)).real
+    c = sized(critical.p, 2.0, at(q, q, bar), 2.0 * at(q, h11), at(bar, h20))
+    d = sized(critical.p, 6.0, at(bar, bar, bar), 3.0 * at(bar, h20.conj()))  # (8)
+    form = OneToFour(
+        c=c.value,
+        d=d.value,
+        q=q,
+        p=critical.p,
+        h20=h20,
+        h11=np.asarray(h11, np.float64),
+        multipliers=critical.multipliers,
+        others_inside=critical.others_inside,
+    )
+    cubic = c.scale + d.scale
+    no_resonance = vanishing(form, ("d", abs(form.d), cubic, "no orbit of period four is born"))
+    if no_resonance:
+        return no_resonance
+    scaled, scale = form.scaled, c.scale / abs(form.d)
+    wide = max(scale, d.scale / abs(form.d))
+    return (
+        vanishing(
+            form,
+            ("Re A", scaled.real, scale, UNDECIDED),
+            ("Im A", scaled.imag, scale, "the unfolding is not known"),
+            ("|A| - 1", abs(scaled) - 1.0, wide, "whether folds exist is not decided"),
+        )
+        or form
+    )
