@@ -10,10 +10,13 @@ from __future__ import annotations
 from vibroimpact.normal_forms.branch_point import BranchPoint
 from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_manifold
 from vibroimpact.normal_forms.choose import normal_form
+from vibroimpact.normal_forms.codimension_two import codimension_two
 from vibroimpact.normal_forms.critical import NormalForm, Refusal, Status
+from vibroimpact.normal_forms.degenerate import Chenciner, Cusp, GeneralisedFlip
 from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, FixedPointStatus, MapForms
 from vibroimpact.normal_forms.flip_fold import Flip, Fold
 from vibroimpact.normal_forms.forms import Composition, Forms, Multilinear
+from vibroimpact.normal_forms.interactions import FoldFlip, FoldNeimarkSacker, TwoAmplitudes
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker
 from vibroimpact.normal_forms.resonance import Resonance, nearest_resonance, resonances
 from vibroimpact.normal_forms.special_points import CodimensionTwo, NewCurve
@@ -28,14 +31,19 @@ from vibroimpact.normal_forms.strong_resonance import (
 __all__ = [
     "BranchPoint",
     "CentreManifold",
+    "Chenciner",
     "CodimensionTwo",
     "Composition",
+    "Cusp",
     "ExplicitMap",
     "FixedPoint",
     "FixedPointStatus",
     "Flip",
     "Fold",
+    "FoldFlip",
+    "FoldNeimarkSacker",
     "Forms",
+    "GeneralisedFlip",
     "MapForms",
     "Multilinear",
     "NeimarkSacker",
@@ -48,7 +56,9 @@ __all__ = [
     "Refusal",
     "Resonance",
     "Status",
+    "TwoAmplitudes",
     "centre_manifold",
+    "codimension_two",
     "nearest_resonance",
     "normal_form",
     "resonances",

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from vibroimpact._core.checks import check_choice, check_flag, refusal
+from vibroimpact._core.checks import check_choice, check_flag
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.normal_forms.branch_point import branch_point
 from vibroimpact.normal_forms.critical import NormalForm, Refusal
 from vibroimpact.normal_forms.flip_fold import flip, fold
-from vibroimpact.normal_forms.forms import Forms, jacobian
+from vibroimpact.normal_forms.forms import Forms, check_forms, jacobian
 from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
 
 
@@ -56,9 +54,7 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
     >>> form.supercritical, form.side, form.amplitude(1e-4).round(9)
     (True, 1, array([0.01, 0.01]))
     """
-    given: Any = forms
-    if not (hasattr(given, "dimension") and callable(getattr(given, "derivative", None))):
-        raise refusal("forms", forms, "the forms of a map, such as vi.full_map(orbit)")
+    check_forms(forms)
     check_flag("parameter", parameter)
     check_choice("kind", kind, ("NS", "PD", "SN", "BP"))
     if kind == "NS":

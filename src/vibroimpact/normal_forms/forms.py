@@ -24,7 +24,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import numbers
+from vibroimpact._core.checks import numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 
@@ -117,6 +117,15 @@ def jacobian(forms: Forms) -> Floats:
     """Return A = DF, shape (d, d). Cost: d first derivatives."""
     columns = [forms.derivative(unit) for unit in np.eye(forms.dimension)]
     return np.column_stack(columns)
+
+
+def check_forms(given: Any) -> None:
+    """Refuse what are not the forms of a map at a point; a map without its point is refused too."""
+    ready = hasattr(given, "dimension") and callable(getattr(given, "derivative", None))
+    if not ready or hasattr(given, "forms"):
+        raise refusal(
+            "forms", given, "the forms of a map, such as vi.full_map(orbit) or map.forms(x, p)"
+        )
 
 
 def checked(directions: tuple[Any, ...], dimension: int, parameters: int = 1) -> list[Floats]:

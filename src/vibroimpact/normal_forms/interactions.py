@@ -1,0 +1,398 @@
+"""Points of codimension two where two critical eigenspaces meet: LPPD, LPNS, PDNS and NSNS.
+
+Method      Fold-flip LPPD (q0 at 1, q1 at -1):
+                w -> w + a w^2 / 2 + b v^2 / 2 + ...,   v -> -v + e w v + ...,               (1)
+                a = <p0, B(q0, q0)>,   b = <p0, B(q1, q1)>,   e = <p1, B(q0, q1)>.           (2)
+            Fold-Neimark-Sacker LPNS (q1 at 1, q2 at nu):
+                w -> w + f200 w^2 + f011 |z|^2 + f300 w^3 + f111 w |z|^2 + ...,
+                z -> nu z + g110 w z + g210 w^2 z + g021 z |z|^2 + ...,                      (3)
+                f200 = <p1, B(q1, q1)> / 2,  f011 = <p1, B(q2, conj q2)>,  g110 = <p2, B(q1, q2)>,
+                f300 = <p1, C(q1, q1, q1) + 3 B(q1, h200)> / 6,
+                f111 = <p1, C(q1, q2, conj q2) + B(q1, h011) + 2 Re B(conj q2, h110)>,
+                g210 = <p2, C(q1, q1, q2) + 2 B(q1, h110) + B(q2, h200)> / 2,
+                g021 = <p2, C(q2, q2, conj q2) + 2 B(q2, h011) + B(conj q2, h020)> / 2,      (4)
+            with h200, h011, h110, h020 for w^2, |z|^2, w z, z^2 from (2), (3) of special_points.py.
+            w -> w + alpha w^2 + beta |z|^2, z -> z + gamma w z change the cubic ones, and leave
+                s = sign(f200 f011),   a = g110 / f200,   c = f300 / f200^2,
+                b = (f011 g210 + g110 (f111 / 2 + Re(conj(nu) g021)) - f200 g021)
+                    / (f011 f200^2).                                                         (5)
+            Flip-Neimark-Sacker PDNS (q1 at -1, q2 at nu):
+                w -> -w + f300 w^3 + f111 w |z|^2 + ...,
+                z -> nu z + g210 w^2 z + g021 z |z|^2 + ...,                                 (6)
+            with (4), h110 = -(nu I + A)^-1 B(q1, q2). Double Neimark-Sacker NSNS (q1 at nu1, q2
+            at nu2):
+                z1 -> nu1 z1 + f2100 z1 |z1|^2 + f1011 z1 |z2|^2 + ...,
+                z2 -> nu2 z2 + g1110 z2 |z1|^2 + g0021 z2 |z2|^2 + ...,                      (7)
+                f2100 = <p1, C(q1, q1, conj q1) + 2 B(q1, h1100) + B(conj q1, h2000)> / 2,
+                f1011 = <p1, C(q1, q2, conj q2) + B(q1, h0011) + B(q2, h1001) + B(conj q2, h1010)>
+            and g0021, g1110 with the pairs exchanged. Both are, in the amplitudes,
+                r_j -> r_j (1 + p_j1 r1^2 + p_j2 r2^2),                                      (8)
+                PDNS:  p = (-f300, -f111; Re(conj(nu) g210), Re(conj(nu) g021)),
+                NSNS:  p = (Re(conj(nu1) f2100), Re(conj(nu1) f1011); ...).
+Assumes     the critical multipliers simple and alone on the unit circle, no product of up to four
+            of them 1 without need; a, b, e; f200, f011, Re(conj(nu) g110); all p_ij and det p not
+            zero; each is checked
+Accuracy    rounding times |p|
+Fails       a Refusal where a hypothesis fails
+Invariance  scaling and changes of coordinates leave a / e, the sign of b e; s, a, b, c of (5); the
+            signs of p_11 and p_22, p_12 / p_22 and p_21 / p_11. For |q| = 1 the others depend on
+            the coordinates by factors > 0 only. The cubic coefficient that decides which way the
+            circles of the doubled orbit at LPPD are stable is not computed
+Corrected   a copy of MatContM of 2020 has, for LPNS, PDNS and NSNS, 2 B(conj q, h20) + B(q, h11) in
+            place of B(conj q, h20) + 2 B(q, h11), for PDNS B(h110, q2) in place of
+            B(h110, conj q2), for NSNS half of f1011 and of g1110; maps whose normal form is known
+            show it (tests). What it prints third for LPPD is no invariant
+Reference   Kuznetsov, Meijer and van Veen, The fold-flip bifurcation (2004); Kuznetsov and Meijer,
+            Remarks on interacting Neimark-Sacker bifurcations (2006); letters as in MatContM
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.critical import NOT_FINITE, Critical, Refusal, Status
+from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.special_points import (
+    NO_CURVES,
+    NewCurve,
+    Sized,
+    along,
+    critical_multipliers,
+    off,
+    on_circle,
+    sized,
+    vanishing,
+)
+
+UNDECIDED = "terms of higher order decide"
+
+
+@dataclass(frozen=True)
+class FoldFlip:
+    """Coefficients (2) of (1), for |q0| = |q1| = 1.
+
+    Attributes
+    ----------
+    a, b, e
+        The quadratic coefficients.
+    q0, q1
+        Critical eigenvectors at 1 and -1, real, shape (dimension,).
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether all but the two critical multipliers lie inside the unit circle.
+    """
+
+    a: float
+    b: float
+    e: float
+    q0: Floats = field(repr=False)
+    q1: Floats = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
+
+    kind = "LPPD"
+
+    @property
+    def scaled(self) -> tuple[float, float]:
+        """(a / (2 e), b e / 2): the first is invariant, the second for |q1| = 1."""
+        return self.a / (2.0 * self.e), self.b * self.e / 2.0
+
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        born = (
+            "a flip curve touches a fold curve, and a doubled orbit is born beside two fixed points"
+        )
+        if self.b * self.e > 0.0:
+            return f"{born}; the doubled orbit has a Neimark-Sacker curve that begins here."
+        return f"{born}; the doubled orbit is a saddle."
+
+    @property
+    def switchable(self) -> tuple[NewCurve, ...]:
+        """The Neimark-Sacker curve of the doubled orbit where b e > 0."""
+        return (NewCurve("NS", 2),) if self.b * self.e > 0.0 else NO_CURVES
+
+    @property
+    def why_not(self) -> str:
+        """Why no curve begins where b e < 0."""
+        product = self.b * self.e
+        return "" if product > 0.0 else f"b e = {product:.6g} < 0: the doubled orbit is a saddle."
+
+
+@dataclass(frozen=True)
+class FoldNeimarkSacker:
+    """Coefficients (4) of (3), for |q1| = |q2| = 1, and what is invariant of them (5).
+
+    Attributes
+    ----------
+    multiplier
+        nu, |nu| = 1, 0 < arg(nu) < pi.
+    f200, f011, g110
+        Quadratic coefficients.
+    f300, f111, g210, g021
+        Cubic coefficients, for <p1, h200> = <p1, h011> = <p2, h110> = 0; of these only (5) is
+        independent of that choice.
+    q1, q2
+        Critical eigenvectors at 1 (real) and nu, shape (dimension,).
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether all but the three critical multipliers lie inside the unit circle.
+    """
+
+    multiplier: complex
+    f200: float
+    f011: float
+    g110: complex
+    f300: float
+    f111: float
+    g210: complex
+    g021: complex
+    q1: Floats = field(repr=False)
+    q2: Complexes = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
+
+    kind = "LPNS"
+    switchable = NO_CURVES
+
+    @property
+    def s(self) -> int:
+        """Sign of f200 f011."""
+        return 1 if self.f200 * self.f011 > 0.0 else -1
+
+    @property
+    def a(self) -> complex:
+        """g110 / f200 (5)."""
+        return self.g110 / self.f200
+
+    @property
+    def b(self) -> complex:
+        """Cubic coefficient of w^2 z (5) once the other cubic ones are removed."""
+        nu_bar = self.multiplier.conjugate()
+        mixed = self.g110 * (self.f111 / 2.0 + (nu_bar * self.g021).real)
+        top = self.f011 * self.g210 + mixed - self.f200 * self.g021
+        return top / (self.f011 * self.f200**2)
+
+    @property
+    def c(self) -> float:
+        """f300 / f200^2 (5)."""
+        return self.f300 / self.f200**2
+
+    @property
+    def torus(self) -> bool:
+        """Whether f011 Re(conj(nu) g110) < 0: the circle itself has a Neimark-Sacker curve."""
+        return self.f011 * (self.multiplier.conjugate() * self.g110).real < 0.0
+
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        born = "a Neimark-Sacker curve touches a fold curve; the invariant circle"
+        if self.torus:
+            return f"{born} turns into a two-dimensional torus on a curve that begins here."
+        return f"{born} is of saddle type and has no bifurcation of its own next to the point."
+
+    @property
+    def why_not(self) -> str:
+        """Why no curve of periodic orbits begins."""
+        born = "is a bifurcation of circles" if self.torus else "does not exist"
+        return f"no other periodic orbits are born; what could begin here {born}."
+
+
+@dataclass(frozen=True)
+class TwoAmplitudes:
+    """Amplitude map (8) at a PDNS or NSNS point.
+
+    Attributes
+    ----------
+    kind
+        "PDNS" or "NSNS".
+    coefficients
+        p_ij, shape (2, 2): row j is the growth of amplitude j, first that of the flip (PDNS) or of
+        the pair with the smaller angle (NSNS); for |q| = 1.
+    q1, q2
+        Critical eigenvectors in the same order, shape (dimension,).
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether all but the critical multipliers lie inside the unit circle.
+    """
+
+    kind: str
+    coefficients: Floats
+    q1: Complexes = field(repr=False)
+    q2: Complexes = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
+
+    @property
+    def ratios(self) -> tuple[float, float]:
+        """(p_12 / p_22, p_21 / p_11), which do not depend on scales."""
+        p = self.coefficients
+        return float(p[0, 1] / p[1, 1]), float(p[1, 0] / p[0, 0])
+
+    @property
+    def simple(self) -> bool:
+        """Whether p_11 p_22 > 0: no further bifurcation of the motion with both amplitudes."""
+        return bool(self.coefficients[0, 0] * self.coefficients[1, 1] > 0.0)
+
+    @property
+    def meaning(self) -> str:
+        """What is born."""
+        both = (
+            "the doubled orbit, the circle, and a doubled circle where both amplitudes live"
+            if self.kind == "PDNS"
+            else "two circles, and a two-dimensional torus where both amplitudes live"
+        )
+        more = "" if self.simple else ", which can have a further bifurcation"
+        return f"{both}{more}."
+
+    @property
+    def switchable(self) -> tuple[NewCurve, ...]:
+        """PDNS: the Neimark-Sacker curve of the doubled orbit."""
+        return (NewCurve("NS", 2),) if self.kind == "PDNS" else NO_CURVES
+
+    @property
+    def why_not(self) -> str:
+        """NSNS: why no curve of periodic orbits begins."""
+        if self.kind == "PDNS":
+            return ""
+        return (
+            "no periodic orbits are born; the curves that begin here are bifurcations of circles."
+        )
+
+
+def fold_flip(forms: Forms) -> FoldFlip | Refusal:
+    """Compute (2). Cost: d first and 3 second derivatives."""
+    A, at = jacobian(forms), Multilinear(forms)
+    found = critical_multipliers("LPPD", A, (1.0, -1.0))
+    if isinstance(found, Refusal):
+        return found
+    (q0, p0), (q1, p1) = ((critical.q.real, critical.p.real) for critical in found)
+    a, b = sized(p0, 1.0, at.real(q0, q0)), sized(p0, 1.0, at.real(q1, q1))
+    e = sized(p1, 1.0, at.real(q0, q1))  # (2)
+    values = a.value.real, b.value.real, e.value.real
+    form = FoldFlip(*values, q0, q1, found[0].multipliers, found[0].others_inside)
+    checks = zip(("a", "b", "e"), values, (a.scale, b.scale, e.scale), strict=True)
+    return vanishing(form, *((*check, UNDECIDED) for check in checks)) or form
+
+
+def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
+    """Compute (4). Cost: d first, 22 second and 10 third derivatives."""
+    A, at = jacobian(forms), Multilinear(forms)
+    found = critical_multipliers("LPNS", A, (1.0, None))
+    if isinstance(found, Refusal):
+        return found
+    one, pair = found
+    q1, q2, bar = one.q.real, pair.q, pair.q.conj()
+    square, circle, mixed = at.real(q1, q1), at(q2, bar).real, at(q1, q2)
+    f200, f011 = sized(one.p, 2.0, square), sized(one.p, 1.0, circle)
+    g110 = sized(pair.p, 1.0, mixed)
+    h200, h011, h110 = along(A, one, square).real, along(A, one, circle).real, along(A, pair, mixed)
+    f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
+    form = FoldNeimarkSacker(
+        multiplier=on_circle(pair),
+        f200=f200.value.real,
+        f011=f011.value.real,
+        g110=g110.value,
+        f300=f300.value.real,
+        f111=f111.value.real,
+        g210=g210.value,
+        g021=g021.value,
+        q1=q1,
+        q2=q2,
+        multipliers=one.multipliers,
+        others_inside=one.others_inside,
+    )
+    growth = (form.multiplier.conjugate() * form.g110).real
+    whole = f011.scale + sized(one.p, 1.0, at(q2, q2)).scale
+    degenerate = vanishing(
+        form,
+        ("f200", form.f200, f200.scale, UNDECIDED),
+        ("f011", form.f011, whole, UNDECIDED),
+        ("Re(conj(nu) g110)", growth, g110.scale, UNDECIDED),
+    )
+    if degenerate is None and not math.isfinite(abs(form.b) + abs(form.c)):
+        reason = f"a cubic coefficient {NOT_FINITE}"
+        return Refusal("LPNS", Status.NOT_SMOOTH, reason, form.multipliers)
+    return degenerate or form
+
+
+def flip_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
+    """Compute (8) of (6). Cost: d first, 22 second and 10 third derivatives."""
+    A, at = jacobian(forms), Multilinear(forms)
+    found = critical_multipliers("PDNS", A, (-1.0, None))
+    if isinstance(found, Refusal):
+        return found
+    q1, q2, nu = found[0].q.real, found[1].q, on_circle(found[1])
+    h200, h011 = off(A, 1.0, at(q1, q1)).real, off(A, 1.0, at(q2, q2.conj())).real
+    h110 = off(A, -nu, at(q1, q2))
+    f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
+    bar = nu.conjugate()
+    return _amplitudes("PDNS", found, ((-1.0, f300), (-1.0, f111)), ((bar, g210), (bar, g021)))
+
+
+def _cubic(
+    at: Multilinear,
+    A: Floats,
+    found: tuple[Critical, ...],
+    second: tuple[Floats, Floats, Complexes],
+) -> tuple[Sized, Sized, Sized, Sized]:
+    """(f300, f111, g210, g021) of (4)."""
+    (one, pair), (h200, h011, h110) = found, second
+    q1, q2, bar = one.q.real, pair.q, pair.q.conj()
+    h020 = off(A, on_circle(pair) ** 2, at(q2, q2))
+    f300 = sized(one.p, 6.0, at(q1, q1, q1), 3.0 * at(q1, h200))
+    turning = 2.0 * at(bar, h110).real
+    f111 = sized(one.p, 1.0, at(q1, q2, bar), at(q1, h011), turning)
+    g210 = sized(pair.p, 2.0, at(q1, q1, q2), 2.0 * at(q1, h110), at(q2, h200))
+    g021 = sized(pair.p, 2.0, at(q2, q2, bar), 2.0 * at(q2, h011), at(bar, h020))
+    return f300, f111, g210, g021
+
+
+def double_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
+    """Compute (8) of (7). Cost: d first, 42 second and 20 third derivatives."""
+    A, at = jacobian(forms), Multilinear(forms)
+    found = critical_multipliers("NSNS", A, (None, None))
+    if isinstance(found, Refusal):
+        return found
+    first, second = found
+    rows = [_pair_rows(at, A, first, second), _pair_rows(at, A, second, first)[::-1]]
+    bars = [on_circle(pair).conjugate() for pair in found]
+    parts = [((bar, a), (bar, b)) for bar, (a, b) in zip(bars, rows, strict=True)]
+    return _amplitudes("NSNS", found, *parts)
+
+
+def _pair_rows(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tuple[Sized, Sized]:
+    """(f2100, f1011) of (7) for the pair ``own``."""
+    q, r, nu, mu = own.q, other.q, on_circle(own), on_circle(other)
+    q_bar, r_bar = q.conj(), r.conj()
+    h20, h11 = off(A, nu**2, at(q, q)), off(A, 1.0, at(q, q_bar)).real
+    both, circle = off(A, nu * mu, at(q, r)), off(A, 1.0, at(r, r_bar)).real
+    turned = off(A, nu * mu.conjugate(), at(q, r_bar))
+    alone = sized(own.p, 2.0, at(q, q, q_bar), 2.0 * at(q, h11), at(q_bar, h20))
+    mixed = sized(own.p, 1.0, at(q, r, r_bar), at(q, circle), at(r, turned), at(r_bar, both))
+    return alone, mixed
+
+
+def _amplitudes(
+    kind: str, found: tuple[Critical, ...], *rows: tuple[tuple[complex, Sized], ...]
+) -> TwoAmplitudes | Refusal:
+    """The amplitude map (8) from (factor, coefficient) by rows, or the hypothesis that fails."""
+    p = np.array([[(factor * part.value).real for factor, part in row] for row in rows])
+    sizes = np.array([[max(part.scale for _, part in row)] * 2 for row in rows])
+    one, two = found
+    form = TwoAmplitudes(kind, p, one.q, two.q, one.multipliers, one.others_inside)
+    checks = [
+        (f"p_{i + 1}{j + 1}", float(p[i, j]), float(sizes[i, j]), UNDECIDED)
+        for i in range(2)
+        for j in range(2)
+    ]
+    scale = 2.0 * float(sizes[0, 0] * sizes[1, 1])
+    determinant = float(p[0, 0] * p[1, 1] - p[0, 1] * p[1, 0])
+    return vanishing(form, *checks, ("det p", determinant, scale, UNDECIDED)) or form
