@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-_ROOMS = {name: room for room, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.M)}
+_ROOMS = {name: room for room, name in re.findall(r"^from (\S+) import \(?\s*(\w+)", _STUB, re.M)}
 _MODULES = dict(re.findall(r"^(\w+) = (\w+)$", _STUB, re.M))  # public name: file
 
 _RENAMED = {  # names of 0.1, for this release

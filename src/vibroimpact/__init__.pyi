@@ -14,6 +14,13 @@ from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet
 from vibroimpact.attractors.point_sets import Kind as Kind
 from vibroimpact.attractors.point_sets import classify_points as classify_points
 from vibroimpact.attractors.sweep_attractor import sweep_attractor as sweep_attractor
+from vibroimpact.bifurcations.continue_bifurcation import MapPoint as MapPoint
+from vibroimpact.bifurcations.continue_bifurcation import (
+    continue_bifurcation as continue_bifurcation,
+)
+from vibroimpact.bifurcations.continue_bifurcation import continue_level as continue_level
+from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
+from vibroimpact.bifurcations.curve import CodimensionTwoPoint as CodimensionTwoPoint
 from vibroimpact.branches import stop_rules
 from vibroimpact.branches.branch import BifurcationPoint as BifurcationPoint
 from vibroimpact.branches.branch import Branch as Branch

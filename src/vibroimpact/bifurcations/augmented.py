@@ -1,0 +1,99 @@
+"""Curve of bifurcations as a ``Problem`` of continuation: Z = (z, w, a_1) along the parameter a_2.
+
+Method      F(z, a) = 0 and a condition G(z, w, a) = 0 of conditions.py: d + k + 1 equations for as many unknowns and
+            a parameter. Unknowns w are of size one already.
+            Test functions, analytic along the curve, are those of the kind (tests.py), the orbit's own touches, and
+                bound   (a_1 - low) (high - a_1), which ends the curve                           (1)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibroimpact._core.types import Floats
+from vibroimpact.bifurcations.conditions import Condition
+from vibroimpact.bifurcations.equations import Equations, Pair
+
+BOUND = "bound"
+Bounds = tuple[float, float]
+Tests = Callable[[Floats, Floats, Pair], Mapping[str, float]]
+
+
+class Augmented:
+    """Solutions of equations over two parameters that satisfy a condition.
+
+    Parameters
+    ----------
+    equations, condition
+        F and G.
+    tests
+        Test functions of (z, w, a).
+    bounds
+        Ranges of the two parameters.
+    """
+
+    def __init__(
+        self,
+        equations: Equations,
+        condition: Condition,
+        tests: Tests,
+        bounds: tuple[Bounds, Bounds],
+    ) -> None:
+        self.equations, self.condition, self.bounds = equations, condition, bounds
+        self._tests = tests
+        d, k = len(equations.sizes), condition.unknowns
+        self._parts = [d, d + k]
+        spans = [high - low for low, high in bounds]
+        self._sizes = np.concatenate([equations.sizes, np.ones(k), spans])
+
+    def parts(self, Z: Floats, p: float) -> tuple[Floats, Floats, Pair]:
+        """(z, w, a) of the unknowns Z and the parameter."""
+        z, w, first = np.split(np.asarray(Z, dtype=float), self._parts)
+        return z, w, (float(first[0]), float(p))
+
+    def packed(self, z: Floats, w: Floats, a: Pair) -> Floats:
+        """Unknowns Z."""
+        return np.concatenate([z, w, a[:1]])
+
+    def residual(self, Z: Floats, p: float) -> Floats:
+        """F and G."""
+        z, w, a = self.parts(Z, p)
+        equations = self.equations.residual(z, a)
+        if not np.all(np.isfinite(equations)):
+            return np.full(len(Z), np.nan)
+        return np.concatenate([equations, self.condition.value(z, w, a)])
+
+    def jacobian(self, Z: Floats, p: float) -> tuple[Floats, Floats]:
+        """Derivatives of F and G by Z, and by the parameter."""
+        z, w, a = self.parts(Z, p)
+        by_z, by_a = self.equations.by_both(z, a)
+        if not (np.all(np.isfinite(by_z)) and np.all(np.isfinite(by_a))):
+            return np.full((len(Z), len(Z)), np.nan), np.full(len(Z), np.nan)
+        more = self.condition.derivatives(z, w, a)
+        upper = np.hstack([by_z, np.zeros((len(z), len(w))), by_a])
+        whole = np.vstack([upper, np.hstack(more)])
+        return whole[:, :-1], whole[:, -1]
+
+    def scale(self) -> Floats:
+        """Size of each unknown and of the parameter."""
+        return self._sizes
+
+    def watch(self, Z: Floats, p: float) -> Mapping[str, float]:
+        """Test functions."""
+        z, w, a = self.parts(Z, p)
+        low, high = self.bounds[0]
+        bound = (a[0] - low) * (high - a[0]) / (high - low) ** 2  # (1)
+        touches = {
+            name: value
+            for name, value in self.equations.own_tests(z, a).items()
+            if name != self.condition.own
+        }
+        return {BOUND: bound, **self._tests(z, w, a), **touches}
+
+    def orbit(self, Z: Floats, p: float) -> Any:
+        """The orbit or fixed point."""
+        z, _, a = self.parts(Z, p)
+        return self.equations.solution(z, a)

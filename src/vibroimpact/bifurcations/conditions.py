@@ -1,0 +1,300 @@
+"""Conditions that make a solution a bifurcation, each one equation more than it has unknowns of its own.
+
+Method      with L and E of equations.py, sizes of unknowns and equations divided out,
+            SN, PD, BP  L(mu) v = 0,  v . v = 1,  mu = 1 or -1; unknown v                        (1)
+            NS          tau = s^(d - 1) product over i < j of (1 - mu_i mu_j) = 0                (2)
+                        d tau = -(tau without the critical pair) d det S, where S is the 2 x 2 matrix of the
+                        pair's invariant subspace:  L(1) V = E V (S - I),
+                        d det S = tr(adj(S) (W' E V)^-1 W' dF_z V)                               (3)
+            GR          u(t) = 0, u'(t) = 0 of the gap u in the flight that grazes; unknown t    (4)
+            level       g(z, a) = 0, a function of the user's
+            (1) is regular at cusps, at R1, R2 and fold-flip points, (2) and (3) where the pair is real and
+            where it meets at 1 or -1, so that the curve goes on as one of neutral saddles; (4) is an ordinary
+            point of the orbit's equations.
+Accuracy    derivatives are exact on the curve; (3) leaves out a term that is proportional to tau
+Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 10.3; theory.md, "Two parameters"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import scipy.linalg
+
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._kernel import Jet
+from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.bifurcations.of_orbits import OrbitPlane
+from vibroimpact.branches.family import SPEED, products_of_pairs
+from vibroimpact.continuation.newton import equilibrated
+from vibroimpact.model.stop import Stop
+from vibroimpact.orbits.admissibility import Nearest
+
+CRITICAL = {"SN": 1.0, "PD": -1.0, "BP": -1.0}
+
+
+class Derivatives(NamedTuple):
+    """Derivatives of a condition of k + 1 equations, its k unknowns being w."""
+
+    by_z: Floats  # (k + 1, d)
+    by_w: Floats  # (k + 1, k)
+    by_a: Floats  # (k + 1, 2)
+
+
+class Condition(Protocol):
+    """Equations G(z, w, a) = 0 that hold at a bifurcation."""
+
+    @property
+    def own(self) -> str:
+        """Name of the orbit's own test function that is zero all along the curve, or ""."""
+        ...
+
+    @property
+    def unknowns(self) -> int:
+        """Number k of unknowns w."""
+        ...
+
+    def start(self, z: Floats, a: Pair, /) -> Floats:
+        """Unknowns w at a bifurcation, shape (k,), of size one."""
+        ...
+
+    def value(self, z: Floats, w: Floats, a: Pair, /) -> Floats:
+        """G, shape (k + 1,)."""
+        ...
+
+    def derivatives(self, z: Floats, w: Floats, a: Pair, /) -> Derivatives:
+        """Derivatives of G; called right after ``value``."""
+        ...
+
+
+# ---- SN, PD, BP ----------------------------------------------------------------------------------
+
+
+class CriticalMultiplier:
+    """Condition (1): a multiplier is 1 or -1."""
+
+    def __init__(self, equations: Equations, multiplier: float) -> None:
+        self.equations, self.multiplier, self.own = equations, multiplier, ""
+        self.unknowns = len(equations.sizes)
+
+    def matrix(self, z: Floats, a: Pair, multiplier: float) -> Floats:
+        """L(multiplier), scaled."""
+        eq = self.equations
+        shifted = eq.by_both(z, a)[0] - (multiplier - 1.0) * eq.closing
+        scaled: Floats = shifted * eq.sizes / eq.rows[:, None]
+        return scaled
+
+    def start(self, z: Floats, a: Pair) -> Floats:
+        """Null vector v, scaled."""
+        null: Floats = np.linalg.svd(equilibrated(self.matrix(z, a, self.multiplier))[0])[2][-1]
+        return null
+
+    def value(self, z: Floats, w: Floats, a: Pair) -> Floats:
+        """L v and v . v - 1."""
+        return np.append(self.matrix(z, a, self.multiplier) @ w, w @ w - 1.0)
+
+    def derivatives(self, z: Floats, w: Floats, a: Pair) -> Derivatives:
+        """Derivatives of (1)."""
+        eq, d = self.equations, self.unknowns
+        second = eq.second(z, a, w * eq.sizes) / eq.rows[:, None]
+        by_w = np.vstack([self.matrix(z, a, self.multiplier), 2.0 * w])
+        return Derivatives(
+            np.vstack([second[:, :d], np.zeros((1, d))]), by_w,
+            np.vstack([second[:, d:], np.zeros((1, 2))]),
+        )  # fmt: skip
+
+
+# ---- NS ------------------------------------------------------------------------------------------
+
+
+def critical_pair(multipliers: Complexes) -> tuple[int, int]:
+    """Two multipliers whose product is nearest to 1."""
+    i, j = np.triu_indices(len(multipliers), 1)
+    with np.errstate(invalid="ignore"):
+        off = np.abs(multipliers[i] * multipliers[j] - 1.0)
+    nearest = int(np.nanargmin(off)) if np.any(np.isfinite(off)) else 0
+    return int(i[nearest]), int(j[nearest])
+
+
+class CriticalPair:
+    """Condition (2): the product of two multipliers is 1."""
+
+    unknowns, own = 0, ""
+
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+
+    def start(self, _z: Floats, _a: Pair, /) -> Floats:
+        """No unknowns."""
+        return np.empty(0)
+
+    def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
+        """Tau."""
+        mu = self.equations.multipliers(z, a)
+        weight = self.equations.weight(z, a) ** (len(mu) - 1)
+        return np.array([weight * products_of_pairs(mu)])
+
+    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
+        """Derivatives by (3)."""
+        eq, d = self.equations, len(z)
+        mu = eq.multipliers(z, a)
+        i, j = critical_pair(mu)
+        rest = products_of_pairs(mu, without=(i, j)) * eq.weight(z, a) ** (len(mu) - 1)
+        gradient = -rest * self._of_product(z, a, mu[[i, j]])  # (3)
+        return Derivatives(gradient[None, :d], np.empty((1, 0)), gradient[None, d:])
+
+    def _of_product(self, z: Floats, a: Pair, pair: Complexes) -> Floats:
+        """D det S of (3), shape (d + 2,)."""
+        eq = self.equations
+        scaling = eq.sizes / eq.rows[:, None]
+        closing = eq.closing * scaling
+        opened = eq.by_both(z, a)[0] * scaling + closing
+        right, s = _invariant(opened, closing, pair)
+        left, _ = _invariant(opened.T, closing.T, pair)
+        back = np.linalg.solve(left.T @ closing @ right, left.T)
+        adjugate = np.array([[s[1, 1], -s[0, 1]], [-s[1, 0], s[0, 0]]]) @ back
+        by_each = [eq.second(z, a, right[:, c] * eq.sizes) for c in (0, 1)]
+        gradient: Floats = sum(
+            row / eq.rows @ second for row, second in zip(adjugate, by_each, strict=True)
+        )
+        return gradient
+
+
+def _invariant(opened: Floats, closing: Floats, pair: Complexes) -> tuple[Floats, Floats]:
+    """V and S of the two eigenvalues of opened - mu closing nearest to a pair, both real."""
+    if not np.all(np.isfinite(opened)):
+        return np.full((len(opened), 2), np.nan), np.full((2, 2), np.nan)
+
+    def nearest(alpha: Any, beta: Any) -> Any:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values = np.asarray(alpha) / np.asarray(beta)
+        off = np.minimum(np.abs(values - pair[0]), np.abs(values - pair[1]))
+        off[~np.isfinite(off)] = np.inf
+        chosen = np.zeros(len(off), dtype=bool)
+        chosen[np.argsort(off, kind="stable")[:2]] = True
+        return chosen
+
+    first, second, _, _, _, z = scipy.linalg.ordqz(opened, closing, sort=nearest, output="real")
+    return z[:, :2], np.linalg.solve(second[:2, :2], first[:2, :2])
+
+
+# ---- GR ------------------------------------------------------------------------------------------
+
+
+class Graze:
+    """Condition (4): a stop is touched, without impact, in one of the flights."""
+
+    unknowns, own = 1, ""
+
+    def __init__(self, plane: OrbitPlane, touch: Nearest) -> None:
+        self.plane, self.touch = plane, touch
+        self._size = plane.sizes[plane.size]  # of a time
+
+    def _segment(self, z: Floats, w: Floats) -> tuple[Floats, Floats, list[Any]]:
+        k = self.touch.segment
+        states, _ = self.plane.unpacked(z)
+        stop = Stop(self.touch.contact, self.touch.side)
+        return states[k : k + 1], np.array([float(w[0]) * self._size]), [stop]
+
+    def start(self, _z: Floats, _a: Pair, /) -> Floats:
+        """Time of the touch since the start of the flight."""
+        return np.array([self.touch.time / self._size])
+
+    def value(self, z: Floats, w: Floats, a: Pair, /) -> Floats:
+        """Gap and its rate."""
+        parts = self.plane.compiled(a).linearise(*self._segment(z, w))
+        gap: Floats = np.array([parts.gap[0], parts.rate[0] * self._size]) / self.plane.sizes[0]
+        return gap
+
+    def derivatives(self, z: Floats, w: Floats, a: Pair, /) -> Derivatives:
+        """Derivatives of gap and rate."""
+        plane, k, q = self.plane, self.touch.segment, self.plane.size
+        segment, n = self._segment(z, w), 2 * self.plane.mechanism.degrees
+        along = np.zeros((1, n + 2))
+        along[0, n + 1] = 1.0
+        rows = []
+        for compiled in (plane.compiled(a), plane.by_second(a)):
+            gap = compiled.linearise(*segment).gap_by[0]
+            rate = compiled.second(*segment, along)[1][0] * self._size
+            rows.append(np.array([gap, rate]) / plane.sizes[0])
+        by_z = np.zeros((2, len(z)))
+        by_z[:, k * (q + 1) : k * (q + 1) + q] = rows[0][:, :q]
+        by_w = rows[0][:, n + 1 : n + 2] * self._size
+        return Derivatives(by_z, by_w, np.column_stack([rows[0][:, -1], rows[1][:, -1]]))
+
+
+class ClosingRate:
+    """Condition u' = 0 at the end of a flight: the impact there becomes a touch."""
+
+    unknowns = 0
+
+    def __init__(self, plane: OrbitPlane, segment: int) -> None:
+        self.plane, self.segment, self.own = plane, segment, f"{SPEED} {segment}"
+
+    def start(self, _z: Floats, _a: Pair, /) -> Floats:
+        """No unknowns."""
+        return np.empty(0)
+
+    def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
+        """The closing rate."""
+        return np.array([self.plane.linearised(z, a).rate[self.segment]])
+
+    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
+        """Derivatives by second derivatives of the gap by time."""
+        plane = self.plane
+        along = np.zeros((len(plane.impacts), plane.size + 1))
+        along[:, -1] = 1.0
+        row = self.segment * (plane.size + 1) + plane.size  # of this segment's gap
+        gradient = plane.second(z, a, along.ravel())[row]
+        return Derivatives(gradient[None, :-2], np.empty((1, 0)), gradient[None, -2:])
+
+
+# ---- a level of a function -----------------------------------------------------------------------
+
+Function = Callable[[Any, Any, Any], Any]
+"""g(states, durations, parameters): arrays of floats or of jets, shapes (m, 2n + 1), (m,), (2,)."""
+
+
+class Level:
+    """A function of the orbit keeps a value: g(states, durations, parameters) = value."""
+
+    unknowns = 0
+
+    def __init__(self, plane: OrbitPlane, function: Function, value: float, own: str = "") -> None:
+        self.plane, self.function, self.level, self.own = plane, function, value, own
+
+    def start(self, _z: Floats, _a: Pair, /) -> Floats:
+        """No unknowns."""
+        return np.empty(0)
+
+    def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
+        """G minus its level."""
+        return np.array([float(self.function(*self._arguments(z, a))) - self.level])
+
+    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
+        """Derivatives by g on jets."""
+        numbers, d = [*z, *a], len(z)
+        gradient = np.zeros(d + 2)
+        for first in range(0, d + 2, 3):
+            jets = [_seeded(x, i - first) for i, x in enumerate(numbers)]
+            moved = self.function(*self._arguments(np.array(jets[:d], dtype=object), jets[d:]))
+            if isinstance(moved, Jet):
+                count = min(3, d + 2 - first)
+                gradient[first : first + count] = [moved.coefficients[1 << k] for k in range(count)]
+        return Derivatives(gradient[None, :d], np.empty((1, 0)), gradient[None, d:])
+
+    def _arguments(self, z: Any, a: Sequence[Any]) -> tuple[Any, Any, Any]:
+        rows = np.reshape(z, (len(self.plane.impacts), self.plane.size + 1))
+        states = np.zeros((len(rows), 2 * self.plane.mechanism.degrees + 1), dtype=rows.dtype)
+        states[:, : self.plane.size] = rows[:, : self.plane.size]
+        return states, rows[:, self.plane.size], a
+
+
+def _seeded(x: float, direction: int) -> Jet:
+    """A number as a jet that is moved in one of three directions, or in none."""
+    seed = [0.0] * 8
+    if 0 <= direction < 3:
+        seed[1 << direction] = 1.0
+    return Jet.of(float(x), seed)

@@ -1,0 +1,211 @@
+"""Curve of bifurcations in two parameters, and its points of codimension two."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibroimpact._core.checks import check_choice, check_index
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.types import Complexes, Flags, Floats
+from vibroimpact.bifurcations.augmented import Augmented, Bounds
+from vibroimpact.branches.branch import MEANINGS as TOUCHES_MEAN
+from vibroimpact.branches.branch import TOUCHED
+from vibroimpact.continuation import Curve, End
+from vibroimpact.normal_forms import codimension_two
+from vibroimpact.normal_forms.critical import Refusal, Status
+from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+MEANINGS = {
+    "CP": "cusp: two folds meet",
+    "GPD": "generalised flip: a fold of the doubled orbits begins",
+    "CH": "Chenciner point: a fold of circles begins",
+    "R1": "resonance 1:1, two multipliers 1: SN and NS touch",
+    "R2": "resonance 1:2, two multipliers -1: PD and NS touch",
+    "R3": "resonance 1:3: a saddle orbit of period three shrinks to the point",
+    "R4": "resonance 1:4: orbits of period four compete with the circle",
+    "LPPD": "fold-flip: multipliers 1 and -1",
+    "LPNS": "fold and Neimark-Sacker: multipliers 1 and a pair",
+    "PDNS": "flip and Neimark-Sacker: multipliers -1 and a pair",
+    "NSNS": "two pairs on the unit circle",
+    "WEAK": "weak resonance: a tongue of locked orbits begins",
+    "BP": "two curves of this kind cross",
+} | {kind: TOUCHES_MEAN[kind] for kind in ("GR", "ZERO", "SIM", "STICK")}
+
+
+@dataclass(frozen=True, eq=False)
+class CodimensionTwoPoint:
+    """Special point of a curve of bifurcations.
+
+    Attributes
+    ----------
+    kind
+        "CP", "GPD", "CH", "R1" to "R4", "LPPD", "LPNS", "PDNS", "NSNS", "WEAK", "BP", or a touch of the orbit:
+        "GR", "ZERO", "SIM", "STICK".
+    label
+        Kind, or for a weak resonance p/q, and number along the curve: "R4_1", "2/9_1".
+    parameters
+        Values of both parameters by name.
+    error
+        Estimated error of the second parameter.
+    orbit
+        The orbit there, or the :class:`~vibroimpact.normal_forms.explicit.FixedPoint` of a map.
+    curve_kind
+        Kind of the curve.
+    multipliers
+        Multipliers of the map whose resonance it is: of the half map for symmetric orbits.
+    resonance
+        (p, q) of R1 to R4 and of weak resonances; else None.
+    nearest
+        For GR: the stop that is touched, and where.
+    """
+
+    kind: str
+    label: str
+    parameters: Mapping[str, float]
+    error: float
+    orbit: Any
+    curve_kind: str
+    multipliers: Complexes = field(repr=False)
+    resonance: tuple[int, int] | None
+    nearest: Nearest | None
+    arclength: float
+    z: Floats = field(repr=False)  # unknowns of the curve's problem, the first parameter last
+    tangent: Floats = field(repr=False)
+    problem: Augmented = field(repr=False)
+
+    @property
+    def meaning(self) -> str:
+        """Meaning of the point in words."""
+        return MEANINGS[self.kind]
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the orbit there is a motion of the machine, apart from rounding at a touch."""
+        return is_admissible(self.orbit, self.kind)
+
+    @cached_property
+    def normal_form(self) -> Any:
+        """Critical coefficients, or a refusal with the reason."""
+        if self.kind in TOUCHES_MEAN or self.kind == "WEAK":
+            reason = f"{self.kind} ({self.meaning}): there are no coefficients of codimension two."
+            return Refusal(self.kind, Status.NOT_CRITICAL, reason, self.multipliers)
+        z, _, a = self.problem.parts(self.z, self.parameters[self.problem.equations.names[1]])
+        return codimension_two(self.kind, self.problem.equations.forms(z, a))
+
+    def __repr__(self) -> str:
+        at = ", ".join(f"{name} = {value:.9g}" for name, value in self.parameters.items())
+        real = "" if self.admissible else ", not admissible"
+        return f"{self.label} at {at}: {self.meaning}{real}"
+
+
+def is_admissible(solution: Any, kind: str = "") -> bool:
+    """Whether an orbit is a motion, touches left aside; fixed points of maps always are."""
+    if not isinstance(solution, Orbit):
+        return True
+    if kind in ("GR", "ZERO", "SIM"):
+        return solution.converged and not solution.why_inadmissible(TOUCHED)
+    return solution.admissible
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationCurve:
+    """Bifurcations of one kind in the plane of two parameters, in order along the curve.
+
+    Attributes
+    ----------
+    kind
+        "SN", "PD", "BP" (of symmetric orbits), "NS", "GR", "ZERO", "SIM", or "level".
+    names
+        Names of the two parameters.
+    bounds
+        Their ranges.
+    values
+        Both parameters, shape (n, 2).
+    multipliers
+        Of the map: of the half map for symmetric orbits; shape (n, d).
+    admissible
+        Whether the orbit is a motion of the machine, shape (n,).
+    neutral
+        For NS: whether the critical pair is real, so that the point is a neutral saddle and no bifurcation; shape
+        (n,).
+    special_points
+        :class:`CodimensionTwoPoint` in order along the curve.
+    curve
+        The continued curve: unknowns, residuals, reasons of both ends, parts in which points may be missing.
+    problem
+        Its equations.
+    """
+
+    kind: str
+    names: tuple[str, str]
+    bounds: tuple[Bounds, Bounds]
+    values: Floats
+    multipliers: Complexes = field(repr=False)
+    admissible: Flags = field(repr=False)
+    neutral: Flags = field(repr=False)
+    special_points: tuple[CodimensionTwoPoint, ...]
+    curve: Curve = field(repr=False)
+    problem: Augmented = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, label: str) -> CodimensionTwoPoint:
+        points = {point.label: point for point in self.special_points}
+        check_choice("label", label, points)
+        return points[label]
+
+    @property
+    def ends(self) -> tuple[End, End]:
+        """Why the curve ended before its start and after it."""
+        return self.curve.ends
+
+    def orbit(self, index: int) -> Any:
+        """Return the orbit, or fixed point, at a point of the curve."""
+        check_index("index", index, len(self))
+        return self.problem.orbit(self.curve.z[index], float(self.values[index, 1]))
+
+    @property
+    def angle(self) -> Floats:
+        """For NS: the angle of the critical multiplier in turns, in [0, 1/2]; NaN on neutral saddles; shape (n,)."""
+        if self.kind != "NS":
+            return np.full(len(self), np.nan)
+        tests = self.curve.tests["R4"]  # the cosine of the angle
+        inside = np.where(self.neutral, np.nan, np.clip(tests, -1.0, 1.0))
+        turns: Floats = np.arccos(inside) / (2.0 * np.pi)
+        return turns
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the curve in the plane; see :func:`vibroimpact.plotting.plot_curves`."""
+        axes: Axes = deferred("plotting.curves", "plot_curves")([self], ax=ax)
+        return axes
+
+    def to_dataset(self) -> xr.Dataset:
+        """Convert the curve to an xarray dataset with its special points."""
+        dataset: xr.Dataset = deferred("bifurcations.dataset", "dataset_of")(self)
+        return dataset
+
+    def __repr__(self) -> str:
+        counts = Counter(point.kind for point in self.special_points)
+        found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no special point"
+        ranges = ", ".join(
+            f"{name} {column.min():.8g} to {column.max():.8g}"
+            for name, column in zip(self.names, self.values.T, strict=True)
+        )
+        lines = [
+            f"Curve of {self.kind} points, {ranges}, {np.mean(self.admissible):.0%} of them admissible; {found}",
+            *(f"  {point!r}" for point in self.special_points),
+            f"  ends: {self.ends[0]}; {self.ends[1]}",
+        ]
+        return "\n".join(lines)

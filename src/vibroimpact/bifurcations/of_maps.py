@@ -1,0 +1,81 @@
+"""Fixed points of a map given by a formula, over its two parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.bifurcations.equations import Pair
+from vibroimpact.continuation.problem import Image
+from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, MapForms
+
+
+@dataclass
+class MapPlane:
+    """Fixed points of an :class:`ExplicitMap` over its two parameters: ``Equations`` of bifurcations."""
+
+    map: ExplicitMap
+
+    def __post_init__(self) -> None:
+        first, second = self.map.parameters
+        self.names = (first, second)
+        self.sizes = np.array(self.map.sizes[: self.map.dimension])
+        self.rows = self.sizes
+        self.closing = np.eye(self.map.dimension)
+
+    def residual(self, z: Floats, a: Pair) -> Floats:
+        """F(z, a) - z."""
+        return self.map.residual(z, a)
+
+    def by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
+        """Derivatives by z, shape (d, d), and by both parameters, shape (d, 2)."""
+        return self.map.jacobian(z, a)
+
+    def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
+        """Derivatives of F_z v by z and by both parameters, shape (d, d + 2)."""
+        units = np.eye(len(z) + 2)
+        return np.column_stack([self.map.derivative(z, a, v, unit) for unit in units])
+
+    def multipliers(self, z: Floats, a: Pair) -> Complexes:
+        """Multipliers, largest modulus first."""
+        by_z = self.map.linearised(z, a)[0]
+        if not np.all(np.isfinite(by_z)):
+            return np.full(len(z), complex(np.nan, np.nan))
+        values = np.linalg.eigvals(by_z).astype(np.complex128)
+        return values[np.argsort(-np.abs(values), kind="stable")]
+
+    def weight(self, _z: Floats, _a: Pair, /) -> float:
+        """One: no multiplier is infinite."""
+        return 1.0
+
+    def forms(self, z: Floats, a: Pair) -> MapForms:
+        """Multilinear forms at the fixed point."""
+        return self.map.forms(z, a)
+
+    def on_section(self, v: Complexes) -> Complexes:
+        """The change itself."""
+        return v
+
+    def repeated(self, times: int) -> MapPlane:
+        """Fixed points of an iterate of the map."""
+        return MapPlane(replace(self.map, iterate=self.map.iterate * times))
+
+    def unrolled(self, z: Floats, changes: Floats) -> Floats:
+        """The first point: later ones are no unknowns."""
+        first: Floats = z + changes[0]
+        return first
+
+    def own_tests(self, _z: Floats, _a: Pair, /) -> Mapping[str, float]:
+        """None."""
+        return {}
+
+    def images(self, z: Floats, _a: Pair, along: Floats, _near: Floats, /) -> list[Image]:
+        """The point itself."""
+        return [(z, along)]
+
+    def solution(self, z: Floats, a: Pair) -> FixedPoint:
+        """Fixed point."""
+        return self.map.point(z, a)

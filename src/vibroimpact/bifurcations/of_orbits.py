@@ -1,0 +1,156 @@
+"""Periodic orbits with one signature over two parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.bifurcations.equations import Pair
+from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.compile.prescribed import Prescribed, compile_prescribed
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.system import System
+from vibroimpact.orbits.find import later, mirrored
+from vibroimpact.orbits.maps import SegmentMap, solved_map
+from vibroimpact.orbits.multipliers import Pencil, pencil_of, solved_coordinate
+from vibroimpact.orbits.newton import rows_of, scale_of
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
+
+
+class OrbitPlane(OrbitFamily):
+    """Orbits with one signature over a plane of two parameters: ``Equations`` of bifurcations.
+
+    Parameters
+    ----------
+    system, signature
+        As for :class:`~vibroimpact.orbits.problem.OrbitProblem`.
+    names
+        Names of the two parameters; values of the parameter are pairs here.
+    sizes
+        Sizes of the changes of the unknowns.
+    """
+
+    def __init__(
+        self, system: System, signature: Signature, names: tuple[str, str], sizes: Floats
+    ) -> None:
+        super().__init__(system, signature, names[0], np.append(sizes, 1.0))
+        self.names = names
+        self.sizes = sizes
+        self.rows = rows_of(self, sizes)
+        self.closing = self._closing()
+        self._by_second: dict[Value, Prescribed] = {}
+        self._pencils: dict[tuple[bytes, Value], Pencil] = {}
+        self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
+
+    @classmethod
+    def around_orbit(cls, orbit: Orbit, names: tuple[str, str]) -> OrbitPlane:
+        """Plane through an orbit, which gives the sizes."""
+        z = orbit.problem.packed(orbit.states, orbit.durations)
+        sizes = scale_of(OrbitProblem(orbit.system, orbit.signature, ""), z)
+        return cls(orbit.system, orbit.signature, names, sizes)
+
+    def _closing(self) -> Floats:
+        m, q = len(self.impacts), self.size
+        marks = np.zeros((m, q + 1, m, q + 1))
+        marks[-1, :q, 0, :q] = np.diag(self.mirror)
+        return marks.reshape(m * (q + 1), m * (q + 1))
+
+    def system_at(self, p: Value) -> System:
+        """System at a pair of values."""
+        assert isinstance(p, tuple)
+        return with_parameters(self.system, dict(zip(self.names, p, strict=True)))
+
+    def by_second(self, a: Pair) -> Prescribed:
+        """System compiled for derivatives by the second parameter; the latest ones are kept."""
+        return latest(
+            self._by_second, a, lambda p: compile_prescribed(self.system_at(p), self.names[1])
+        )
+
+    def by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
+        """F_z, shape (d, d), and the derivatives by both parameters, shape (d, 2)."""
+        try:
+            by_z, first = OrbitProblem.jacobian(self, z, a)
+            parts = self.by_second(a).linearise(*self.unpacked(z), list(self.impacts))
+        except InvalidParameterError:
+            return np.full((len(z), len(z)), np.nan), np.full((len(z), 2), np.nan)
+        second = np.column_stack([parts.after_by[:, : self.size, -1], parts.gap_by[:, -1]])
+        return by_z, np.column_stack([first, second.ravel()])
+
+    def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
+        """Derivatives of F_z v by z and by both parameters, shape (d, d + 2)."""
+        m, q = len(self.impacts), self.size
+        states, durations = self.unpacked(z)
+        moved, times = self.unpacked(v)
+        along = np.column_stack([moved, times])
+        impacts = list(self.impacts)
+        after, gap = self.compiled(a).second(states, durations, impacts, along)
+        other, other_gap = self.by_second(a).second(states, durations, impacts, along)
+        columns = [*range(q), 2 * self.mechanism.degrees + 1]
+        ks = np.arange(m)
+        whole = np.zeros((m, q + 1, m * (q + 1) + 2))
+        blocks = whole[:, :, :-2].reshape(m, q + 1, m, q + 1)
+        blocks[ks, :q, ks] = after[:, :q, columns]
+        blocks[ks, q, ks] = gap[:, columns]
+        whole[:, :, :-2] = blocks.reshape(m, q + 1, m * (q + 1))
+        whole[:, :q, -2], whole[:, q, -2] = after[:, :q, -1], gap[:, -1]
+        whole[:, :q, -1], whole[:, q, -1] = other[:, :q, -1], other_gap[:, -1]
+        return whole.reshape(m * (q + 1), -1)
+
+    def pencil(self, z: Floats, a: Pair) -> Pencil:
+        """Pencil of the map's multipliers; the latest ones are kept."""
+        key = z.tobytes(), a
+        return latest(
+            self._pencils, key,
+            lambda _: pencil_of(self, self.compiled(a).mechanism, self.linearised(z, a), self._sizes),
+        )  # fmt: skip
+
+    def multipliers(self, z: Floats, a: Pair) -> Complexes:
+        """Multipliers of the solved map, largest modulus first."""
+        key = z.tobytes(), a
+        return latest(self._multipliers, key, lambda _: self.pencil(z, a).eigenvalues())
+
+    def weight(self, z: Floats, a: Pair) -> float:
+        """Saturated product of the closing rates, (1) of family.py."""
+        rates = self.linearised(z, a).rate
+        return float(np.prod(rates / self.saturated(rates)))
+
+    def forms(self, z: Floats, a: Pair) -> SegmentMap:
+        """Half map of a symmetric orbit, full map of others, with the first parameter."""
+        return solved_map(self.orbit(z, a), self.names[0])
+
+    def on_section(self, v: Complexes) -> Complexes:
+        """Change of the first state, without the position that the section leaves out."""
+        first = self.signature.impacts[0]
+        out = solved_coordinate(self.mechanism, first)
+        return np.delete(v[: self.size], out)
+
+    def repeated(self, times: int) -> OrbitPlane:
+        """Orbits that close after so many iterates of the solved map; even ones lose the symmetry."""
+        own = self.signature
+        symmetric = own.symmetric and times % 2 == 1
+        turns = times // 2 if own.symmetric and not symmetric else times
+        signature = Signature(own.impacts * turns, own.cycles * turns, symmetric)
+        return OrbitPlane(self.system, signature, self.names, np.tile(self.sizes, times))
+
+    def unrolled(self, z: Floats, changes: Floats) -> Floats:
+        """Unknowns of :meth:`repeated` from z and the change of each iterate, shape (times, d)."""
+        symmetric, turn = self.signature.symmetric, float(self.turn[-1]) if self.turn.any() else 0.0
+        states, durations = [], []
+        for j, change in enumerate(changes):
+            here, times = self.unpacked(z + change)
+            back = symmetric and j % 2 == 1
+            states.append(mirrored(here, j * turn) if back else later(here, j * turn))
+            durations.append(times)
+        return self.packed(np.vstack(states), np.concatenate(durations))
+
+    def own_tests(self, z: Floats, a: Pair) -> Mapping[str, float]:
+        """Closing rates, flight times and, for plastic impacts, accelerations."""
+        return self.touches(z, a)
+
+    def solution(self, z: Floats, a: Pair) -> Orbit:
+        """Orbit at a point of the plane."""
+        return self.orbit(z, a)

@@ -1,0 +1,114 @@
+"""Test functions along a curve of bifurcations, whose zeros are points of codimension two.
+
+Method      with L, E of equations.py, scaled, v the null vector of L(mu), W' the left one,
+            SN   cusp   det [L(1), F_zz v v; v', 0]  ~  W' F_zz v v                              (1)
+                 flip   det L(-1)        pair   tau of conditions.py: R1, and LPNS               (2)
+            PD   fold   det L(1)         pair   tau: R2, and PDNS                                (3)
+                 cubic  the coefficient c, times det L(1) and det [L(-1), E v; v', 0], which remove its poles
+                        at fold-flip and R2 points                                               (4)
+            NS   with kappa = (mu_1 + mu_2) / 2 of the critical pair, the cosine of the angle or, for a neutral
+                 saddle, a number beyond 1:  kappa - cos(2 pi p / q) for all p / q               (5)
+                 fold   det L(1)         flip   det L(-1), both also zero at R1 or R2            (6)
+                 others product of 1 - mu_i mu_j over all other pairs                            (7)
+                 cubic  the real part of d, undefined on neutral saddles                         (8)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+
+import numpy as np
+
+from vibroimpact._core.types import Floats
+from vibroimpact.bifurcations.conditions import CriticalMultiplier, CriticalPair, critical_pair
+from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.branches.family import products_of_pairs
+from vibroimpact.normal_forms.critical import Refusal
+from vibroimpact.normal_forms.flip_fold import Flip, flip
+from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+
+HIGHEST = 12  # of q in (5)
+CUSP, FLIP, FOLD, PAIR, CUBIC, OTHERS = "cusp", "flip", "fold", "pair", "cubic", "others"
+
+
+def _fractions() -> dict[str, float]:
+    """Cosines of (5) by the name of the resonance; strong ones by their labels."""
+    found = {"R1": 1.0, "R2": -1.0, "R3": -0.5, "R4": 0.0}
+    ratios = {Fraction(p, q) for q in range(5, HIGHEST + 1) for p in range(1, (q + 1) // 2)}
+    weak = sorted(ratio for ratio in ratios if ratio.denominator >= 5)
+    return found | {f"{r.numerator}/{r.denominator}": math.cos(2.0 * math.pi * r) for r in weak}
+
+
+RESONANCES = _fractions()
+
+
+def nothing(_z: Floats, _w: Floats, _a: Pair) -> Mapping[str, float]:
+    """No test functions, for curves of touches and levels."""
+    return {}
+
+
+class AtMultiplier:
+    """Test functions of curves of SN, PD and BP."""
+
+    def __init__(self, condition: CriticalMultiplier) -> None:
+        self.condition, self.equations = condition, condition.equations
+        self._pair = CriticalPair(condition.equations)
+
+    def __call__(self, z: Floats, w: Floats, a: Pair) -> Mapping[str, float]:
+        """(1) to (4)."""
+        tests = {PAIR: float(self._pair.value(z, w, a)[0])}
+        if self.condition.multiplier == 1.0:
+            tests[CUSP] = self._cusp(z, w, a)
+            tests[FLIP] = self._determinant(z, a, -1.0)
+        else:
+            tests[FOLD] = fold = self._determinant(z, a, 1.0)
+            tests[CUBIC] = self._cubic(z, w, a) * fold
+        return tests
+
+    def _determinant(self, z: Floats, a: Pair, multiplier: float) -> float:
+        return float(np.linalg.det(self.condition.matrix(z, a, multiplier)))
+
+    def _cusp(self, z: Floats, w: Floats, a: Pair) -> float:
+        eq = self.equations
+        v = w * eq.sizes
+        return self._bordered(z, w, a, eq.second(z, a, v)[:, : len(v)] @ v / eq.rows)  # (1)
+
+    def _bordered(self, z: Floats, w: Floats, a: Pair, column: Floats) -> float:
+        matrix = self.condition.matrix(z, a, self.condition.multiplier)
+        return float(np.linalg.det(np.block([[matrix, column[:, None]], [w, np.zeros(1)]])))
+
+    def _cubic(self, z: Floats, w: Floats, a: Pair) -> float:
+        eq = self.equations
+        form = flip(eq.forms(z, a), parameter=False)
+        found = form.critical if isinstance(form, Refusal) else form
+        marked = eq.closing @ (w * eq.sizes) / eq.rows
+        return found.c * self._bordered(z, w, a, marked) if isinstance(found, Flip) else math.nan
+
+
+class AtPair:
+    """Test functions of curves of NS."""
+
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+        self._multiplier = CriticalMultiplier(equations, 1.0)
+
+    def __call__(self, z: Floats, _w: Floats, a: Pair) -> Mapping[str, float]:
+        """(5) to (8)."""
+        mu = self.equations.multipliers(z, a)
+        i, j = critical_pair(mu)
+        kappa = float((mu[i] + mu[j]).real) / 2.0
+        tests = {name: kappa - cosine for name, cosine in RESONANCES.items()}
+        for name, multiplier in ((FOLD, 1.0), (FLIP, -1.0)):
+            tests[name] = float(np.linalg.det(self._multiplier.matrix(z, a, multiplier)))
+        weight = self.equations.weight(z, a) ** (len(mu) - 1)
+        if len(mu) > 2:
+            tests[OTHERS] = weight * products_of_pairs(mu, without=(i, j))
+        tests[CUBIC] = self._cubic(z, a) * (1.0 - kappa * kappa) if abs(kappa) < 1.0 else math.nan
+        return tests
+
+    def _cubic(self, z: Floats, a: Pair) -> float:
+        form = neimark_sacker(self.equations.forms(z, a), parameter=False)
+        found = form.critical if isinstance(form, Refusal) else form
+        return found.d.real if isinstance(found, NeimarkSacker) else math.nan
