@@ -79,6 +79,12 @@ from vibroimpact.sweeps.rerun import rerun_sweep as rerun_sweep
 from vibroimpact.sweeps.starts import GridStarts as GridStarts
 from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
 from vibroimpact.sweeps.sweep import sweep as sweep
+from vibroimpact.tori.branch import CircleBranch as CircleBranch
+from vibroimpact.tori.branch import CircleEvent as CircleEvent
+from vibroimpact.tori.circle import Circle as Circle
+from vibroimpact.tori.continue_circle import continue_circle as continue_circle
+from vibroimpact.tori.find import CircleGuess as CircleGuess
+from vibroimpact.tori.find import find_circle as find_circle
 
 observe = observers
 stop = stop_rules

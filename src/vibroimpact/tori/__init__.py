@@ -1,0 +1,1 @@
+"""Invariant circles of impact maps: search, normal stability, admissibility, continuation."""

@@ -1,0 +1,194 @@
+"""Family of invariant circles in a parameter: the circles, events along it, reasons of its ends."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibroimpact._core.checks import check_choice
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.types import Flags, Floats
+from vibroimpact.tori.circle import Circle
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+MEANINGS = {
+    "SN": "fold: two circles meet",
+    "PD": "torus doubling",
+    "NS": "second Neimark-Sacker: a three-frequency torus may be born",
+    "GR": "grazing: a stop is touched between the impacts",
+}
+
+
+class CircleStop(StrEnum):
+    """Reasons for the end of a family of circles."""
+
+    RANGE = "the parameter reached the end of its range"
+    BORN = "the circle shrinks to a periodic orbit (Neimark-Sacker)"
+    BREAKING = "the circle loses its smoothness"
+    STEP = "the step fell below its minimum"
+    POINTS = "the number of points was reached"
+    INTERRUPTED = "it was interrupted"
+    NOT_FOLLOWED = "it was not followed in this direction"
+
+
+@dataclass(frozen=True)
+class CircleEnd:
+    """One end of a family: the reason, details, and for BORN the parameter at the bifurcation."""
+
+    reason: CircleStop
+    detail: str = ""
+    parameter: float | None = None
+
+    def __str__(self) -> str:
+        return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"
+
+
+@dataclass(frozen=True, eq=False)
+class CircleEvent:
+    """A bifurcation or a grazing along a family of circles.
+
+    Attributes
+    ----------
+    kind
+        "SN" (a normal multiplier 1: fold of circles), "PD" (-1, or modulus 1 of a one-sided
+        direction: the torus doubles), "NS" (a pair of modulus 1), "GR" (least clearance 0).
+    label
+        Kind and number along the family.
+    name, parameter
+        The parameter's name, and its value there.
+    error
+        Change of ``parameter`` in the last step of the search.
+    circle
+        The circle there.
+    """
+
+    kind: str
+    label: str
+    name: str
+    parameter: float
+    error: float
+    circle: Circle = field(repr=False)
+
+    @property
+    def meaning(self) -> str:
+        """Meaning in words."""
+        return MEANINGS[self.kind]
+
+    def __repr__(self) -> str:
+        real = "" if self.circle.admissible or self.kind == "GR" else ", not admissible"
+        return f"{self.label} at {self.name} = {self.parameter:.9g}: {self.meaning}{real}"
+
+
+@dataclass(frozen=True, eq=False)
+class CircleBranch:
+    """Family of invariant circles with one signature along a parameter.
+
+    Attributes
+    ----------
+    parameter
+        Name of the parameter.
+    bounds
+        Range in which it was followed.
+    circles
+        Every :class:`Circle`, in order along the family.
+    special_points
+        :class:`CircleEvent` in order along the family.
+    ends
+        :class:`CircleEnd` before the first and after the last circle.
+    start
+        Index of the circle it was started from.
+    """
+
+    parameter: str
+    bounds: tuple[float, float]
+    circles: tuple[Circle, ...] = field(repr=False)
+    special_points: tuple[CircleEvent, ...]
+    ends: tuple[CircleEnd, CircleEnd]
+    start: int
+
+    def __len__(self) -> int:
+        return len(self.circles)
+
+    def __getitem__(self, label: str) -> CircleEvent:
+        points = {point.label: point for point in self.special_points}
+        check_choice("label", label, points)
+        return points[label]
+
+    @property
+    def values(self) -> Floats:
+        """Values of the parameter, shape (n,)."""
+        return np.array([circle.value for circle in self.circles])
+
+    @property
+    def rotation_numbers(self) -> Floats:
+        """Rotation numbers per iterate of F, shape (n,), without jumps."""
+        return np.array([circle.rotation_number for circle in self.circles])
+
+    @property
+    def normal_exponents(self) -> Floats:
+        """Normal exponents per iterate of F, largest first, shape (n, d - 1)."""
+        return np.array([circle.normal_exponents for circle in self.circles])
+
+    @property
+    def clearance(self) -> Floats:
+        """Least gap between the impacts along each circle, shape (n,)."""
+        return np.array([circle.clearance_to_grazing for circle in self.circles])
+
+    @property
+    def stable(self) -> Flags:
+        """Whether each circle attracts and is admissible, shape (n,)."""
+        return np.array([circle.stable for circle in self.circles])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw rotation numbers; see :func:`vibroimpact.plotting.tori.plot_circle_branch`."""
+        axes: Axes = deferred("plotting.tori", "plot_circle_branch")(self, ax=ax)
+        return axes
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers along the family as an xarray dataset, dims ``point``, ``normal``."""
+        import xarray as xr
+
+        each = self.circles
+        return xr.Dataset(
+            {
+                "value": ("point", self.values),
+                "rotation_number": ("point", self.rotation_numbers),
+                "residual": ("point", [c.residual for c in each]),
+                "nodes": ("point", [c.nodes for c in each]),
+                "radius": ("point", [c.radius for c in each]),
+                "normal_exponent": (("point", "normal"), self.normal_exponents),
+                "decay": ("point", [c.decay for c in each]),
+                "roughness": ("point", [c.roughness for c in each]),
+                "least_angle": ("point", [c.least_angle for c in each]),
+                "clearance": ("point", self.clearance),
+                "stable": ("point", self.stable.astype(np.int8)),
+                "special_label": ("special", [p.label for p in self.special_points]),
+                "special_value": ("special", [p.parameter for p in self.special_points]),
+            },
+            attrs={
+                "parameter": self.parameter,
+                "subject": repr(each[0].subject),
+                "signature": repr(each[0].signature),
+                "end_before": str(self.ends[0]),
+                "end_after": str(self.ends[1]),
+            },
+        )
+
+    def __repr__(self) -> str:
+        counts = Counter(point.kind for point in self.special_points)
+        found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no event"
+        values, rhos = self.values, self.rotation_numbers
+        lines = [
+            f"Family of {len(self)} circles, {self.parameter} {values.min():.8g} to "
+            f"{values.max():.8g}, rotation number {rhos.min():.6g} to {rhos.max():.6g}; {found}",
+            *(f"  {point!r}" for point in self.special_points),
+            f"  ends: {self.ends[0]}; {self.ends[1]}",
+        ]
+        return "\n".join(lines)

@@ -1,0 +1,357 @@
+"""Invariant circles with their rotation number, stability, smoothness and admissibility."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibroimpact._core.checks import numbers
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
+from vibroimpact.model.system import System
+from vibroimpact.normal_forms.explicit import ExplicitMap
+from vibroimpact.orbits.admissibility import PLAY, Nearest, Place, amplitudes, least_gaps
+from vibroimpact.orbits.problem import Signature
+from vibroimpact.tori.fourier import (
+    at_phases,
+    coefficients,
+    decay,
+    phases,
+    resampled,
+    roughness,
+    tail,
+)
+from vibroimpact.tori.maps import CircleMap, Images, SignatureMap
+from vibroimpact.tori.normal import Bundle, NormalStability, least_angle, normal_stability
+from vibroimpact.tori.solve import FOUND, Trial, matrix_of, radius
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+FINEST = 129  # phases at which the gaps are taken at least
+ZOOMS, ZOOM = 8, 9  # around the least gap: points per zoom; each zoom is by a factor of four
+RESOLVED, FINER = (
+    1e-12,
+    3,
+)  # derivatives along the circle: their tail, at most so many times the nodes
+NEUTRAL = 1e-9  # a normal exponent so near to 0 is neither stable nor unstable
+LARGEST_Q = 64  # of the resonances that are named
+
+
+class Approach(NamedTuple):
+    """Nearest approach to a stop along a circle, at the phase phi in turns."""
+
+    gap: float
+    phi: float
+    nearest: Nearest | None
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """Invariant circle of a map: a closed curve u with F(u(phi)) = u(phi + rho), phi in turns.
+
+    F is the half map H of a symmetric signature, the full map P of another, or a formula. One that
+    is not ``converged`` is neither admissible nor stable; its numbers are those of the last iterate.
+
+    Attributes
+    ----------
+    subject
+        The system, or the :class:`ExplicitMap`.
+    signature
+        Impacts and cycles of one iterate of P; None for a formula.
+    parameter
+        Name of the parameter along which it was found; "" for none.
+    value
+        Value of the parameter; of a formula, p.
+    points
+        The curve at the nodes phi = j / N, shape (N, d), N odd: the coordinates of the section of
+        the first impact, as those of :func:`full_map`, or of the formula. The phase of the forcing
+        is continuous along the curve, not folded to one cycle.
+    times
+        Flight times from each node, shape (N, m); m = 0 for a formula.
+    rotation_number
+        rho, turns of the circle per iterate of F, in [0, 1). A circle found from a motion or a
+        normal form is oriented so that rho <= 1/2, and continued without a jump.
+    residual
+        Largest |F(u(phi)) - u(phi + rho)| at the nodes and half way between them, each coordinate
+        in units of its size on the circle.
+    status
+        "converged", or a sentence with the reason of the failure.
+    """
+
+    subject: System | ExplicitMap
+    signature: Signature | None
+    parameter: str
+    value: float
+    points: Floats = field(repr=False)
+    times: Floats = field(repr=False)
+    rotation_number: float
+    residual: float
+    status: str
+    map: CircleMap = field(repr=False)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the equations hold to the tolerance."""
+        return self.status == FOUND
+
+    @property
+    def nodes(self) -> int:
+        """Number N of nodes."""
+        return len(self.points)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it was solved as its own mirror image, on the half map."""
+        return self.signature is not None and self.signature.symmetric
+
+    @property
+    def full_rotation_number(self) -> float:
+        """Turns per iterate of the full map P, in [0, 1): 2 rho for a circle of the half map."""
+        return (2.0 if self.symmetric else 1.0) * self.rotation_number % 1.0
+
+    @property
+    def trial(self) -> Trial:
+        """The unknowns of its equations."""
+        return Trial(self.points, self.rotation_number, self.value, self.times)
+
+    @cached_property
+    def coefficients(self) -> Complexes:
+        """Fourier coefficients c_0 .. c_K of the curve, shape (K + 1, d); c_-k is conj(c_k)."""
+        return coefficients(self.points)
+
+    def at(self, phi: ArrayLike) -> Floats:
+        """Points of the curve at phases in turns, shape (m,), as an array (m, d)."""
+        return at_phases(self.points, np.atleast_1d(numbers("phi", phi)).ravel())
+
+    def states(self, phi: ArrayLike) -> Floats:
+        """States (x, v, theta) just after the first impact at phases, shape (m, 2n + 1)."""
+        return self._impacting.states(self.at(phi), self.value)
+
+    def state(self, phi: float = 0.0) -> State:
+        """A state on the circle, for simulation."""
+        row = self.states([phi])[0]
+        n = len(row) // 2
+        return State(tuple(row[:n]), tuple(row[n : 2 * n]), float(row[-1]) % (2.0 * math.pi))
+
+    @property
+    def _impacting(self) -> SignatureMap:
+        if not isinstance(self.map, SignatureMap):
+            raise InvalidParameterError("states: a formula has no states. Use at(phi).")
+        return self.map
+
+    # ---- smoothness -------------------------------------------------------------------------------
+
+    @property
+    def _scaled(self) -> Floats:
+        return self.points / self.map.sizes
+
+    @property
+    def radius(self) -> float:
+        """Root mean square distance from its centre, coordinates in units of their sizes."""
+        return radius(self.points, self.map.sizes)
+
+    @cached_property
+    def decay(self) -> float:
+        """Fall of ln |c_k| per harmonic: 2 pi times the width of the strip in which u is analytic."""
+        return decay(self._scaled)
+
+    @cached_property
+    def roughness(self) -> float:
+        """|u''| / (2 pi |u'|) in the mean square: 1 for an ellipse; grows where a circle breaks."""
+        return roughness(self._scaled)
+
+    @property
+    def resonance(self) -> tuple[int, int]:
+        """The p/q, q <= 64, with the least q |q rho - p|: the tongue that is felt most."""
+        qs = np.arange(1, LARGEST_Q + 1)
+        ps = np.rint(qs * self.rotation_number).astype(int)
+        best = int(np.argmin(qs * np.abs(qs * self.rotation_number - ps)))
+        common = math.gcd(int(ps[best]), int(qs[best]))
+        return int(ps[best]) // common, int(qs[best]) // common
+
+    # ---- normal stability -------------------------------------------------------------------------
+
+    @cached_property
+    def _images(self) -> Images:
+        return self.map.images(self.points, self.value, self.times)
+
+    @cached_property
+    def normal(self) -> NormalStability:
+        """Exponents and bundles normal to the circle."""
+        sizes, count = self.map.sizes, self.nodes
+        while True:  # derivatives have more harmonics than the circle
+            count = 2 * count + 1
+            points, times = resampled(self.points, count), resampled(self.times, count)
+            by_point = self.map.images(points, self.value, times).by_point * sizes / sizes[:, None]
+            noise = tail(by_point)
+            if noise <= RESOLVED or count >= FINER * self.nodes:
+                return normal_stability(points / sizes, by_point, self.rotation_number, noise)
+
+    @property
+    def normal_exponents(self) -> Floats:
+        """Lyapunov exponents normal to the circle, per iterate of F, largest first, (d - 1,)."""
+        return self.normal.exponents
+
+    @property
+    def normal_multipliers(self) -> Complexes:
+        """Exponentials of the exponents, with their signs, shape (d - 1,).
+
+        The imaginary part is nan where there is no sign, but a modulus: for the members of a
+        complex pair, and where the invariant direction comes back reversed (a Moebius band).
+        """
+        return self.normal.multipliers
+
+    @property
+    def bundles(self) -> tuple[Bundle, ...]:
+        """Kind of each normal direction: positive, negative, one-sided (Moebius), pair."""
+        return self.normal.bundles
+
+    @property
+    def attracting(self) -> bool:
+        """Whether every normal exponent is below -1e-9."""
+        return self.converged and bool((self.normal_exponents < -NEUTRAL).all())
+
+    @property
+    def stable(self) -> bool:
+        """Whether it attracts and is admissible."""
+        return self.attracting and self.admissible
+
+    @cached_property
+    def least_angle(self) -> float:
+        """Least angle between the circle and its normal invariant directions, radians.
+
+        Coordinates are in units of their sizes. It tends to 0 where the circle loses its
+        normal hyperbolicity, the usual way in which circles break.
+        """
+        matrix = matrix_of(self._images, self.trial, self.trial, self.map.sizes, 1.0)
+        return least_angle(self._scaled, self.rotation_number, matrix[:, :-1])
+
+    # ---- admissibility ----------------------------------------------------------------------------
+
+    @cached_property
+    def nearest(self) -> Approach:
+        """Least gap to a stop along the circle, with its phase, stop, flight and time."""
+        if not isinstance(self.map, SignatureMap):
+            return Approach(math.inf, 0.0, None)
+        count = max(self.nodes, FINEST)
+        grid, width = phases(count), 1.0 / count
+        least = self._least_gap(grid)
+        for _ in range(ZOOMS if least.nearest else 0):
+            near = least.phi + width * np.linspace(-1.0, 1.0, ZOOM)
+            least, width = min(least, self._least_gap(near)), width / 4.0
+        return least._replace(phi=least.phi % 1.0)
+
+    def _least_gap(self, phi: Floats) -> Approach:
+        found = self._gaps(phi)
+        if not found:
+            return Approach(math.inf, 0.0, None)
+        here = min(found.values(), key=lambda nearest: nearest.gap)
+        return _approach(here, phi, self.times.shape[1])
+
+    def _gaps(self, phi: Floats) -> dict[Place, Nearest]:
+        impacting = self._impacting
+        compiled = impacting.problem.compiled(self.value)
+        times = at_phases(self.times, phi)
+        _, states = impacting.flights(self.at(phi), self.value, times)
+        ends = list(impacting.problem.impacts)
+        begun = list(impacting.signature.impacts[: len(ends)])
+        repeated = len(phi)
+        return dict(least_gaps(compiled, states, times.ravel(), ends * repeated, begun * repeated))
+
+    @property
+    def clearance_to_grazing(self) -> float:
+        """Least gap between the impacts along the circle; infinite where no gap has an extremum."""
+        return self.nearest.gap
+
+    @property
+    def least_impact_speed(self) -> float:
+        """Smallest closing speed of an impact along the circle; negative from behind."""
+        rates = resampled(self._images.rates, max(self.nodes, FINEST | 1))
+        return float(rates.min(initial=math.inf))
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the circle consists of motions of the machine; of a formula, if it converged."""
+        return not self.inadmissible_reason
+
+    @cached_property
+    def inadmissible_reason(self) -> str:
+        """Violated gap with the phase on the circle, or an impact from behind; "" where none is."""
+        if not self.converged:
+            return self.status
+        if not isinstance(self.map, SignatureMap):
+            return ""
+        if self.times.min() <= 0.0:
+            return f"a flight takes the time {self.times.min():.6g}: two impacts change order"
+        if self.least_impact_speed <= 0.0:
+            return f"an impact comes from behind, at {abs(self.least_impact_speed):.6g}"
+        gap, phi, nearest = self.nearest
+        if nearest is None:
+            return ""
+        states = self.states(phases(self.nodes))
+        compiled = self.map.problem.compiled(self.value)
+        size = amplitudes(compiled, states, self.times[:, 0])[nearest.contact]
+        if gap >= -PLAY * size:
+            return ""
+        stop = Stop(nearest.contact, nearest.side).words
+        return f"the gap at {stop} is {gap:.6g} at phase {phi:.6g} of the circle, in flight {nearest.segment}"
+
+    # ---- results ----------------------------------------------------------------------------------
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the circle; see :func:`vibroimpact.plotting.tori.plot_circle`."""
+        axes: Axes = deferred("plotting.tori", "plot_circle")(self, ax=ax)
+        return axes
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the circle as an xarray dataset: dims ``phi``, ``coordinate``, ``normal``."""
+        import xarray as xr
+
+        return xr.Dataset(
+            {
+                "points": (("phi", "coordinate"), self.points),
+                "times": (("phi", "flight"), self.times),
+                "normal_exponent": ("normal", self.normal_exponents),
+                "bundle": ("normal", [str(kind) for kind in self.bundles]),
+            },
+            coords={"phi": phases(self.nodes)},
+            attrs={
+                "subject": repr(self.subject),
+                "signature": repr(self.signature),
+                "parameter": self.parameter,
+                "value": self.value,
+                "rotation_number": self.rotation_number,
+                "residual": self.residual,
+                "status": self.status,
+                "clearance": self.clearance_to_grazing,
+                "inadmissible_reason": self.inadmissible_reason,
+            },
+        )
+
+    def __repr__(self) -> str:
+        if not self.converged:
+            return f"Circle({self.status})"
+        verdict = "stable" if self.stable else "attracting" if self.attracting else "not attracting"
+        values = ", ".join(f"{x:.6g}" for x in self.normal_exponents)
+        why = f"\n  not admissible: {self.inadmissible_reason}" if not self.admissible else ""
+        return (
+            f"Circle of the {'half map' if self.symmetric else 'map'}, {verdict}, rotation number "
+            f"{self.rotation_number:.12g}\n"
+            f"  {self.nodes} nodes, residual {self.residual:.1e}, normal exponents {values}{why}"
+        )
+
+
+def _approach(here: Nearest, phi: Floats, flights: int) -> Approach:
+    """Approach with its flight counted within one iterate."""
+    node, segment = divmod(here.segment, flights)
+    return Approach(here.gap, float(phi[node]), here._replace(segment=segment))

@@ -1,0 +1,467 @@
+"""Continuation of an invariant circle in one parameter, its rotation number free.
+
+Method      predict    along the unit tangent (du, drho, dp) of the family, the curve in the mean
+                       square and in units of its sizes, p in units of its range                 (1)
+            correct    on the plane perpendicular to it (solve.py), with as many nodes as the circle
+                       needs; the step is halved where that fails or the tangent turns too far   (2)
+            detect     between neighbours: a normal exponent changes its sign (fold, doubling, or
+                       with a pair second Neimark-Sacker), the least clearance does (grazing)    (3)
+            locate     by regula falsi (Illinois) on circles between the neighbours              (4)
+            end        where the curve has passed its centre, <u - mean, u_1 - mean_1> < 0, the
+                       circle has shrunk to a point: p there from p = p_0 + a radius^2           (5)
+Assumes     rotation numbers for which smooth circles exist; families have gaps at resonances, over
+            which steps pass where the gaps are narrower than the tolerance resolves
+Accuracy    every circle to its tolerance; events to 1e-9 of the range
+Fails       the reasons of ``CircleStop``, with the family up to there
+Reference   [schilder2005]; theory.md, "Invariant circles"
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibroimpact._core.checks import (
+    check_count,
+    check_flag,
+    check_function,
+    check_kind,
+    positive,
+    range_of,
+    refusal,
+)
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.normal_forms.explicit import ExplicitMap
+from vibroimpact.orbits.problem import asymmetry
+from vibroimpact.tori.branch import CircleBranch, CircleEnd, CircleEvent, CircleStop
+from vibroimpact.tori.circle import Circle
+from vibroimpact.tori.find import circle_of
+from vibroimpact.tori.fourier import resampled
+from vibroimpact.tori.maps import CircleMap, SignatureMap
+from vibroimpact.tori.normal import Bundle
+from vibroimpact.tori.solve import (
+    FEWEST_NODES,
+    FOUND,
+    MOST_NODES,
+    TOLERANCE,
+    Direction,
+    Solved,
+    Trial,
+    matrix_of,
+    nodes_needed,
+    solve,
+    tangent,
+)
+
+CircleProgress = Callable[[int, float], None]
+
+LARGEST_TURN = 0.8  # cosine between neighbouring tangents
+FASTER, SLOWER = 1.6, 0.5
+LOCATED, SEARCHES = 1e-9, 40  # (4): of the range of the parameter; circles tried
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """Step lengths as shares of the range, the number of points, and what a circle may need."""
+
+    first: float
+    least: float
+    largest: float
+    points: int
+    tolerance: float
+    most_nodes: int
+
+
+def continue_circle(
+    circle: Circle,
+    parameter: str,
+    bounds: tuple[float, float],
+    *,
+    both: bool = True,
+    first: float = 0.02,
+    least: float = 1e-4,
+    largest: float = 0.1,
+    points: int = 100,
+    tolerance: float = TOLERANCE,
+    most_nodes: int = MOST_NODES,
+    progress: CircleProgress | None = None,
+) -> CircleBranch:
+    """Follow an invariant circle in a parameter, with its bifurcations and where it grazes.
+
+    Parameters
+    ----------
+    circle
+        A converged circle, of a system or of a formula.
+    parameter
+        Name of the parameter; "p" for a formula.
+    bounds
+        (low, high) of the parameter, with the circle's own value between.
+    both
+        Follow it in both directions; else towards larger values only.
+    first, least, largest
+        Lengths of the first, shortest and longest step, as shares of the range, > 0.
+    points
+        Number of circles after which each direction stops, >= 1.
+    tolerance, most_nodes
+        As of :func:`find_circle`.
+    progress
+        Called after every circle with the number of circles in this direction and the parameter.
+
+    Returns
+    -------
+    CircleBranch
+        Also where it could not be followed to the end, with the reasons in ``ends``.
+        ``KeyboardInterrupt`` is such a reason, and is not raised further.
+
+    Raises
+    ------
+    InvalidParameterError
+        A circle that is not converged, no such parameter, a range without the circle, a parameter
+        that breaks the symmetry of a circle of the half map; numbers out of range.
+
+    Notes
+    -----
+    Circles of any stability are followed, through folds, admissible or not. Cost: three Newton
+    steps and the normal exponents per circle, 0.1 to 1 s for the damper with 50 to 200 nodes; each
+    event some ten circles.
+
+    Examples
+    --------
+    >>> import numpy as np, vibroimpact as vi
+    >>> logistic = vi.ExplicitMap(lambda x, p: [p * x[0] * (1.0 - x[1]), x[0]], dimension=2)
+    >>> circle = vi.find_circle(logistic, (0.5, 0.4), p=2.02)
+    >>> family = vi.continue_circle(circle, "p", (1.99, 2.03))
+    >>> family.ends[0].reason.name, round(family.ends[0].parameter, 4)
+    ('BORN', 2.0)
+    """
+    check_kind("circle", circle, Circle, "a Circle, as find_circle gives")
+    if not circle.converged:
+        raise refusal("circle", circle, "converged")
+    check_flag("both", both)
+    first, least, largest = (
+        positive(name, step)
+        for name, step in (("first", first), ("least", least), ("largest", largest))
+    )
+    if not least <= first <= largest:
+        raise InvalidParameterError(
+            f"first = {first}: must be between least = {least} and largest = {largest}."
+        )
+    check_count("points", points, 1)
+    check_count("most_nodes", most_nodes, FEWEST_NODES)
+    check_function("progress", progress)
+    steps = _Steps(first, least, largest, points, positive("tolerance", tolerance), most_nodes)
+    value = _value(circle, parameter)
+    low, high = range_of("bounds", bounds, parameter, value)
+    family = _Family(circle, parameter, (low, high), steps)
+    begin = family.begun(circle, value)
+    if begin.status != FOUND:
+        raise refusal("circle", circle, f"a solution at the tolerance {tolerance}", begin.status)
+    report = progress or _no_progress
+    forward = _walk(family, begin.trial, begin.residual, 1.0, report)
+    backward = _Walked([forward.circles[0]], [], CircleEnd(CircleStop.NOT_FOLLOWED))
+    if both and forward.end.reason is not CircleStop.INTERRUPTED:
+        backward = _walk(family, begin.trial, begin.residual, -1.0, report)
+    found = [*reversed(backward.events), *forward.events]
+    return CircleBranch(
+        parameter,
+        (low, high),
+        (*reversed(backward.circles[1:]), *forward.circles),
+        tuple(_labelled(found)),
+        (backward.end, forward.end),
+        len(backward.circles) - 1,
+    )
+
+
+def _no_progress(points: int, parameter: float) -> None:
+    """Report nothing."""
+
+
+def _value(circle: Circle, parameter: str) -> float:
+    """Value of the parameter at the circle."""
+    if isinstance(circle.subject, ExplicitMap):
+        if parameter != "p":
+            raise refusal("parameter", parameter, '"p" for a formula')
+        return circle.value
+    value = parameter_value(circle.subject, parameter)
+    return circle.value if circle.parameter == parameter else value
+
+
+def _labelled(found: list[CircleEvent]) -> Iterator[CircleEvent]:
+    counts: Counter[str] = Counter()
+    for event in found:
+        counts[event.kind] += 1
+        yield replace(event, label=f"{event.kind}{counts[event.kind]}")
+
+
+@dataclass(frozen=True)
+class _Family:
+    """The equations along the parameter, and circles made from their solutions."""
+
+    origin: Circle
+    parameter: str
+    bounds: tuple[float, float]
+    steps: _Steps
+    map: CircleMap = field(init=False)
+
+    def __post_init__(self) -> None:
+        circle_map, subject = self.origin.map, self.origin.subject
+        if isinstance(circle_map, SignatureMap) and not isinstance(subject, ExplicitMap):
+            circle_map = SignatureMap(
+                subject, circle_map.signature, self.parameter, circle_map.sizes
+            )
+            circle_map.problem.compiled(parameter_value(subject, self.parameter))
+            self._check_symmetry(circle_map)
+        object.__setattr__(self, "map", circle_map)
+
+    def _check_symmetry(self, circle_map: SignatureMap) -> None:
+        signature = circle_map.signature
+        if not signature.symmetric:
+            return
+        middle = sum(self.bounds) / 2.0
+        m = circle_map.problem.compiled(middle).mechanism
+        if why := asymmetry(m, signature.cycles):
+            raise InvalidParameterError(
+                f"parameter = {self.parameter!r}: breaks the symmetry of the circle: {why}. Find it "
+                "with find_circle(..., symmetric=False)."
+            )
+
+    @property
+    def unit(self) -> float:
+        """Unit of the parameter: the length of its range."""
+        return self.bounds[1] - self.bounds[0]
+
+    def begun(self, circle: Circle, value: float) -> Solved:
+        """The first circle."""
+        return self.solved(replace(circle.trial, p=value), None)
+
+    def solved(self, guess: Trial, along: Direction | None) -> Solved:
+        """Circle near a guess."""
+        return solve(
+            self.map, guess, along=along, tolerance=self.steps.tolerance,
+            most_nodes=self.steps.most_nodes,
+        )  # fmt: skip
+
+    def circle(self, trial: Trial, residual: float) -> Circle:
+        """Circle from a solution."""
+        subject = self.origin.subject
+        if not isinstance(subject, ExplicitMap):
+            subject = with_parameter(subject, self.parameter, trial.p)
+        return circle_of(subject, self.map, trial, residual, FOUND)
+
+    def tangent(self, found: Solved, previous: Direction) -> Direction:
+        """Unit tangent at a solution."""
+        trial, sizes = found.trial, self.map.sizes
+        matrix = matrix_of(found.images, trial, trial, sizes, self.unit)
+        return tangent(matrix, self.unit, trial.points.shape, previous)
+
+
+@dataclass
+class _Walked:
+    """Circles, events and the end in one direction."""
+
+    circles: list[Circle]
+    events: list[CircleEvent]
+    end: CircleEnd
+
+
+def _walk(
+    family: _Family, start: Trial, residual: float, sense: float, report: CircleProgress
+) -> _Walked:
+    """Follow the family in one direction."""
+    done = _Walked([family.circle(start, residual)], [], CircleEnd(CircleStop.POINTS))
+    images = family.map.images(start.points, start.p, start.times)
+    found = Solved(start, residual, FOUND, images)
+    zero = np.zeros_like(start.points)
+    along = family.tangent(found, Direction(zero, 0.0, sense, family.unit))
+    length = family.steps.first
+    try:
+        while len(done.circles) < family.steps.points:
+            step = _step(family, found, along, length)
+            if isinstance(step, CircleEnd):
+                done.end = step
+                break
+            after, along, taken, at_bound = step
+            if _passed_centre(found.trial, after.trial):
+                done.end = _birth(family, done.circles, after.trial)
+                break
+            done.circles.append(family.circle(after.trial, after.residual))
+            done.events += _events(family, *done.circles[-2:])
+            report(len(done.circles), after.trial.p)
+            if at_bound:
+                done.end = CircleEnd(CircleStop.RANGE, f"{after.trial.p:.9g}")
+                break
+            found, length = after, min(FASTER * taken, family.steps.largest)
+    except KeyboardInterrupt:
+        done.end = CircleEnd(CircleStop.INTERRUPTED)
+    return done
+
+
+# ---- one step ------------------------------------------------------------------------------------
+
+
+def _step(
+    family: _Family, found: Solved, along: Direction, length: float
+) -> tuple[Solved, Direction, float, bool] | CircleEnd:
+    """Predict and correct (1), (2): the next circle, its tangent, the step taken, at a bound."""
+    sizes, why = family.map.sizes, ""
+    most = family.steps.most_nodes
+    count = min(nodes_needed(found.trial.points, sizes, family.steps.tolerance), most)
+    origin = found.trial.at_nodes(count)
+    while length >= family.steps.least:
+        guess = _moved(origin, along, length, family)
+        low, high = family.bounds
+        at_bound = not low < guess.p < high
+        if at_bound:
+            bound = high if guess.p >= high else low
+            length *= (bound - origin.p) / (guess.p - origin.p)
+            guess = replace(_moved(origin, along, length, family), p=bound)
+            after = family.solved(guess, None)
+        else:
+            after = family.solved(guess, along)
+        if after.status == FOUND:
+            there = family.tangent(after, along)
+            if _cosine(along, there) > LARGEST_TURN or _passed_centre(found.trial, after.trial):
+                return after, there, max(length, family.steps.least), at_bound
+            why = "the family turns"
+        else:
+            why = after.status
+        length *= (
+            SLOWER**3 if count > most / 2 else SLOWER
+        )  # such circles are dear, and about to end
+    return _ended(family, found, why)
+
+
+def _moved(trial: Trial, along: Direction, length: float, family: _Family) -> Trial:
+    """Prediction (1)."""
+    points = resampled(along.points, len(trial.points)) * family.map.sizes
+    return replace(
+        trial,
+        points=trial.points + length * points,
+        rotation=trial.rotation + length * along.rotation,
+        p=trial.p + length * along.parameter * family.unit,
+    )
+
+
+def _cosine(a: Direction, b: Direction) -> float:
+    count = max(len(a.points), len(b.points))
+    one, other = resampled(a.points, count), resampled(b.points, count)
+    product = float((one * other).sum()) / count
+    return product + a.rotation * b.rotation + a.parameter * b.parameter
+
+
+def _passed_centre(before: Trial, after: Trial) -> bool:
+    """Whether the circle has turned inside out (5)."""
+    count = max(len(before.points), len(after.points))
+    one, other = (resampled(trial.points, count) for trial in (before, after))
+    return float(((one - one.mean(axis=0)) * (other - other.mean(axis=0))).sum()) < 0.0
+
+
+def _birth(family: _Family, circles: list[Circle], after: Trial) -> CircleEnd:
+    """End (5), with the parameter of the Neimark-Sacker point."""
+    last = circles[-1]
+    beyond = family.circle(after, 0.0)
+    (r1, p1), (r2, p2) = ((c.radius**2, c.value) for c in (last, beyond))
+    if len(circles) > 1 and abs(r1 - r2) < 0.1 * max(r1, r2):
+        r2, p2 = circles[-2].radius ** 2, circles[-2].value
+    p = p1 - r1 * (p2 - p1) / (r2 - r1) if r1 != r2 else p1
+    return CircleEnd(CircleStop.BORN, f"{family.parameter} = {p:.9g}", p)
+
+
+def _ended(family: _Family, found: Solved, why: str) -> CircleEnd:
+    """End where the step became too short: the circle breaks, or the iteration fails."""
+    last = family.circle(found.trial, found.residual)
+    p, q = last.resonance
+    detail = (
+        f"{family.parameter} = {last.value:.9g}, {why}; rotation number {last.rotation_number:.9g} "
+        f"next to {p}/{q}, decay {last.decay:.3g}, roughness {last.roughness:.3g}, least angle "
+        f"{last.least_angle:.2g}, clearance {last.clearance_to_grazing:.3g}, impact speed "
+        f"{last.least_impact_speed:.3g}"
+    )
+    rough = last.nodes > family.steps.most_nodes / 4 or "nodes" in why
+    return CircleEnd(CircleStop.BREAKING if rough else CircleStop.STEP, detail)
+
+
+# ---- events --------------------------------------------------------------------------------------
+
+
+def _events(family: _Family, before: Circle, after: Circle) -> list[CircleEvent]:
+    """Events (3) between two neighbours, in order along the family."""
+    found = []
+    one, other = (int((c.normal_exponents > 0.0).sum()) for c in (before, after))
+    if one != other:
+        i = min(one, other)
+        pair = abs(one - other) == 2
+
+        def exponent(circle: Circle) -> float:
+            values = circle.normal_exponents
+            return float(values[i : i + 2].mean() if pair else values[i])
+
+        share, circle, error = _located(family, before, after, exponent)
+        kind = "NS" if pair else _kind(circle.bundles[i])
+        found.append((share, kind, circle, error))
+    if before.clearance_to_grazing * after.clearance_to_grazing < 0.0:
+        located = _located(family, before, after, lambda c: c.clearance_to_grazing)
+        found.append((located[0], "GR", *located[1:]))
+    return [
+        CircleEvent(kind, kind, family.parameter, circle.value, error, circle)
+        for _, kind, circle, error in sorted(found, key=lambda item: item[0])
+    ]
+
+
+def _kind(bundle: Bundle) -> str:
+    return {Bundle.POSITIVE: "SN", Bundle.PAIR: "NS"}.get(bundle, "PD")
+
+
+def _located(
+    family: _Family, before: Circle, after: Circle, test: Callable[[Circle], float]
+) -> tuple[float, Circle, float]:
+    """Zero (4) of a test function: share of the way, circle, and last change of the parameter."""
+    between = _Between(family, before, after)
+    a, b, fa, fb = 0.0, 1.0, test(before), test(after)
+    best, error = (before, abs(after.value - before.value)) if abs(fa) < abs(fb) else (
+        after, abs(after.value - before.value)
+    )  # fmt: skip
+    share = 0.0 if best is before else 1.0
+    for _ in range(SEARCHES):
+        c = b - fb * (b - a) / (fb - fa) if np.isfinite(fb - fa) else (a + b) / 2.0
+        circle = between(c)
+        if circle is None:
+            break
+        fc, error = test(circle), abs(circle.value - best.value)
+        best, share = circle, c
+        if fc == 0.0 or (error <= LOCATED * family.unit and abs(b - a) < 1.0):
+            break
+        if fc * fb < 0.0:
+            a, fa = b, fb
+        else:
+            fa /= 2.0  # Illinois
+        b, fb = c, fc
+    return share, best, error
+
+
+@dataclass(frozen=True)
+class _Between:
+    """Circles on the family between two neighbours, at a share of the way."""
+
+    family: _Family
+    before: Circle
+    after: Circle
+
+    def __call__(self, share: float) -> Circle | None:
+        """The circle in the plane perpendicular to the chord, or None."""
+        count = max(self.before.nodes, self.after.nodes)
+        one, other = (c.trial.at_nodes(count) for c in (self.before, self.after))
+        sizes, unit = self.family.map.sizes, self.family.unit
+        chord = Direction(
+            (other.points - one.points) / sizes, other.rotation - one.rotation,
+            (other.p - one.p) / unit, unit,
+        )  # fmt: skip
+        guess = _moved(one, chord, share, self.family)
+        found = self.family.solved(guess, chord.scaled(1.0 / chord.norm()))
+        if found.status != FOUND:
+            return None
+        return self.family.circle(found.trial, found.residual)

@@ -1,0 +1,194 @@
+"""Normal stability of an invariant circle: exponents, orientation of bundles, angles.
+
+Method      Tangent vectors are carried by A(phi) = DF(u(phi)) from phi to phi + rho. Frames
+            Q = [t, q_1, .., q_(d-1)], t the unit tangent, are carried on all nodes at once,
+                A(phi) Q(phi) = Q(phi + rho) R,   QR decomposition,                              (1)
+            until Q depends on phi alone; the exponents normal to the circle are
+                chi_i = mean over the nodes of ln |R_ii|.                                        (2)
+            A shifted grid is as good as the nodes, so that nothing is interpolated but A, by its
+            Fourier series. Two exponents whose frame goes on turning while their sum is steady are
+            a pair, as complex multipliers are, and share their sum.                             (3)
+            The line field of a single exponent, modulo those before it, is followed once round the
+            circle: it closes with its sign, and then the multiplier exp(chi) has the sign of R_ii,
+            or it is a Moebius band and the multiplier has none.                                 (4)
+            The covector l with l(phi + rho) A(phi) = l(phi) vanishes on all directions that are
+            invariant apart from the tangent; the angle between both is
+                sin(alpha) = |l . u'| / (|l| |u'|).                                              (5)
+            It is the left null vector of the Jacobian of the collocation.
+Assumes     A smooth along the circle, known to as many harmonics as the circle
+Accuracy    (2) converges with the ratio of neighbouring moduli per step, to rounding or the error
+            of the collocation; a pair's average is that of its sum
+Reference   [jorba2001] for the meaning of (2) as multipliers; theory.md, "Invariant circles"
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.tori.fourier import coefficients, derivative, shifted, values_of
+
+MOST_STEPS, WINDOW = 512, 16
+STEADY = 1e-11  # change of an exponent over a window: converged
+LOCKED = 0.1  # a pair's sum moves by less than this share of its members
+LEAST_RATE = -700.0  # of a plastic impact, whose logarithm is infinite
+SEED = 0  # of the first frames
+TURNING = 1e-7  # a pair's frames turn: their exponents oscillate by more
+
+
+class Bundle(StrEnum):
+    """Kinds of invariant normal directions."""
+
+    POSITIVE = "positive"
+    NEGATIVE = "negative"
+    ONE_SIDED = "one-sided"
+    PAIR = "pair"
+
+
+@dataclass(frozen=True)
+class NormalStability:
+    """Exponents per iterate, largest first, shape (d - 1,), and the kind of each direction."""
+
+    exponents: Floats
+    bundles: tuple[Bundle, ...]
+
+    @property
+    def multipliers(self) -> Complexes:
+        """Signed multipliers; nan as the imaginary part of a pair's and a one-sided one's."""
+        signs = {Bundle.POSITIVE: 1.0, Bundle.NEGATIVE: -1.0}
+        values = [
+            complex(signs[kind] * size, 0.0) if kind in signs else complex(size, np.nan)
+            for size, kind in zip(np.exp(self.exponents), self.bundles, strict=True)
+        ]
+        return np.array(values, dtype=np.complex128)
+
+
+def normal_stability(
+    points: Floats, by_point: Floats, rotation: float, noise: float = 0.0
+) -> NormalStability:
+    """Normal exponents (2) and bundles of a circle; points (N, d), derivatives (N, d, d).
+
+    ``noise`` is the relative error of the derivatives between the nodes.
+    """
+    cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
+    tolerance = max(STEADY, noise)
+    frames, record = cocycle.frames(), np.empty((0, points.shape[1] - 1))
+    found = None
+    while found is None:
+        for _ in range(WINDOW):
+            frames = cocycle.carried(frames)
+            record = np.vstack([record, frames.rates()])
+        found = _steady(record, tolerance, last=len(record) >= MOST_STEPS)
+    exponents, paired = found
+    kinds = [Bundle.PAIR if pair else cocycle.bundle(frames, i) for i, pair in enumerate(paired)]
+    order = np.argsort(-exponents, kind="stable")
+    return NormalStability(exponents[order], tuple(kinds[i] for i in order))
+
+
+class _Frames(NamedTuple):
+    """Frames (1) at the nodes phi_j + n rho after n steps, and R_ii of the last step."""
+
+    vectors: Floats  # (N, d, d)
+    growth: Floats  # (N, d - 1)
+    steps: int
+
+    def rates(self) -> Floats:
+        """Means (2)."""
+        with np.errstate(divide="ignore"):
+            rates = np.maximum(np.log(np.abs(self.growth)), LEAST_RATE)
+        return np.asarray(rates.mean(axis=0), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class _Cocycle:
+    """The tangent and the derivatives along the circle."""
+
+    slope: Floats  # (N, d)
+    series: Complexes  # (K + 1, d, d)
+    rotation: float
+
+    def frames(self) -> _Frames:
+        """Frames to begin with; almost all do."""
+        d = self.slope.shape[1]
+        columns = np.random.default_rng(SEED).standard_normal((d, d - 1))
+        return self._framed(np.tile(columns, (len(self.slope), 1, 1)), 0)
+
+    def carried(self, frames: _Frames) -> _Frames:
+        """Frames one step later."""
+        turn = np.exp(2j * np.pi * self.rotation * frames.steps * np.arange(len(self.series)))
+        here = values_of(self.series * turn[:, None, None], len(self.slope))
+        return self._framed(here @ frames.vectors[:, :, 1:], frames.steps + 1)
+
+    def bundle(self, frames: _Frames, i: int) -> Bundle:
+        """Kind (4) of the i-th normal direction."""
+        normals = frames.vectors[:, :, i + 1]
+        signs, closes = _oriented(normals)
+        if not closes:
+            return Bundle.ONE_SIDED
+        there = self.carried(frames)
+        images = there.vectors[:, :, i + 1] * (signs * np.sign(there.growth[:, i]))[:, None]
+        same = float((images * shifted(normals * signs[:, None], self.rotation)).sum())
+        return Bundle.POSITIVE if same > 0.0 else Bundle.NEGATIVE
+
+    def _framed(self, vectors: Floats, steps: int) -> _Frames:
+        """Orthonormal frames that begin with the tangents."""
+        tangents = shifted(self.slope, steps * self.rotation)
+        tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+        q, r = np.linalg.qr(np.concatenate([tangents[:, :, None], vectors], axis=2))
+        return _Frames(q, np.diagonal(r, axis1=1, axis2=2)[:, 1:], steps)
+
+
+def _oriented(field: Floats) -> tuple[Floats, bool]:
+    """Signs that make a line field continuous along the nodes, and whether it closes so."""
+    products = np.sign((field * np.roll(field, 1, axis=0)).sum(axis=1))
+    products[products == 0.0] = 1.0
+    signs = np.cumprod(np.append(1.0, products[1:]))
+    return signs, bool(signs[-1] * products[0] > 0.0)
+
+
+def _steady(rows: Floats, tolerance: float, *, last: bool) -> tuple[Floats, list[bool]] | None:
+    """Exponents and whether each belongs to a pair (3), once they are steady, or at last; or None."""
+    window = rows[-WINDOW:]
+    exponents, paired = window[-1].copy(), [False] * rows.shape[1]
+    moves = np.ptp(window, axis=0)
+    i = 0
+    while i < rows.shape[1]:
+        if moves[i] <= tolerance * (1.0 + abs(exponents[i])):
+            i += 1
+            continue
+        if i + 1 == rows.shape[1]:
+            return (exponents, paired) if last else None
+        both = window[:, i] + window[:, i + 1]
+        steady = np.ptp(both) <= tolerance * (1.0 + abs(both[-1]))
+        if not last and not (steady and _turns(rows[:, i])):
+            return None
+        if np.ptp(both) < LOCKED * moves[i : i + 2].min():
+            exponents[i : i + 2] = both.mean() / 2.0
+            paired[i : i + 2] = [True, True]
+            i += 1
+        i += 1
+    return exponents, paired
+
+
+def _turns(series: Floats) -> bool:
+    """Whether a growth rate oscillates instead of settling."""
+    if len(series) < 4 * WINDOW:
+        return False
+    early, late = (np.ptp(series[-k * WINDOW :][: 2 * WINDOW]) for k in (4, 2))
+    return bool(late > TURNING and late > early / 2.0)
+
+
+def least_angle(points: Floats, rotation: float, matrix: Floats) -> float:
+    """Least angle (5), radians; ``matrix`` is the square Jacobian of solve.py, points in its units."""
+    n, d = points.shape
+    last = np.zeros(n * d + 1)
+    last[-1] = 1.0
+    covectors = np.linalg.solve(matrix.T, last)[:-1].reshape(n, d)  # at phi_j + rho
+    slope = shifted(derivative(points), rotation)
+    norms = np.linalg.norm(covectors, axis=1) * np.linalg.norm(slope, axis=1)
+    sines = np.abs((covectors * slope).sum(axis=1)) / norms
+    return float(np.arcsin(np.minimum(sines, 1.0).min()))
