@@ -45,6 +45,10 @@ GROUPS = {
         *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
         *("save_branch", "load_branch"),
     ],
+    "Invariant circles": [
+        *("find_circle", "continue_circle", "Circle", "CircleBranch", "CircleEvent"),
+        "CircleGuess",
+    ],
     "Maps and normal forms": [
         *("full_map", "half_map", "impact_map", "stroboscopic_map"),
         *("normal_form", "ExplicitMap"),

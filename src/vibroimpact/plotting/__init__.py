@@ -26,6 +26,7 @@ from vibroimpact.plotting.phase_portrait import plot_phase_portrait
 from vibroimpact.plotting.plane import plot_plane
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.style import save
+from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
 
 __all__ = [
     "plot_along",
@@ -33,10 +34,12 @@ __all__ = [
     "plot_bifurcation_diagram",
     "plot_branch_multipliers",
     "plot_branches",
+    "plot_circle_branch",
     "plot_circle_error",
     "plot_circle_half_width",
     "plot_circles",
     "plot_history",
+    "plot_invariant_circle",
     "plot_mechanism",
     "plot_multipliers",
     "plot_phase_portrait",

@@ -147,7 +147,7 @@ class CircleBranch:
         return np.array([circle.stable for circle in self.circles])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw rotation numbers; see :func:`vibroimpact.plotting.tori.plot_circle_branch`."""
+        """Draw rotation numbers; see :func:`vibroimpact.plotting.plot_circle_branch`."""
         axes: Axes = deferred("plotting.tori", "plot_circle_branch")(self, ax=ax)
         return axes
 

@@ -309,8 +309,8 @@ class Circle:
     # ---- results ----------------------------------------------------------------------------------
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the circle; see :func:`vibroimpact.plotting.tori.plot_circle`."""
-        axes: Axes = deferred("plotting.tori", "plot_circle")(self, ax=ax)
+        """Draw the circle; see :func:`vibroimpact.plotting.plot_invariant_circle`."""
+        axes: Axes = deferred("plotting.tori", "plot_invariant_circle")(self, ax=ax)
         return axes
 
     def to_dataset(self) -> xr.Dataset:

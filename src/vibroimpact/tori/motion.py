@@ -44,6 +44,9 @@ WHOLE = 1e-3  # of a turn: a mean advance of the phase so near to a whole number
 SETTLINGS = 4  # attempts, each after four times as many iterates
 GUESS = 1e-6  # of the largest harmonic: smaller ones are left to Newton's method
 MOST_HARMONICS = 127
+# Beyond the first harmonics that are so small, those k with k rho near a whole number grow again: a
+# slow beat, which the average does not remove. Symmetric curves lack every second harmonic.
+NEIGHBOURS = 4
 
 
 class Started(NamedTuple):
@@ -260,7 +263,9 @@ def averaged(points: Floats, times: Floats, rho: float, p: float) -> Trial:
         c[i] = (w * np.exp(-2j * np.pi * i * rho * n)) @ both
     size = np.abs(c[:, : points.shape[1]]).max(axis=1)
     size[0] = 0.0
-    top = int(np.flatnonzero(size > GUESS * size.max())[-1]) if size.max() else 1
+    near = np.array([size[i : i + NEIGHBOURS].max() for i in k])
+    below = np.flatnonzero(near[1:] <= GUESS * size.max())
+    top = int(below[0]) if below.size else MOST_HARMONICS
     count = max(FEWEST_NODES, 2 * min(int(1.3 * top) + 1, MOST_HARMONICS) + 1)
     curve = values_of(c, count)
     d = points.shape[1]

@@ -32,7 +32,7 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.tori.fourier import coefficients, derivative, shifted, values_of
 
-MOST_STEPS, WINDOW = 512, 16
+MOST_STEPS, WINDOW, LONG = 1024, 16, 128
 STEADY = 1e-11  # change of an exponent over a window: converged
 LOCKED = 0.1  # a pair's sum moves by less than this share of its members
 LEAST_RATE = -700.0  # of a plastic impact, whose logarithm is infinite
@@ -176,9 +176,9 @@ def _steady(rows: Floats, tolerance: float, *, last: bool) -> tuple[Floats, list
 
 def _turns(series: Floats) -> bool:
     """Whether a growth rate oscillates instead of settling."""
-    if len(series) < 4 * WINDOW:
+    if len(series) < 2 * LONG:
         return False
-    early, late = (np.ptp(series[-k * WINDOW :][: 2 * WINDOW]) for k in (4, 2))
+    early, late = np.ptp(series[-2 * LONG : -LONG]), np.ptp(series[-LONG:])
     return bool(late > TURNING and late > early / 2.0)
 
 
