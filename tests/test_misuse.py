@@ -37,7 +37,8 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
-    "Attractor", "Bifurcation", "BifurcationPoint", "Branch", "Diagram", "LyapunovEstimate",
+    "Attractor", "Bifurcation", "BifurcationPoint", "Branch", "Circle", "CircleBranch", "CircleEvent",
+    "Diagram", "LyapunovEstimate",
     "MapDerivative", "NoBranch", "Orbit", "OrbitSearch", "Run", "Section", "InvariantSet",
     "StroboscopicSection",
     "SymmetricOrbit",
@@ -51,6 +52,7 @@ LONG = {
     ("impact_section", "settle"), ("stroboscopic_section", "settle"),
     ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
+    ("find_circle", "settle"), ("find_circle, formula", "settle"),
     ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
 }  # fmt: skip
 
@@ -66,6 +68,13 @@ def oscillator(k: float, A: float) -> vi.Mechanism:
         mass=[[1.0]], damping=[[0.1]], stiffness=[[k]], forces=(vi.Harmonic(1.0, (A,)),),
         contacts=(vi.Contact((1.0,), upper=1.0, restitution=0.8),),
     )  # fmt: skip
+
+
+def spinning(x: Any, p: Any) -> list[Any]:
+    """A circle, and a direction beside it in which it doubles at p = 1."""
+    grow = 1.2 - 0.2 * (x[0] ** 2 + x[1] ** 2)
+    return [grow * (0.28 * x[0] - 0.96 * x[1]), grow * (0.96 * x[0] + 0.28 * x[1]),
+            -p * x[2] + x[2] ** 3]  # fmt: skip
 
 
 def circles() -> xr.Dataset:
@@ -106,6 +115,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     random = vi.RandomStarts(2, 1, {"v1": (-1.0, 1.0)}, state)
     forms = vi.ExplicitMap(lambda x, p: [p * x[0] * (1.0 - x[0])], dimension=1)
     P = vi.full_map(orbit, "omega")
+    spin = vi.ExplicitMap(spinning, dimension=3)
+    circle = vi.find_circle(spin, (1.0, 0.0, 0.0), p=0.9, settle=500, points=500)
+    family = vi.continue_circle(circle, "p", (0.8, 1.1))
     file = folder / "branch.nc"
     vi.save_branch(branch, file)
     motion = {"system": damper, "state": state}
@@ -254,6 +266,35 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "steps": few,
              "both": False, "tangent": None, "progress": None},
         ),
+        "find_circle": (
+            vi.find_circle,
+            {"subject": damper, "start": state, "p": None, "impacts": None, "cycles": None,
+             "symmetric": None, "settle": 10, "points": 100, "tolerance": 1e-10, "most_nodes": 31},
+        ),
+        "find_circle, formula": (
+            vi.find_circle,
+            {"subject": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle": 100, "points": 100},
+        ),
+        "CircleGuess": (
+            lambda points, rotation_number: vi.find_circle(
+                spin, vi.CircleGuess(points, rotation_number), p=0.9
+            ),
+            {"points": circle.points, "rotation_number": circle.rotation_number},
+        ),
+        "Circle.at": (circle.at, {"phi": 0.5}),
+        "Circle.plot": (circle.plot, {"ax": None}),
+        "continue_circle": (
+            vi.continue_circle,
+            {"circle": circle, "parameter": "p", "bounds": (0.85, 0.95), "both": True,
+             "first": 0.1, "least": 1e-2, "largest": 0.5, "points": 3, "tolerance": 1e-10,
+             "most_nodes": 63, "progress": None},
+        ),
+        "CircleBranch.__getitem__": (family.__getitem__, {"label": "PD1"}),
+        "CircleBranch.plot": (family.plot, {"ax": None}),
+        "switch_circle": (
+            vi.switch_circle,
+            {"event": family["PD1"], "amplitude": 0.05, "tolerance": 1e-10, "most_nodes": 63},
+        ),
         "switch_branch": (
             vi.switch_branch,
             {"point": branch["NS1"], "bounds": (1.0, 1.21), "steps": few, "progress": None},
@@ -339,6 +380,12 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             {"plane": vi.plane(damper, over=two, start=state, **WINDOW), "variable": "motion",
              "ax": None, "most": 7, "symbols": None},
         ),
+        "plot_circle_branch": (
+            plotting.plot_circle_branch, {"branch": family, "ax": None},
+        ),
+        "plot_invariant_circle": (
+            plotting.plot_invariant_circle, {"circle": circle, "x": "x1", "y": "x2", "ax": None},
+        ),
         "plot_section": (
             plotting.plot_section, {"section": section, "x": "x1", "y": "v1", "ax": None},
         ),
@@ -373,6 +420,9 @@ NAMES = [
     "classify_points", "lyapunov_exponent", "map_derivative", "section_jacobian", "sweep_attractor",
     "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
+    "find_circle", "find_circle, formula", "CircleGuess", "Circle.at",
+    "Circle.plot", "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot",
+    "switch_circle", "plot_circle_branch", "plot_invariant_circle",
     "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
     "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
     "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane", "multistability", "basins",

@@ -85,6 +85,7 @@ from vibroimpact.tori.circle import Circle as Circle
 from vibroimpact.tori.continue_circle import continue_circle as continue_circle
 from vibroimpact.tori.find import CircleGuess as CircleGuess
 from vibroimpact.tori.find import find_circle as find_circle
+from vibroimpact.tori.switch_circle import switch_circle as switch_circle
 
 observe = observers
 stop = stop_rules

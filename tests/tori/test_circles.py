@@ -111,6 +111,98 @@ def test_a_planted_doubling_is_located() -> None:
     assert np.abs(family.rotation_numbers - RHO).max() < 1e-11
 
 
+def test_a_doubled_circle_of_the_second_iterate_is_the_planted_one() -> None:
+    """Beside z -> -p z + z^3 the circles z^2 = p - 1 are exchanged, with multipliers 3 - 2 p."""
+
+    def spin(x: Any, p: Any) -> list[Any]:
+        return [*planted(x, p)[:2], -p * x[2] + x[2] ** 3]
+
+    start = vi.find_circle(vi.ExplicitMap(spin, dimension=3), (1.0, 0.0, 0.0), p=0.9)
+    family = vi.continue_circle(start, "p", (0.8, 1.2))
+    assert abs(family["PD1"].parameter - 1.0) < 1e-9
+    doubled = vi.switch_circle(family["PD1"])
+    assert doubled.converged, doubled.status
+    assert np.abs(doubled.points[:, 2] ** 2 - (doubled.value - 1.0)).max() < 1e-12
+    assert abs(doubled.rotation_number - folded(2.0 * RHO)) < 1e-11
+    further = vi.continue_circle(doubled, "p", (doubled.value, 1.1), both=True)
+    last = further.circles[-1]
+    assert np.abs(last.points[:, 2] ** 2 - 0.1).max() < 1e-12
+    expected = [2.0 * math.log(3.0 - 2.0 * 1.1), 2.0 * math.log(1.0 - 2.0 * PULL)]
+    assert np.allclose(last.normal_exponents, expected, atol=1e-11)
+
+
+def moebius(x: Any, p: Any) -> list[Any]:
+    """A unit circle in whose normal planes a direction n turns by half a turn per turn.
+
+    Along n the distance w is mapped to (p - w^2) w, across it by 0.3.
+    """
+    alpha = 2.0 * math.pi * RHO
+    r = np.sqrt(x[0] ** 2 + x[1] ** 2)
+    c, s = x[0] / r, x[1] / r
+    a, b, ch, sh = r - 1.0, x[2], math.cos(alpha / 2.0), math.sin(alpha / 2.0)
+    C, S = c * ch - s * sh, s * ch + c * sh  # of phi + alpha / 2
+    squared = (a**2 * (1.0 + c) + 2.0 * a * b * s + b**2 * (1.0 - c)) / 2.0
+    along = ((ch + C) * a + (S - sh) * b, (S + sh) * a + (ch - C) * b)
+    across = ((ch - C) * a - (S + sh) * b, -(S - sh) * a + (ch + C) * b)
+    A, B = (((p - squared) * u + 0.3 * v) / 2.0 for u, v in zip(along, across, strict=True))
+    ca, sa = math.cos(alpha), math.sin(alpha)
+    return [(1.0 + A) * (ca * c - sa * s), (1.0 + A) * (sa * c + ca * s), B]
+
+
+def test_a_moebius_band_doubles_into_one_circle_of_twice_the_length() -> None:
+    """w^2 = p - 1 along the direction that comes back reversed."""
+    start = vi.find_circle(vi.ExplicitMap(moebius, dimension=3), (1.0, 0.0, 0.0), p=0.8)
+    assert start.bundles == (Bundle.ONE_SIDED, Bundle.ONE_SIDED)
+    family = vi.continue_circle(start, "p", (0.7, 1.2))
+    assert [point.label for point in family.special_points] == ["PD1"], family
+    assert abs(family["PD1"].parameter - 1.0) < 1e-9
+    doubled = vi.switch_circle(family["PD1"])
+    assert doubled.converged, doubled.status
+    x, y, z = doubled.points.T
+    w_squared = (np.hypot(x, y) - 1.0) ** 2 + z**2
+    assert np.abs(w_squared - (doubled.value - 1.0)).max() < 1e-12
+    half = [folded(RHO / 2.0), folded((RHO + 1.0) / 2.0)]
+    assert min(abs(doubled.rotation_number - rho) for rho in half) < 1e-11
+
+
+def test_two_circles_meet_in_a_fold_around_which_the_family_goes() -> None:
+    """Radii with r^2 = 1 +- sqrt(p)."""
+
+    def folding(x: Any, p: Any) -> list[Any]:
+        X, Y = x[0] - BEND * np.sin(2.0 * x[1]), x[1]
+        grow = 1.0 + PULL * (p - (X**2 + Y**2 - 1.0) ** 2)
+        c, s = math.cos(2.0 * math.pi * RHO), math.sin(2.0 * math.pi * RHO)
+        U, V = grow * (c * X - s * Y), grow * (s * X + c * Y)
+        return [U + BEND * np.sin(2.0 * V), V]
+
+    start = vi.find_circle(vi.ExplicitMap(folding, dimension=2), (1.1, 0.0), p=0.05)
+    family = vi.continue_circle(start, "p", (-0.1, 0.1))
+    assert [point.label for point in family.special_points] == ["SN1"], family
+    assert abs(family["SN1"].parameter) < 1e-9
+    assert [end.reason.name for end in family.ends] == ["RANGE", "RANGE"]
+    for circle, side in ((family.circles[-1], 1.0), (family.circles[0], -1.0)):
+        r = 1.0 + side * math.sqrt(0.1)
+        assert circle.value == 0.1
+        x, y = circle.points.T
+        assert np.allclose((x - BEND * np.sin(2.0 * y)) ** 2 + y**2, r, atol=1e-11)
+        assert circle.normal_exponents[0] == pytest.approx(
+            math.log(abs(1.0 - side * 4.0 * PULL * math.sqrt(0.1) * r)), abs=1e-10
+        )
+
+
+def test_a_pair_that_leaves_the_unit_circle_is_a_second_neimark_sacker_point() -> None:
+    def twofold(x: Any, p: Any) -> list[Any]:
+        c, s = p * math.cos(1.0), p * math.sin(1.0)
+        u = x[2] + x[3]  # sheared, so that growth in this plane oscillates
+        u, v = c * u - s * x[3], s * u + c * x[3]
+        return [*planted([x[0], x[1], 0.0], 0.5)[:2], u - v, v]
+
+    start = vi.find_circle(vi.ExplicitMap(twofold, dimension=4), (1.0, 0.0, 0.1, 0.0), p=0.8)
+    family = vi.continue_circle(start, "p", (0.7, 1.1))
+    assert [point.label for point in family.special_points] == ["NS1"], family
+    assert abs(family["NS1"].parameter - 1.0) < 1e-9
+
+
 def cocycle(count: int, turns: float, mode: str) -> tuple[np.ndarray, np.ndarray]:
     """A circle and derivatives along it with known normal directions, by their half or whole turns.
 
@@ -253,12 +345,33 @@ def test_the_exponents_add_up_to_the_logarithm_of_the_determinant() -> None:
     assert circle.normal_exponents.sum() == pytest.approx(expected, abs=1e-10)
 
 
-def test_half_map_and_full_map_have_the_same_circle() -> None:
-    damper = paper_damper("A", 1.00314)
+@pytest.mark.parametrize(
+    ("name", "omega"), [("A", 1.00734), ("A", 1.00314), ("A", 0.9958), ("C", 0.4268)]
+)
+def test_half_map_and_full_map_have_the_same_circle(name: str, omega: float) -> None:
+    """With pairs of exponents, and with single ones that take hundreds of steps to settle."""
+    damper = paper_damper(name, omega)
     half = vi.find_circle(damper, REST)
     full = vi.find_circle(damper, REST, symmetric=False)
     assert full.rotation_number == pytest.approx(folded(half.full_rotation_number), abs=1e-11)
     assert np.allclose(full.normal_exponents, 2.0 * half.normal_exponents, atol=1e-9)
+    again = vi.find_circle(damper, half, symmetric=False)
+    assert again.rotation_number == pytest.approx(full.rotation_number, abs=1e-11)
+
+
+def test_a_family_that_approaches_a_resonance_ends_by_breaking() -> None:
+    """Set B: down from the upper Neimark-Sacker point, towards 1/5 of the half map."""
+    orbit = vi.symmetric_orbits(paper_damper("B", 0.97))[0]
+    branch = vi.continue_orbit(orbit, "omega", (0.97, 1.05))
+    start = vi.find_circle(paper_damper("B", 1.014), branch["NS1"])
+    family = vi.continue_circle(start, "omega", (0.97, 1.05), most_nodes=121, least=1e-3)
+    before, after = family.ends
+    assert before.reason.name == "BREAKING"
+    assert "next to 1/5" in before.detail
+    assert after.reason.name == "BORN"
+    assert after.parameter == pytest.approx(branch["NS1"].parameter, abs=1e-6)
+    assert (np.diff(family.rotation_numbers) > 0.0).all()
+    assert family.circles[0].least_angle < family.circles[-1].least_angle
 
 
 # ---- admissibility -------------------------------------------------------------------------------

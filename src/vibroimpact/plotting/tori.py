@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice, check_kind
+from vibroimpact._core.checks import check_choice, check_kind, shown
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.labels import Labels
@@ -49,7 +49,7 @@ def plot_invariant_circle(
     n = rows.shape[1] // 2 if machine else rows.shape[1]
     names = [f"x{i + 1}" for i in range(n)]
     names += [*(f"v{i + 1}" for i in range(n)), "phase"] if machine else []
-    if not machine and y == "v1":
+    if not machine and shown(y) == "'v1'":  # the default
         y = names[-1]
     columns = {}
     for argument, name in (("x", x), ("y", y)):

@@ -13,6 +13,7 @@ from vibroimpact._core.checks import check_choice
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.tori.circle import Circle
+from vibroimpact.tori.normal import Bundle
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,7 @@ MEANINGS = {
     "NS": "second Neimark-Sacker: a three-frequency torus may be born",
     "GR": "grazing: a stop is touched between the impacts",
 }
+BREAKING = "symmetry breaking: two circles that are mirror images are born"
 
 
 class CircleStop(StrEnum):
@@ -79,7 +81,8 @@ class CircleEvent:
     @property
     def meaning(self) -> str:
         """Meaning in words."""
-        return MEANINGS[self.kind]
+        mirrored = self.circle.symmetric and Bundle.NEGATIVE in self.circle.bundles
+        return BREAKING if self.kind == "PD" and mirrored else MEANINGS[self.kind]
 
     def __repr__(self) -> str:
         real = "" if self.circle.admissible or self.kind == "GR" else ", not admissible"

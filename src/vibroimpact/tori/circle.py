@@ -30,7 +30,14 @@ from vibroimpact.tori.fourier import (
     tail,
 )
 from vibroimpact.tori.maps import CircleMap, Images, SignatureMap
-from vibroimpact.tori.normal import Bundle, NormalStability, least_angle, normal_stability
+from vibroimpact.tori.normal import (
+    Bundle,
+    Leading,
+    NormalStability,
+    leading_direction,
+    least_angle,
+    normal_stability,
+)
 from vibroimpact.tori.solve import FOUND, Trial, matrix_of, radius
 
 if TYPE_CHECKING:
@@ -131,7 +138,7 @@ class Circle:
 
     def at(self, phi: ArrayLike) -> Floats:
         """Points of the curve at phases in turns, shape (m,), as an array (m, d)."""
-        return at_phases(self.points, np.atleast_1d(numbers("phi", phi)).ravel())
+        return at_phases(self.points, np.atleast_1d(numbers("phi", phi)).ravel() % 1.0)
 
     def states(self, phi: ArrayLike) -> Floats:
         """States (x, v, theta) just after the first impact at phases, shape (m, 2n + 1)."""
@@ -188,6 +195,11 @@ class Circle:
     @cached_property
     def normal(self) -> NormalStability:
         """Exponents and bundles normal to the circle."""
+        return normal_stability(*self._resolved)
+
+    @cached_property
+    def _resolved(self) -> tuple[Floats, Floats, float, float]:
+        """Scaled points and derivatives on nodes that resolve both, rotation, and the error left."""
         sizes, count = self.map.sizes, self.nodes
         while True:  # derivatives have more harmonics than the circle
             count = 2 * count + 1
@@ -195,7 +207,12 @@ class Circle:
             by_point = self.map.images(points, self.value, times).by_point * sizes / sizes[:, None]
             noise = tail(by_point)
             if noise <= RESOLVED or count >= FINER * self.nodes:
-                return normal_stability(points / sizes, by_point, self.rotation_number, noise)
+                return points / sizes, by_point, self.rotation_number, noise
+
+    def leading_direction(self) -> Leading:
+        """Normal direction of the largest exponent along the circle, for switching."""
+        points, by_point, rotation, _ = self._resolved
+        return leading_direction(points, by_point, rotation)
 
     @property
     def normal_exponents(self) -> Floats:

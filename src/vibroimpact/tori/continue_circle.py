@@ -182,6 +182,7 @@ def _no_progress(points: int, parameter: float) -> None:
 
 def _value(circle: Circle, parameter: str) -> float:
     """Value of the parameter at the circle."""
+    check_kind("parameter", parameter, str, "the name of a parameter")
     if isinstance(circle.subject, ExplicitMap):
         if parameter != "p":
             raise refusal("parameter", parameter, '"p" for a formula')

@@ -8,7 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, check_flag, numbers, positive, real, refusal
+from vibroimpact._core.checks import (
+    check_count,
+    check_flag,
+    check_memory,
+    numbers,
+    positive,
+    real,
+    refusal,
+)
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint
@@ -24,6 +32,7 @@ from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.problem import Signature, check_signature
 from vibroimpact.simulation.sections import SectionPoints
 from vibroimpact.tori.circle import Circle
+from vibroimpact.tori.fourier import shifted
 from vibroimpact.tori.maps import CircleMap, FormulaMap, SignatureMap
 from vibroimpact.tori.motion import Started, from_iterates, from_motion, nothing
 from vibroimpact.tori.solve import (
@@ -36,6 +45,7 @@ from vibroimpact.tori.solve import (
     solve,
 )
 
+BYTES = 4096  # of an iterate in a record of some impacts
 PREDICTED = 31  # nodes of a normal form's prediction
 FEWER = 0.8  # a circle that needs so much fewer nodes is solved with fewer
 
@@ -121,6 +131,7 @@ def find_circle(
     """
     for name, count, least in (("settle", settle, 0), ("points", points, 64)):
         check_count(name, count, least)
+    check_memory("points", points, BYTES, "Take fewer.")
     check_count("most_nodes", most_nodes, FEWEST_NODES)
     tolerance = positive("tolerance", tolerance)
     if isinstance(subject, ExplicitMap):
@@ -194,6 +205,29 @@ def _missing(subject: System | ExplicitMap, started: Started) -> Circle:
     )
 
 
+# ---- second iterates -----------------------------------------------------------------------------
+
+
+def second_iterate(circle: Circle) -> tuple[System | ExplicitMap, CircleMap]:
+    """Subject and map of the second iterate; that of the half map is the full map."""
+    if isinstance(circle.subject, ExplicitMap):
+        formula = replace(circle.subject, iterate=2 * circle.subject.iterate)
+        return formula, FormulaMap(formula)
+    assert isinstance(circle.map, SignatureMap)
+    known = circle.map.signature
+    once, twice = replace(known, symmetric=False), Signature(known.impacts * 2, known.cycles * 2)
+    return circle.subject, replace(circle.map, signature=once if known.symmetric else twice)
+
+
+def of_second_iterate(circle: Circle, circle_map: CircleMap, count: int) -> Trial:
+    """The circle as one of the second iterate."""
+    trial, rho = circle.trial.at_nodes(count), circle.rotation_number
+    times = trial.times
+    if isinstance(circle_map, SignatureMap):
+        times = np.column_stack([times, shifted(times, rho)])
+    return replace(trial, rotation=2.0 * rho, times=times)
+
+
 # ---- starts of formulas --------------------------------------------------------------------------
 
 
@@ -208,7 +242,7 @@ def _of_formula(
     value = 0.0 if p is None else real("p", p)
     if isinstance(start, CircleGuess):
         curve = numbers("start.points", start.points)
-        rho = real("start.rotation_number", start.rotation_number)
+        rho = real("start.rotation_number", start.rotation_number) % 1.0
         if curve.ndim != 2 or curve.shape[1] != formula.dimension or len(curve) < 3:
             raise InvalidParameterError(
                 f"start.points has shape {curve.shape}; expected (n, {formula.dimension}), n >= 3."
@@ -270,6 +304,11 @@ def _of_system(
     if isinstance(start, BifurcationPoint):
         return _from_point(system, start)
     if isinstance(start, Circle) and isinstance(start.map, SignatureMap):
+        if symmetric is False and start.symmetric:
+            full = second_iterate(start)[1]
+            assert isinstance(full, SignatureMap)
+            guess = of_second_iterate(start, full, start.nodes)
+            return Started(replace(full, system=system, parameter=""), full.signature, guess)
         return Started(
             replace(start.map, system=system, parameter=""), start.signature, start.trial
         )

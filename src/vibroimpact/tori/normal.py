@@ -33,8 +33,9 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.tori.fourier import coefficients, derivative, shifted, values_of
 
 MOST_STEPS, WINDOW, LONG = 1024, 16, 128
-STEADY = 1e-11  # change of an exponent over a window: converged
-LOCKED = 0.1  # a pair's sum moves by less than this share of its members
+STEADY = 1e-10  # change of an exponent over a window: converged
+STEPS_OF_DIRECTION = 256
+ALIKE = 1e-9  # exponents of a pair whose frames turn evenly
 LEAST_RATE = -700.0  # of a plastic impact, whose logarithm is infinite
 SEED = 0  # of the first frames
 TURNING = 1e-7  # a pair's frames turn: their exponents oscillate by more
@@ -87,6 +88,37 @@ def normal_stability(
     kinds = [Bundle.PAIR if pair else cocycle.bundle(frames, i) for i, pair in enumerate(paired)]
     order = np.argsort(-exponents, kind="stable")
     return NormalStability(exponents[order], tuple(kinds[i] for i in order))
+
+
+class Leading(NamedTuple):
+    """Leading normal direction at the nodes, modulo the tangent.
+
+    ``reversed`` where it comes back so; ``field`` then covers two turns. ``sign`` is that of its
+    multiplier; in a reversed one, of the multiplier to the continuation of the field.
+    """
+
+    field: Floats
+    reversed: bool
+    sign: float
+
+
+def leading_direction(points: Floats, by_point: Floats, rotation: float) -> Leading:
+    """Direction of the largest normal exponent, from frames carried until they are steady."""
+    cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
+    frames = cocycle.frames()
+    for _ in range(STEPS_OF_DIRECTION):
+        frames = cocycle.carried(frames)
+    there = cocycle.carried(frames)
+    normals, images = frames.vectors[:, :, 1], there.vectors[:, :, 1]
+    signs, closes = _oriented(normals)
+    field = normals * signs[:, None]
+    pushed = images * (signs * np.sign(there.growth[:, 0]))[:, None]
+    if not closes:  # over two turns it does
+        field, pushed = (np.concatenate([part, -part]) for part in (field, pushed))
+    turns = 1.0 if closes else 2.0
+    sign = float(np.sign((pushed * shifted(field, rotation / turns)).sum()))
+    back = shifted(field, -frames.steps * rotation / turns)
+    return Leading(back, not closes, sign)
 
 
 class _Frames(NamedTuple):
@@ -153,33 +185,32 @@ def _oriented(field: Floats) -> tuple[Floats, bool]:
 def _steady(rows: Floats, tolerance: float, *, last: bool) -> tuple[Floats, list[bool]] | None:
     """Exponents and whether each belongs to a pair (3), once they are steady, or at last; or None."""
     window = rows[-WINDOW:]
-    exponents, paired = window[-1].copy(), [False] * rows.shape[1]
-    moves = np.ptp(window, axis=0)
-    i = 0
+    exponents, paired = window.mean(axis=0), [False] * rows.shape[1]
+    moves, i = np.ptp(window, axis=0), 0
     while i < rows.shape[1]:
-        if moves[i] <= tolerance * (1.0 + abs(exponents[i])):
+        alone = moves[i] <= tolerance * (1.0 + abs(exponents[i]))
+        if not alone and i + 1 < rows.shape[1] and _turns(rows[:, i], rows[:, i + 1]):
+            both = window[:, i] + window[:, i + 1]
+            if not last and np.ptp(both) > tolerance * (1.0 + abs(both[-1])):
+                return None
+            exponents[i : i + 2], paired[i : i + 2] = both.mean() / 2.0, [True, True]
             i += 1
-            continue
-        if i + 1 == rows.shape[1]:
-            return (exponents, paired) if last else None
-        both = window[:, i] + window[:, i + 1]
-        steady = np.ptp(both) <= tolerance * (1.0 + abs(both[-1]))
-        if not last and not (steady and _turns(rows[:, i])):
+        elif not alone and not last:
             return None
-        if np.ptp(both) < LOCKED * moves[i : i + 2].min():
-            exponents[i : i + 2] = both.mean() / 2.0
-            paired[i : i + 2] = [True, True]
-            i += 1
         i += 1
+    for j in np.flatnonzero(np.abs(np.diff(exponents)) <= ALIKE).tolist():
+        paired[j] = paired[j + 1] = True
     return exponents, paired
 
 
-def _turns(series: Floats) -> bool:
-    """Whether a growth rate oscillates instead of settling."""
-    if len(series) < 2 * LONG:
+def _turns(one: Floats, other: Floats) -> bool:
+    """Whether two growth rates go on exchanging their order while their sum is steadier."""
+    if len(one) < 2 * LONG:
         return False
-    early, late = np.ptp(series[-2 * LONG : -LONG]), np.ptp(series[-LONG:])
-    return bool(late > TURNING and late > early / 2.0)
+    one, other = one[-LONG:], other[-LONG:]
+    swing, mean = float(np.ptp(one - other)), abs(float((one - other).mean()))
+    steadier = np.ptp(one + other) < min(np.ptp(one), np.ptp(other)) / 2.0
+    return bool(steadier and swing > TURNING and mean < swing / 2.0)
 
 
 def least_angle(points: Floats, rotation: float, matrix: Floats) -> float:

@@ -42,6 +42,7 @@ TOLERANCE = 1e-10  # (5)
 FEWEST_NODES, MOST_NODES = 15, 511
 GROWTH = 1.5
 NEWTON_STEPS, HALVINGS = 15, 8
+RETRIES = 2  # with twice the nodes, where Newton's method fails
 SMALL_STEP, SMALL_RESIDUAL = 1e-9, 1e-11  # the next Newton step is the square of such a one
 COLLAPSED = 1e-3  # of the guess's radius
 MARGIN = 1e-3  # of the tolerance: harmonics below are left out of the next guess
@@ -143,15 +144,18 @@ def solve(
     most_nodes: int = MOST_NODES,
 ) -> Solved:
     """Solve for a circle near a guess, with enough nodes; on the plane (3) if ``along`` is given."""
-    start = guess
+    start, again = guess, 0 if along else RETRIES  # along a family the step is halved instead
     while True:
         found = newton(circle_map, start, along)
-        if found.status != FOUND:
-            return found
+        n = len(start.points)
+        if found.status != FOUND:  # perhaps for lack of harmonics
+            if again == 0 or 2 * n + 1 > most_nodes:
+                return found
+            start, again = guess.at_nodes(2 * n + 1), again - 1
+            continue
         residual = residual_between(circle_map, found.trial)
         if residual <= tolerance:
             return found._replace(residual=max(residual, found.residual))
-        n = len(found.trial.points)
         grown = 2 * int(GROWTH * n / 2) + 1
         if grown > most_nodes:
             status = f"{most_nodes} nodes are too few: the residual between {n} is {residual:.1e}"
