@@ -13,6 +13,7 @@ from support.systems import paper_damper
 import vibroimpact as vi
 from vibroimpact.attractors.rotation import weights
 from vibroimpact.tori.fourier import at_phases, derivative, shifted, tail
+from vibroimpact.tori.maps import SignatureMap
 from vibroimpact.tori.normal import Bundle, normal_stability
 
 REST = vi.State((0.0, 0.0), (0.0, 1.0))
@@ -203,6 +204,21 @@ def test_a_pair_that_leaves_the_unit_circle_is_a_second_neimark_sacker_point() -
     assert abs(family["NS1"].parameter - 1.0) < 1e-9
 
 
+@pytest.mark.parametrize("twist", [0.5, 3.0])
+def test_the_least_angle_is_that_of_the_isochrons(twist: float) -> None:
+    """phi -> phi + alpha + twist (r - 1), r - 1 -> 0.6 (r - 1): tan of it (1 - 0.6) / twist."""
+
+    def twisted(x: Any, p: Any) -> list[Any]:
+        r = np.sqrt(x[0] ** 2 + x[1] ** 2)
+        a = 2.0 * math.pi * RHO + p * (r - 1.0)
+        c, s, grow = np.cos(a), np.sin(a), (0.4 + 0.6 * r) / r
+        return [grow * (c * x[0] - s * x[1]), grow * (s * x[0] + c * x[1])]
+
+    circle = vi.find_circle(vi.ExplicitMap(twisted, dimension=2), (1.0, 0.0), p=twist)
+    assert circle.least_angle == pytest.approx(math.atan(0.4 / twist), abs=1e-10)
+    assert circle.roughness == pytest.approx(1.0, abs=1e-10)
+
+
 def cocycle(count: int, turns: float, mode: str) -> tuple[np.ndarray, np.ndarray]:
     """A circle and derivatives along it with known normal directions, by their half or whole turns.
 
@@ -374,6 +390,41 @@ def test_a_family_that_approaches_a_resonance_ends_by_breaking() -> None:
     assert family.circles[0].least_angle < family.circles[-1].least_angle
 
 
+@pytest.mark.parametrize("parameter", ["omega", "half_clearance", "restitution"])
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_derivatives_of_the_impact_map_are_those_of_its_differences(
+    parameter: str, symmetric: bool
+) -> None:
+    damper = paper_damper("A", 1.00314)
+    impacts = vi.find_circle(damper, REST).signature
+    circle = vi.find_circle(damper, REST, symmetric=None if symmetric else False)
+    sizes = circle.map.sizes
+    circle_map = SignatureMap(
+        damper, replace(impacts, symmetric=circle.symmetric), parameter, sizes
+    )
+    p, points = getattr(damper, parameter), circle.points[:7]
+    times = circle.times[:7]
+    here = circle_map.images(points, p, times)
+    h = 1e-6
+
+    def difference(d_points: np.ndarray, dp: float) -> np.ndarray:
+        ends = [circle_map.images(points + s * d_points, p + s * dp, times) for s in (h, -h)]
+        return (ends[0].points - ends[1].points) / (2.0 * h)
+
+    # Third derivatives times h^2, and rounding over h.
+    assert np.allclose(here.by_parameter, difference(np.zeros(4), 1.0), rtol=1e-6, atol=1e-7)
+    for j, e in enumerate(np.eye(4)):
+        assert np.allclose(here.by_point[:, :, j], difference(e, 0.0), rtol=1e-6, atol=1e-7)
+
+
+def test_a_family_in_the_clearance_has_the_circles_that_motions_settle_on() -> None:
+    """The section moves with this parameter."""
+    circle = vi.find_circle(paper_damper("A", 1.00314), REST)
+    family = vi.continue_circle(circle, "half_clearance", (4.98, 5.02), points=4)
+    direct = vi.find_circle(paper_damper("A", 1.00314, half_clearance=family.values[-1]), REST)
+    assert abs(family.rotation_numbers[-1] - direct.rotation_number) < 1e-11
+
+
 # ---- admissibility -------------------------------------------------------------------------------
 
 
@@ -402,6 +453,14 @@ def test_a_circle_that_crosses_a_stop_is_inadmissible() -> None:
     assert not crossed.admissible
     assert "upper stop of contact 1" in crossed.inadmissible_reason
     assert crossed.clearance_to_grazing == pytest.approx(-0.01, abs=1e-9)
+
+
+def test_the_clearance_does_not_depend_on_where_the_nodes_are() -> None:
+    circle = vi.find_circle(limited(50.0), REST, symmetric=False)
+    half = 0.5 / 129.0
+    moved = replace(circle, points=shifted(circle.points, half), times=shifted(circle.times, half))
+    # The least gap is quadratic in the phase, which is known to 1e-7.
+    assert moved.clearance_to_grazing == pytest.approx(circle.clearance_to_grazing, abs=1e-11)
 
 
 def test_grazing_along_a_family_is_located_where_the_stop_meets_the_circle() -> None:
