@@ -425,6 +425,30 @@ def test_a_family_in_the_clearance_has_the_circles_that_motions_settle_on() -> N
     assert abs(family.rotation_numbers[-1] - direct.rotation_number) < 1e-11
 
 
+def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> None:
+    """Near the resonance 1/4 of the half map, beyond the reach of the normal form."""
+    orbit = vi.symmetric_orbits(paper_damper("A", 1.0))[0]
+    point = vi.continue_orbit(orbit, "omega", (0.92, 1.0))["NS1"]
+    assert point.parameter == pytest.approx(0.931845377, abs=1e-9)
+    start = vi.find_circle(paper_damper("A", point.parameter + 1e-4), point)
+    family = vi.continue_circle(
+        start, "omega", (0.93, 0.94), both=False, first=0.005, least=5e-4, points=8, most_nodes=121,
+    )  # fmt: skip
+    fold = family["SN1"]
+    assert fold.parameter == pytest.approx(0.932061757, abs=1e-9)
+    assert abs(fold.circle.normal_exponents[0]) < 1e-6
+    assert family.values.max() <= fold.parameter
+    stable, unstable = family.stable, family.normal_exponents[:, 0] > 0.0
+    assert stable[0]
+    assert unstable[-1]
+    other = family.circles[-1]
+    near = family.circles[int(np.flatnonzero(stable)[-1])]
+    again = vi.find_circle(other.subject, near)
+    assert again.converged, again.status
+    assert again.stable
+    assert abs(again.rotation_number - other.rotation_number) > 1e-5
+
+
 # ---- admissibility -------------------------------------------------------------------------------
 
 

@@ -248,7 +248,7 @@ class Circle:
         """Least angle between the circle and its normal invariant directions, radians.
 
         Coordinates are in units of their sizes. It tends to 0 where the circle loses its
-        normal hyperbolicity, the usual way in which circles break.
+        normal hyperbolicity, the usual way in which circles break; at a fold of circles, too.
         """
         matrix = matrix_of(self._images, self.trial, self.trial, self.map.sizes, 1.0)
         return least_angle(self._scaled, self.rotation_number, matrix[:, :-1])

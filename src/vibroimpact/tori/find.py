@@ -145,7 +145,11 @@ def find_circle(
         mechanism_of(subject)
         signature = _signature(subject, impacts, cycles, symmetric)
         started = _of_system(subject, start, signature, symmetric, settle, points)
-    return _solved(subject, started, tolerance, most_nodes)
+    circle = _solved(subject, started, tolerance, most_nodes)
+    if isinstance(start, BifurcationPoint) and started.trial and not circle.converged:
+        advice = f"find one nearer to {start.label} at {start.parameter:.9g}, and continue_circle"
+        return replace(circle, status=f"{circle.status}; {advice}")
+    return circle
 
 
 def _solved(

@@ -32,7 +32,8 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.tori.fourier import coefficients, derivative, shifted, values_of
 
-MOST_STEPS, WINDOW, LONG = 1024, 16, 128
+STRIDE = 4  # iterates between two QR decompositions
+MOST_STEPS, WINDOW, LONG = 256, 4, 32  # decompositions: in all, until a check, to know a pair
 STEADY = 1e-10  # change of an exponent over a window: converged
 STEPS_OF_DIRECTION = 256
 ALIKE = 1e-9  # exponents of a pair whose frames turn evenly
@@ -81,8 +82,8 @@ def normal_stability(
     found = None
     while found is None:
         for _ in range(WINDOW):
-            frames = cocycle.carried(frames)
-            record = np.vstack([record, frames.rates()])
+            frames = cocycle.carried(frames, STRIDE)
+            record = np.vstack([record, frames.rates() / STRIDE])
         found = _steady(record, tolerance, last=len(record) >= MOST_STEPS)
     exponents, paired = found
     kinds = [Bundle.PAIR if pair else cocycle.bundle(frames, i) for i, pair in enumerate(paired)]
@@ -106,8 +107,8 @@ def leading_direction(points: Floats, by_point: Floats, rotation: float) -> Lead
     """Direction of the largest normal exponent, from frames carried until they are steady."""
     cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
     frames = cocycle.frames()
-    for _ in range(STEPS_OF_DIRECTION):
-        frames = cocycle.carried(frames)
+    for _ in range(STEPS_OF_DIRECTION // STRIDE):
+        frames = cocycle.carried(frames, STRIDE)
     there = cocycle.carried(frames)
     normals, images = frames.vectors[:, :, 1], there.vectors[:, :, 1]
     signs, closes = _oriented(normals)
@@ -122,7 +123,7 @@ def leading_direction(points: Floats, by_point: Floats, rotation: float) -> Lead
 
 
 class _Frames(NamedTuple):
-    """Frames (1) at the nodes phi_j + n rho after n steps, and R_ii of the last step."""
+    """Frames (1) at the nodes phi_j + n rho after n steps, and R_ii since the last ones."""
 
     vectors: Floats  # (N, d, d)
     growth: Floats  # (N, d - 1)
@@ -149,11 +150,13 @@ class _Cocycle:
         columns = np.random.default_rng(SEED).standard_normal((d, d - 1))
         return self._framed(np.tile(columns, (len(self.slope), 1, 1)), 0)
 
-    def carried(self, frames: _Frames) -> _Frames:
-        """Frames one step later."""
-        turn = np.exp(2j * np.pi * self.rotation * frames.steps * np.arange(len(self.series)))
-        here = values_of(self.series * turn[:, None, None], len(self.slope))
-        return self._framed(here @ frames.vectors[:, :, 1:], frames.steps + 1)
+    def carried(self, frames: _Frames, steps: int = 1) -> _Frames:
+        """Frames some steps later."""
+        vectors = frames.vectors[:, :, 1:]
+        for step in range(frames.steps, frames.steps + steps):
+            turn = np.exp(2j * np.pi * self.rotation * step * np.arange(len(self.series)))
+            vectors = values_of(self.series * turn[:, None, None], len(self.slope)) @ vectors
+        return self._framed(vectors, frames.steps + steps)
 
     def bundle(self, frames: _Frames, i: int) -> Bundle:
         """Kind (4) of the i-th normal direction."""
