@@ -46,7 +46,14 @@ GROUPS = {
         *("save_branch", "load_branch"),
     ],
     "Invariant circles": [
-        *("find_circle", "continue_circle", "switch_circle", "Circle", "CircleBranch", "CircleEvent"),
+        *(
+            "find_circle",
+            "continue_circle",
+            "switch_circle",
+            "Circle",
+            "CircleBranch",
+            "CircleEvent",
+        ),
         "CircleGuess",
     ],
     "Maps and normal forms": [
