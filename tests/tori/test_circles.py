@@ -375,6 +375,20 @@ def test_half_map_and_full_map_have_the_same_circle(name: str, omega: float) -> 
     assert again.rotation_number == pytest.approx(full.rotation_number, abs=1e-11)
 
 
+def test_a_given_signature_decides_the_map() -> None:
+    damper = paper_damper("A", 1.00734)
+    once = vi.find_circle(damper, REST, impacts="AB", cycles=1)
+    twice = vi.find_circle(damper, REST, impacts="ABAB", cycles=2)
+    other = vi.find_circle(damper, REST, impacts="BA", cycles=1)
+    assert once.rotation_number == pytest.approx(1.0 - 2.0 * 0.258872793916, abs=1e-11)
+    assert twice.rotation_number == pytest.approx(folded(2.0 * once.rotation_number), abs=1e-11)
+    assert other.rotation_number == pytest.approx(once.rotation_number, abs=1e-11)
+    # The section of the lower stop sees the mirror image half a period later.
+    assert other.radius == pytest.approx(once.radius, abs=1e-9)
+    none = vi.find_circle(damper, REST, impacts="AAB", cycles=1)
+    assert "do not follow" in none.status
+
+
 def test_a_family_that_approaches_a_resonance_ends_by_breaking() -> None:
     """Set B: down from the upper Neimark-Sacker point, towards 1/5 of the half map."""
     orbit = vi.symmetric_orbits(paper_damper("B", 0.97))[0]
