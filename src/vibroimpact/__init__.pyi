@@ -60,6 +60,8 @@ from vibroimpact.simulation.derivatives import MapDerivative as MapDerivative
 from vibroimpact.simulation.derivatives import map_derivative as map_derivative
 from vibroimpact.simulation.lyapunov import LyapunovEstimate as LyapunovEstimate
 from vibroimpact.simulation.lyapunov import lyapunov_exponent as lyapunov_exponent
+from vibroimpact.simulation.lyapunov_spectrum import LyapunovSpectrum as LyapunovSpectrum
+from vibroimpact.simulation.lyapunov_spectrum import lyapunov_spectrum as lyapunov_spectrum
 from vibroimpact.simulation.sections import Section as Section
 from vibroimpact.simulation.sections import StroboscopicSection as StroboscopicSection
 from vibroimpact.simulation.sections import impact_section as impact_section

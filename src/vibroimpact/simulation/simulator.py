@@ -61,7 +61,7 @@ class Simulator:
     """Motion that is continued from call to call, with or without a record of its impacts."""
 
     def __init__(self, system: System, state: State) -> None:
-        self.system, self.last = system, state
+        self.system, self.start, self.last = system, state, state
         self.compiled: Compiled = compile_mechanism(mechanism_of(system))
         self.at: Any = begin(self.compiled, state)
 
@@ -90,11 +90,15 @@ class Simulator:
         result = self._call(lambda at: kernel.advance(at, math.inf, limit, events, impacts))
         return _why(result)[0]
 
-    def record(self, impacts: int) -> Impacts:
-        """Record the next impacts."""
+    def events(self, impacts: int) -> Any:
+        """Every event of the next impacts, as the kernel records them."""
         limit, events = flight_limit_of(self.compiled), events_for(impacts)
         kernel = self.compiled.kernel
-        part = self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
+        return self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
+
+    def record(self, impacts: int) -> Impacts:
+        """Record the next impacts."""
+        part = self.events(impacts)
         n = self.compiled.mechanism.degrees
         if len(part["status"]):
             row = part["after"][-1]

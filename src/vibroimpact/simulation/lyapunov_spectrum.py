@@ -1,0 +1,631 @@
+"""All Lyapunov exponents of a motion, with their errors, beside the exact sum.
+
+Method      D_k, the derivative from just after one impact to just after the next at equal times
+            (T33), from the kernel; without forcing modulo the direction f of the flow
+            D_k Q_k = Q_k+1 U_k,   Q orthonormal, U upper triangular,   g_ik = log (U_k)_ii      (1)
+            lambda_i = sum w_k g_ik / sum w_k T_k,  w_k = exp(-1 / 4s(1 - s)), s = (k + 1/2) / N (2)
+            sum_i g_ik + log |f_k+1| / |f_k| = log R_k^2 - T_k tr(M^-1 C), for every k           (3)
+            error = max(scatter of (2) over 16 blocks / 4, half of its change from the first half of
+            the impacts to the second, rounding)                                                (4)
+Assumes     every contact opens now and then, so that flights begin and end in an impact
+Accuracy    (3) holds to rounding for any weights, since it holds for every impact.
+            The weights let (2) converge faster than any power of N in periodic and quasiperiodic
+            motion, where plain means have an error of order 1 / N. In chaos they raise the error by
+            a sixth, mean(w^2)^(1/2) / mean(w) = 1.16; the quarter in them keeps that low.
+            The scatter of 16 blocks has an error of 18 %, and assumes that correlations are shorter
+            than a block. A slow drift (a transient that remains, tangents that still turn) is in
+            the second part of (4), which by chance alone raises an error by a sixth on average.
+            A flight that would turn all tangents into one direction is cut (`LOSS`).
+Fails       -inf from an exponent on: chatter that ends in rest, sticking and plastic impacts let
+            the motion forget directions. nan: the motion ends, a contact never opens, or an impact
+            grazes.
+Reference   [benettin1980] for (1), [muller1995] for jumps, [das2017] for (2), [kaplan1979] for the
+            dimension
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact._core.checks import check_count, check_memory
+from vibroimpact._core.types import Codes, Floats
+from vibroimpact.compile.prescribed import compile_prescribed
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.derivatives import map_derivative
+from vibroimpact.simulation.lyapunov import (
+    ALIGNING,
+    BLOCKS,
+    ERRORS,
+    FEWEST_BLOCKS,
+    parts_of,
+)
+from vibroimpact.simulation.simulate import RunEnd, Status, events_for, phases_of
+from vibroimpact.simulation.simulator import CHUNK, COUNTED, Simulator
+
+VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
+LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
+ROUNDING = 2.0**-48  # of a growth: some ulp for every product
+FREE = 0  # code of the mode without closed contacts
+NEVER_FREE = (
+    "no free flight ends in an impact at one contact: a contact stays closed, or all impacts are "
+    "simultaneous"
+)
+
+
+@dataclass(frozen=True, repr=False)
+class LyapunovSpectrum:
+    """All Lyapunov exponents of a motion, without the neutral direction of time.
+
+    Attributes
+    ----------
+    values, errors
+        Per unit of time, largest first, each with one standard error; shape (m,).
+    per_impact
+        The same growth per impact instead of per time, shape (m,).
+    contraction
+        Growth of volumes per unit of time, exactly: the logarithm of restitution^2 over the impacts
+        and -trace(M^-1 C) over the flights. -inf where a direction is forgotten; nan after impacts
+        of several contacts at once.
+    flow
+        Growth of the velocity of the flow per unit of time, which tends to 0; 0 with forcing.
+    growth, duration, impacts
+        Natural logarithms of the growth between impacts, shape (N, m), in the order of ``values``;
+        the times between them, and how many impacts each stands for, shape (N,).
+    discarded
+        Share of the average that was left out because the motion changed after it.
+    run_end
+        Why the run ended; ``RunEnd.OBSERVER`` where all tangents vanished.
+    """
+
+    values: Floats
+    errors: Floats
+    per_impact: Floats
+    contraction: float
+    flow: float
+    growth: Floats = field(repr=False)
+    duration: Floats = field(repr=False)
+    impacts: Floats = field(repr=False)
+    discarded: float
+    run_end: RunEnd
+    complete: bool = field(repr=False)
+    reason: str = field(default="", repr=False)
+
+    @property
+    def sum(self) -> float:
+        """Sum of the values."""
+        return float(self.values.sum())
+
+    @cached_property
+    def determinant_error(self) -> float:
+        """Error of ``sum + flow`` against ``contraction``, relative to the largest of the terms.
+
+        nan where not all exponents were computed.
+        """
+        if not self.complete or math.isnan(self.contraction):
+            return math.nan
+        found = self.sum + self.flow
+        if found == self.contraction:  # infinities as well
+            return 0.0
+        if math.isinf(found) or math.isinf(self.contraction):
+            return math.inf
+        size = max(abs(self.contraction), float(np.abs(self.values).max(initial=0.0)))
+        return abs(found - self.contraction) / size
+
+    @property
+    def zero(self) -> NDArray[np.bool_]:
+        """Mask of the exponents that are zero within three errors."""
+        return np.abs(self.values) <= ERRORS * self.errors
+
+    @property
+    def positive(self) -> NDArray[np.bool_]:
+        """Mask of the exponents that exceed three errors."""
+        return self.values > ERRORS * self.errors
+
+    @property
+    def negative(self) -> NDArray[np.bool_]:
+        """Mask of the exponents below minus three errors."""
+        return self.values < -ERRORS * self.errors
+
+    @property
+    def dimension(self) -> float:
+        """Kaplan-Yorke dimension of the attractor in the section; the flow's has one more.
+
+        The number of exponents whose sum is not negative, and the share of the next one that brings
+        the sum to zero. Exponents that are zero within their errors count as zero. nan where
+        the sum stays positive or zero and not all exponents were computed.
+        """
+        if np.isnan(self.values).any():
+            return math.nan
+        total = 0.0
+        for k, value in enumerate(np.where(self.zero, 0.0, self.values)):
+            if total + value < 0.0:
+                return k + total / -float(value)
+            total += float(value)
+        return float(self.values.size) if self.complete else math.nan
+
+    @property
+    def statement(self) -> str:
+        """What the numbers say, in a sentence."""
+        if self.reason:
+            return self.reason
+        words = []
+        forgotten = int(np.isneginf(self.values).sum())
+        for name, mask in (("positive", self.positive), ("zero", self.zero)):
+            if mask.any():
+                words.append(f"{int(mask.sum())} {name}")
+        if rest := int((self.negative & np.isfinite(self.values)).sum()):
+            words.append(f"{rest} negative")
+        if forgotten:
+            words.append(f"{forgotten} -inf: the motion forgets as many directions of its start")
+        text = ", ".join(words)
+        if self.discarded:
+            text += f"; the first {self.discarded:.0%} left out, where the motion was another one"
+        return text
+
+    def __repr__(self) -> str:
+        pairs = zip(self.values, self.errors, strict=True)
+        shown = ", ".join(f"{value:.6g} +- {error:.1g}" for value, error in pairs)
+        lines = [f"LyapunovSpectrum: {self.statement}"]
+        if not self.reason:
+            lines.append(f"  per unit of time  {shown}")
+            exact = f"{self.sum:.9g}, exactly {self.contraction - self.flow:.9g}"
+            lines.append(f"  sum               {exact if self.complete else f'{self.sum:.9g}'}")
+            lines.append(f"  dimension         {self.dimension:.6g} in the section")
+        return "\n".join(lines)
+
+
+def lyapunov_spectrum(
+    system: System,
+    state: State,
+    *,
+    impacts: int = 20_000,
+    settle: int = 1000,
+    count: int | None = None,
+) -> LyapunovSpectrum:
+    """Estimate all Lyapunov exponents of a motion, or the largest of them.
+
+    Parameters
+    ----------
+    system
+        A :class:`~vibroimpact.Mechanism`, or anything with one.
+    state
+        Initial state.
+    impacts
+        Length of the average, >= 1024. The errors fall as 1 / sqrt(impacts) in chaos.
+    settle
+        Impacts (at all stops) to discard first, >= 0; the first sixteenth of ``impacts`` is
+        discarded besides, while the tangents turn.
+    count
+        Number of exponents, the largest, 1 to m; default: all m.
+
+    Returns
+    -------
+    LyapunovSpectrum
+        With n coordinates and L forcing lines m = 2n + L - 1 exponents, 2n - 1 without forcing:
+        those of the impact map over time, as :func:`vibroimpact.lyapunov_exponent` counts them. A
+        shift in time, which has the exponent 0, is not among them; differences of phase between
+        several lines are, each with an exact 0. Exponents nan with the reason in ``statement`` if
+        the motion stops impacting or a contact never opens, -inf where directions are forgotten.
+
+    Raises
+    ------
+    InvalidParameterError
+        Counts out of range, a bad start.
+
+    Notes
+    -----
+    The motion is simulated once; the kernel gives the derivative of every flight with its impact,
+    and that of chatter, sticking and release (theory.md, "Lyapunov exponents"). QR decompositions
+    from impact to impact give the exponents, and means with smooth weights converge to rounding in
+    periodic motion. For two coordinates about 30 microseconds per impact. Unreliable where chaos
+    ends later, and near grazing, where single impacts stretch without bound.
+
+    References
+    ----------
+    [benettin1980], [muller1995], [das2017]
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.01)
+    >>> found = vi.lyapunov_spectrum(damper, vi.State((0.0, 0.0), (0.0, 1.0)), impacts=4000)
+    >>> found.values.shape, found.determinant_error < 1e-12
+    ((4,), True)
+    """
+    check_count("impacts", impacts, BLOCKS)
+    check_count("settle", settle, 0)
+    mechanism = mechanism_of(system)
+    lines = max(len(mechanism.forces) - 1, 0)
+    carried = 2 * mechanism.degrees - (not mechanism.forces)
+    if count is not None:
+        check_count("count", count, 1, carried + lines)
+    wanted = carried + lines if count is None else int(count)
+    check_memory("impacts", impacts, 8 * (carried + 4), "Take fewer.")
+    motion = Simulator(system, state)
+    end = motion.settle(settle)
+    if end is not RunEnd.IMPACTS:
+        return _without(wanted, end, end.sentence)
+    found = _Growth(motion, min(wanted, carried))
+    end = found.record(int(impacts))
+    if found.reason:
+        return _without(wanted, end, found.reason)
+    return _estimated(found, end, lines, wanted, count is None)
+
+
+def _without(count: int, end: RunEnd, reason: str) -> LyapunovSpectrum:
+    """No exponents: nan, with the reason."""
+    nothing = np.full(count, math.nan)
+    return LyapunovSpectrum(
+        nothing, nothing, nothing, math.nan, math.nan, np.empty((0, count)), np.empty(0),
+        np.empty(0), 0.0, end, complete=False, reason=reason,
+    )  # fmt: skip
+
+
+# ---- means and errors ----------------------------------------------------------------------------
+
+
+def weights(count: int) -> Floats:
+    """Smooth weights (2) of so many terms."""
+    s = (np.arange(count) + 0.5) / count
+    found: Floats = np.exp(-0.25 / (s * (1.0 - s)))
+    return found
+
+
+def weighted_ratio(growth: Floats, duration: Floats) -> Floats:
+    """Growth per duration with smooth weights (2), shape (m,) from (N, m) and (N,)."""
+    w = weights(len(duration))
+    ratio: Floats = (w @ growth) / (w @ duration)
+    return ratio
+
+
+def errors_of(growth: Floats, duration: Floats) -> Floats:
+    """Errors (4) of the weighted ratios."""
+
+    def parts(number: int) -> Floats:
+        pieces = zip(np.array_split(growth, number), np.array_split(duration, number), strict=True)
+        return np.array([weighted_ratio(*piece) for piece in pieces])
+
+    scatter = parts(FEWEST_BLOCKS).std(axis=0, ddof=1) / math.sqrt(FEWEST_BLOCKS)
+    first, second = parts(2)
+    rounding = ROUNDING * (1.0 + np.abs(growth).mean(axis=0)) / duration.mean()
+    errors: Floats = np.maximum(np.maximum(scatter, 0.5 * np.abs(second - first)), rounding)
+    return errors
+
+
+def _last_part(growth: Floats, duration: Floats) -> int:
+    """Index from which on the motion is the last one (parts_of)."""
+    size = max(1, len(duration) // BLOCKS)
+    starts = np.arange(0, len(duration) // size * size, size)
+    blocks = np.add.reduceat(growth, starts), np.add.reduceat(duration, starts)
+    return int(starts[parts_of(*blocks)[-1].start])
+
+
+def _contraction(exact: Floats, duration: Floats) -> float:
+    """Weighted mean per unit of time; -inf and nan of a single term are those of the whole."""
+    if np.isneginf(exact).any():
+        return -math.inf
+    return float(weighted_ratio(exact, duration))
+
+
+def _estimated(
+    found: _Growth, end: RunEnd, lines: int, wanted: int, complete: bool
+) -> LyapunovSpectrum:
+    growth, duration, impacts, exact, flow = found.arrays()
+    if np.isnan(growth).any():
+        return _without(wanted, end, "an impact grazes: derivatives are infinite there")
+    used, first = len(duration), 0
+    if end is not RunEnd.OBSERVER:
+        first = used // ALIGNING
+        used -= first
+        if used < FEWEST_BLOCKS:
+            return _without(wanted, end, end.sentence)
+        if np.isfinite(growth[first:, 0]).all():
+            first += _last_part(growth[first:, 0], duration[first:])
+    last = slice(first, None)
+    growth, duration, impacts = growth[last], duration[last], impacts[last]
+    exact, flow = exact[last], flow[last]
+    gone = np.any(np.isneginf(growth), axis=0)
+    values, errors, per_impact = np.full((3, len(gone)), -math.inf)
+    values[~gone] = weighted_ratio(growth[:, ~gone], duration)
+    per_impact[~gone] = weighted_ratio(growth[:, ~gone], impacts)
+    errors[gone] = 0.0
+    if not gone.all():
+        errors[~gone] = errors_of(growth[:, ~gone], duration)
+    zeros = np.zeros(lines)
+    values, errors, per_impact = (np.append(a, zeros) for a in (values, errors, per_impact))
+    growth = np.hstack([growth, np.zeros((len(growth), lines))])
+    order = np.argsort(-values, kind="stable")[:wanted]
+    return LyapunovSpectrum(
+        values[order], errors[order], per_impact[order],
+        _contraction(exact, duration), _contraction(flow, duration),
+        growth[:, order], duration, impacts, 1.0 - len(duration) / used, end, complete,
+    )  # fmt: skip
+
+
+# ---- tangents ------------------------------------------------------------------------------------
+
+
+class _Events(NamedTuple):
+    """Consecutive events of a motion, as the kernel records them."""
+
+    high: Floats
+    low: Floats
+    y: Floats
+    mode: Codes
+    status: Codes
+    contact: Codes
+    side: Codes
+    after: Floats
+    phase: Floats  # of the first line, (k,)
+
+
+def _since(events: _Events, first: int) -> _Events:
+    """Events from one of them on."""
+    arrays: tuple[Any, ...] = events
+    return _Events(*(array[first:] for array in arrays))
+
+
+def _joined(*parts: _Events) -> _Events:
+    """Events of consecutive parts of a motion."""
+    return _Events(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+class _Rows(NamedTuple):
+    """From one impact to the next, K times, with what comes before the last flight of each."""
+
+    first: NDArray[np.intp]  # event at the start
+    last: NDArray[np.intp]  # event at the end
+    base: NDArray[np.intp]  # event after which the last flight begins
+    offset: Floats  # time after it from which the derivative of that flight is taken
+    leads: dict[int, list[Floats]]  # by row: derivatives of what comes before
+
+
+class _Growth:
+    """Growth of tangents (1) along a motion, from impact to impact.
+
+    Tangents are (dx, scale dv) at equal times, ``scale`` being the median of the first flights.
+    """
+
+    def __init__(self, motion: Simulator, count: int) -> None:
+        self.motion, self.count = motion, count
+        self.kernel = motion.compiled.kernel
+        self.mechanism: Mechanism = motion.compiled.mechanism
+        self.prescribed = compile_prescribed(motion.system)
+        self.forced = bool(self.mechanism.forces)
+        self.size = 2 * self.mechanism.degrees
+        self.trace, self.longest = _rates_of(self.mechanism)
+        self.scale = np.ones(self.size)
+        self.frame = np.empty((0, 0))
+        self.reason = ""
+        self.parts: list[tuple[Floats, ...]] = []
+
+    def arrays(self) -> tuple[Floats, ...]:
+        """Growth, duration, impacts, right side of (3), growth of the flow; a row per flight."""
+        return tuple(np.concatenate(column) for column in zip(*self.parts, strict=True))
+
+    def record(self, impacts: int) -> RunEnd:
+        """Follow the tangents through so many impacts; why that ended."""
+        events: _Events | None = None
+        left, room = impacts, events_for(impacts)
+        while left > 0 and room > 0:
+            part = self.motion.events(min(left, CHUNK))
+            end = RunEnd(part["why"])
+            if end not in (RunEnd.IMPACTS, RunEnd.EVENTS):
+                self.reason = end.sentence
+                return end
+            new = self._events(part)
+            left -= int(np.isin(new.status, COUNTED).sum())
+            room -= len(new.status)
+            events = _joined(events, new) if events else new
+            rows = self._rows_of(events)
+            if self.reason:
+                return RunEnd.UNDECIDED
+            if len(rows.first):
+                if not self._grow(events, rows):
+                    return RunEnd.OBSERVER
+                events = _since(events, int(rows.last[-1]) - 1)
+        if not self.parts:
+            self.reason = NEVER_FREE
+        return RunEnd.IMPACTS if left <= 0 else RunEnd.EVENTS
+
+    def _events(self, part: Any) -> _Events:
+        m, high, low = self.mechanism, part["high"], part["low"]
+        phase = part["phase"][:, 0] if m.forces else np.zeros(len(high))
+        if any((line.omega / m.omega) % 1.0 for line in m.forces):
+            phase = self.motion.start.phase + m.omega * (high + low)
+        return _Events(
+            high, low, part["y"], part["mode"], part["status"], part["contact"], part["side"],
+            part["after"], phase,
+        )  # fmt: skip
+
+    def _rows_of(self, events: _Events) -> _Rows:
+        """Parts of the motion from one impact between free flights to the next."""
+        free = events.mode == FREE
+        impact = (events.status == Status.IMPACT) & free
+        impact[1:] &= free[:-1]
+        impact[:1] = False
+        nodes = np.flatnonzero(impact)
+        first, last = nodes[:-1], nodes[1:]
+        between = np.cumsum((events.status != Status.GRAZING) & ~impact)
+        base, offset, leads = first.copy(), np.zeros(len(first)), {}
+        for k in np.flatnonzero(between[last] - between[first]):
+            base[k], offset[k], lead = self._led(events, int(first[k]), int(last[k]))
+            leads[int(k)] = [lead]
+        flights = _time(events, base, last) - offset
+        for k in np.flatnonzero(flights > self.longest):
+            pieces = math.ceil(flights[k] / self.longest) - 1
+            offset[k] += pieces * self.longest
+            cut = [self._propagator(self.longest)] * pieces
+            leads[int(k)] = leads.get(int(k), []) + cut
+        return _Rows(first, last, base, offset, leads)
+
+    def _led(self, events: _Events, a: int, b: int) -> tuple[int, float, Floats]:
+        """From impact a through chatter, sticking or several contacts at once to the flight to b.
+
+        The derivative is taken from the middle of a flight to the middle of another one.
+        """
+        other = np.flatnonzero(events.status[a + 1 : b] != Status.GRAZING) + a + 1
+        begun, over = int(other[0]), int(other[-1])
+        before, after = 0.5 * _time(events, a, begun), 0.5 * _time(events, over, b)
+        start, end = (
+            self._states(events, np.array([event]), np.array([offset]))[0]
+            for event, offset in ((a, before), (over, after))
+        )
+        n, size = self.mechanism.degrees, self.size
+        found = map_derivative(
+            self.motion.system,
+            State(tuple(start[:n]), tuple(start[n:size]), float(start[size])),
+            impacts=events_for(b - a),
+            t_max=_time(events, a, over) - before + after,
+            directions=np.eye(size + len(self.mechanism.forces), size),
+        )
+        if found.end is not RunEnd.HORIZON:
+            self.reason = f"chatter or sticking could not be repeated: {found.end.sentence}"
+        # The horizon comes a fixed time after the last event: here at equal times instead.
+        jacobian = found.matrix[:size] - np.outer(self._flow(end), found.duration)
+        return over, after, jacobian @ self._propagator(before)
+
+    def _grow(self, events: _Events, rows: _Rows) -> bool:
+        """Carry the tangents through these rows; False once all of them have vanished."""
+        ends = np.concatenate([rows.first[:1], rows.last])
+        flows = np.array([self._flow(z) for z in self._states(events, ends, np.zeros(len(ends)))])
+        stops = [Stop(int(events.contact[b]), int(events.side[b])) for b in rows.last]
+        jumps, first = self._jumps(events, rows, stops, flows[1:])
+        if not self.parts:
+            self.scale = np.repeat([1.0, first], self.mechanism.degrees)
+            self.frame = _generic(self.size, self.count, flows[0] * self.scale, self.forced)
+        with np.errstate(divide="ignore"):  # logarithms of what has vanished
+            growth = self._carried(jumps, rows.leads, flows * self.scale)
+        spans = _time(events, rows.first, rows.last)
+        exact = self._losses(stops) - self.trace * spans
+        for k in rows.leads:
+            exact[k] += _beyond(events, int(rows.first[k]), int(rows.last[k]))
+        counted = np.cumsum(np.isin(events.status, COUNTED).astype(float))
+        numbers = counted[rows.last] - counted[rows.first]
+        sizes = np.zeros(len(flows)) if self.forced else np.log(_norms(flows * self.scale))
+        columns = [growth, spans, numbers, exact, np.diff(sizes)]
+        self.parts.append(tuple(column[: len(growth)] for column in columns))
+        return not np.isneginf(growth[-1]).all()
+
+    def _jumps(
+        self, events: _Events, rows: _Rows, stops: list[Stop], flows: Floats
+    ) -> tuple[Floats, float]:
+        """Derivatives of the last flight of every row with its impact, and the median flight."""
+        size = self.size
+        states = self._states(events, rows.base, rows.offset)
+        flights = _time(events, rows.base, rows.last) - rows.offset
+        part = self.prescribed.linearise(states, flights, stops)
+        # An impact that comes later by dt takes place after dt at the old, not the new rate (T33).
+        with np.errstate(divide="ignore", invalid="ignore"):
+            later = -part.gap_by[:, :size] / part.gap_by[:, size + 1, None]
+            turned = part.after_by[:, :size, size + 1] - flows
+            jumps = part.after_by[:, :size, :size] + turned[:, :, None] * later[:, None, :]
+        return jumps, float(np.median(flights))
+
+    def _carried(self, jumps: Floats, leads: dict[int, list[Floats]], flows: Floats) -> Floats:
+        """Logarithms of the growth of the tangents in each row; the frame moves on.
+
+        Shape (K, count), or fewer rows where all tangents have vanished.
+        """
+        growth = np.zeros((len(jumps), self.count))
+        normal = flows[1:] / _norms(flows[1:])[:, None]
+        change = self.scale[:, None] / self.scale
+        jumps, frame = jumps * change, self.frame
+        for k, jump in enumerate(jumps):
+            for lead in leads.get(k, ()):
+                frame = _orthonormal((lead * change) @ frame, growth[k])
+            moved = jump @ frame
+            if not self.forced:
+                moved -= np.outer(normal[k], normal[k] @ moved)
+            frame = _orthonormal(moved, growth[k])
+            if np.isneginf(growth[k]).all():
+                growth = growth[: k + 1]
+                break
+        self.frame = frame
+        return growth
+
+    def _losses(self, stops: list[Stop]) -> Floats:
+        """Logarithms of R^2 of impacts at these stops."""
+        contacts = self.mechanism.contacts
+        with np.errstate(divide="ignore"):
+            losses: Floats = 2.0 * np.log([stop.restitution(contacts) for stop in stops])
+        return losses
+
+    def _states(self, events: _Events, which: NDArray[np.intp], offsets: Floats) -> Floats:
+        """(x, v, theta) some time after these events, in the free flight that follows, (K, 2n+1)."""
+        states = self.kernel.evaluate(
+            [FREE] * len(which), np.ascontiguousarray(events.y[which]), offsets
+        )
+        exact = offsets == 0.0  # positions after an impact lie on its stop, to the last bit
+        states[exact] = events.after[which[exact]]
+        return np.column_stack([states, events.phase[which] + self.mechanism.omega * offsets])
+
+    def _flow(self, state: Floats) -> Floats:
+        """(v, a) of free flight at (x, v, theta)."""
+        *both, phase = state.tolist()
+        x, v = both[: self.size // 2], both[self.size // 2 :]
+        a = self.kernel.acceleration(x, v, phases_of(self.mechanism, phase))
+        return np.concatenate([v, a])
+
+    def _propagator(self, time: float) -> Floats:
+        """Derivative of a free flight of this length."""
+        return np.asarray(self.kernel.flow_matrix(time))[:, : self.size]
+
+
+def _rates_of(m: Mechanism) -> tuple[float, float]:
+    """Trace of M^-1 C, and the longest flight after which tangents still differ in direction."""
+    inverse, n = np.linalg.inv(np.array(m.mass)), m.degrees
+    decay, stiff = inverse @ np.array(m.damping), inverse @ np.array(m.stiffness)
+    rates = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -decay]])).real
+    spread = float(rates.max() - rates.min())
+    return float(np.trace(decay)), LOSS / spread if spread > 0.0 else math.inf
+
+
+def _generic(size: int, count: int, flow: Floats, forced: bool) -> Floats:
+    """Generic directions, orthonormal, the same for any count; without forcing normal to the flow."""
+    frame = np.random.default_rng(1).standard_normal((size, size))[:, :count]
+    if not forced:
+        frame -= np.outer(flow, flow @ frame) / (flow @ flow)
+    return np.linalg.qr(frame)[0]
+
+
+def _orthonormal(moved: Floats, growth: Floats) -> Floats:
+    """Orthonormal columns of moved tangents; logarithms of their lengths are added to growth."""
+    if not np.isfinite(moved).all():
+        growth[:] = math.nan
+        return np.zeros_like(moved)
+    frame, upper = np.linalg.qr(moved)
+    left = np.abs(upper.diagonal())
+    whole = np.sqrt((upper * upper).sum(axis=0))
+    gone = left <= VANISHED * np.maximum(whole, 1.0)
+    growth += np.log(np.where(gone, 0.0, left))
+    return frame  # in place of what is gone, any direction that completes the frame
+
+
+def _beyond(events: _Events, a: int, b: int) -> float:
+    """What the events between two impacts add to the right side of (3)."""
+    between = slice(a + 1, b)
+    kinds = events.status[between]
+    if np.any(events.mode[between] != FREE) or np.any(kinds == Status.CHATTER):
+        return -math.inf
+    return math.nan if np.any(kinds == Status.SIMULTANEOUS) else 0.0
+
+
+def _time(events: _Events, a: Any, b: Any) -> Any:
+    """Time from event a to event b."""
+    return (events.high[b] - events.high[a]) + (events.low[b] - events.low[a])
+
+
+def _norms(rows: Floats) -> Floats:
+    norms: Floats = np.sqrt((rows * rows).sum(axis=1))
+    return norms
