@@ -38,8 +38,8 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
     "Attractor", "Bifurcation", "BifurcationPoint", "Branch", "Circle", "CircleBranch", "CircleEvent",
-    "Diagram", "LyapunovEstimate",
-    "MapDerivative", "NoBranch", "Orbit", "OrbitSearch", "Run", "Section", "InvariantSet",
+    "Diagram", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative", "NoBranch", "Orbit",
+    "OrbitSearch", "Run", "Section",
     "StroboscopicSection",
     "SymmetricOrbit",
 }  # fmt: skip
@@ -51,6 +51,7 @@ ENUMS_AND_ERRORS = {
 LONG = {
     ("impact_section", "settle"), ("stroboscopic_section", "settle"),
     ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
+    ("lyapunov_spectrum", "settle"), ("lyapunov_spectrum", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
     ("find_circle", "settle"), ("find_circle, formula", "settle"),
     ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
@@ -219,6 +220,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             },
         ),
         "lyapunov_exponent": (vi.lyapunov_exponent, motion | {"impacts": 1024, "settle": 1}),
+        "lyapunov_spectrum": (
+            vi.lyapunov_spectrum, motion | {"impacts": 1024, "settle": 1, "count": 2}
+        ),
         "map_derivative": (
             vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
         ),
@@ -417,7 +421,8 @@ NAMES = [
     "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis", "ListedStarts",
     "simulate", "simulate, no end", "Run.at", "impact_section", "stroboscopic_section",
     "Section.plot", "classify",
-    "classify_points", "lyapunov_exponent", "map_derivative", "section_jacobian", "sweep_attractor",
+    "classify_points", "lyapunov_exponent", "lyapunov_spectrum", "map_derivative", "section_jacobian",
+    "sweep_attractor",
     "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "find_circle", "find_circle, formula", "CircleGuess", "Circle.at",

@@ -62,7 +62,7 @@ GROUPS = {
     ],
     "Attractors": [
         *("classify", "Attractor", "classify_points", "InvariantSet", "Kind"),
-        *("lyapunov_exponent", "LyapunovEstimate"),
+        *("lyapunov_exponent", "LyapunovEstimate", "lyapunov_spectrum", "LyapunovSpectrum"),
     ],
     "Ensembles": [
         *("sweep", "RandomStarts", "GridStarts", "ListedStarts", "plane", "bifurcation_sweep"),

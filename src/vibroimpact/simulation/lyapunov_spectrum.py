@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -84,6 +83,10 @@ class LyapunovSpectrum:
         Share of the average that was left out because the motion changed after it.
     run_end
         Why the run ended; ``RunEnd.OBSERVER`` where all tangents vanished.
+    complete
+        Whether these are all exponents.
+    reason
+        Why there are none, "" where there are.
     """
 
     values: Floats
@@ -104,7 +107,7 @@ class LyapunovSpectrum:
         """Sum of the values."""
         return float(self.values.sum())
 
-    @cached_property
+    @property
     def determinant_error(self) -> float:
         """Error of ``sum + flow`` against ``contraction``, relative to the largest of the terms.
 
@@ -224,9 +227,9 @@ def lyapunov_spectrum(
     Notes
     -----
     The motion is simulated once; the kernel gives the derivative of every flight with its impact,
-    and that of chatter, sticking and release (theory.md, "Lyapunov exponents"). QR decompositions
+    and that of chatter, sticking and release (theory.md, T42d to T42g). QR decompositions
     from impact to impact give the exponents, and means with smooth weights converge to rounding in
-    periodic motion. For two coordinates about 30 microseconds per impact. Unreliable where chaos
+    periodic motion. For two coordinates some 60 microseconds per impact. Unreliable where chaos
     ends later, and near grazing, where single impacts stretch without bound.
 
     References
