@@ -10,7 +10,7 @@ import pytest
 
 import vibroimpact as vi
 from vibroimpact.machines.published import parameter_sets
-from vibroimpact.simulation.lyapunov_spectrum import errors_of, weighted_ratio
+from vibroimpact.simulation.lyapunov_spectrum import _last_part, errors_of, weighted_ratio
 from vibroimpact.simulation.simulate import RunEnd
 
 SETS = parameter_sets()
@@ -256,6 +256,52 @@ def test_chatter_that_ends_in_rest_forgets_two_directions() -> None:
     assert found.sum == found.contraction == -math.inf
     assert found.determinant_error == 0.0
     assert "2 -inf" in found.statement
+
+
+def test_what_sticking_leaves_has_the_multipliers_of_the_tangents_through_it() -> None:
+    """Two of four multipliers of a period with chatter, rest and release are not zero."""
+    damper = replace(SETS["C"].damper(0.6), restitution=0.3)
+    run = vi.simulate(damper, PLAIN, impacts=6000)
+    chatters = np.flatnonzero(run.status == vi.Status.CHATTER)
+    first, last = chatters[-5] - 3, chatters[-3] - 3  # one period: it rests at both stops in turn
+    start = vi.State(
+        tuple(run.position[first]), tuple(run.velocity_after[first]), float(run.phase[first])
+    )
+    period = float(run.time[last] - run.time[first])
+    assert period == pytest.approx(3 * damper.period, rel=1e-9)
+    through = vi.map_derivative(damper, start, impacts=int(run.impacts[first + 1 : last + 1].sum()))
+    sizes = np.sort(np.abs(np.linalg.eigvals(through.matrix)))[::-1]
+    found = vi.lyapunov_spectrum(damper, PLAIN, impacts=8000, settle=4000)
+    wanted = np.log(sizes[:2]) / period
+    # 220 periods in the average: the weights leave e^-26 of growth by some e-folds
+    np.testing.assert_allclose(found.values[:2], wanted, rtol=0.0, atol=1e-8)
+    assert np.isneginf(found.values[2:]).all()
+
+
+def test_a_direction_that_long_flights_nearly_lose_is_not_what_sticking_forgets() -> None:
+    """Fast modes shrink by e^-40 between impacts; one rest takes exactly two directions more."""
+    rng = np.random.default_rng(8)
+    rng.integers(2, 4)
+    fast, off = 10.0 ** rng.uniform(0.0, 2.0), rng.uniform(0.0, 0.3)
+    damping = rng.uniform(0.1, 1.0) * math.sqrt(fast)
+    half, omega = rng.uniform(2.0, 30.0), rng.uniform(0.7, 1.5)
+    box = vi.Mechanism(
+        mass=np.diag([1.0, 1.0, 0.1]), damping=np.diag([damping, damping, 0.0]),
+        stiffness=[[fast + off, off, 0.0], [off, fast + off, 0.0], [0.0, 0.0, 0.0]],
+        forces=(vi.Harmonic(omega, (5.0 * fast, 0.0, 0.0)),),
+        contacts=(vi.Contact((-1.0, 0.0, 1.0), -half, half, float(rng.uniform(0.5, 0.95))),),
+    )  # fmt: skip
+    start = vi.State((0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    run = vi.simulate(box, start, impacts=3000)
+    assert (run.status[1200:] == vi.Status.CHATTER).any()
+    found = vi.lyapunov_spectrum(box, start, impacts=1500)
+    assert np.isneginf(found.values).tolist() == [False] * 4 + [True] * 2
+
+
+def test_only_the_last_part_counts_where_the_motion_changes() -> None:
+    rng = np.random.default_rng(3)
+    growth = np.concatenate([0.3 + rng.normal(size=3000), np.full(3000, -0.1)])
+    assert 2900 <= _last_part(growth, np.ones(6000)) <= 3100
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])

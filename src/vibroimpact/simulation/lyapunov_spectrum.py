@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory
 from vibroimpact._core.types import Codes, Floats
+from vibroimpact.compile.hybrid import closed_from_code
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
@@ -406,6 +407,7 @@ class _Growth:
         self.prescribed = compile_prescribed(motion.system)
         self.forced = bool(self.mechanism.forces)
         self.size = 2 * self.mechanism.degrees
+        self.carried = self.size - (not self.forced)
         self.trace, self.longest = _rates_of(self.mechanism)
         self.scale = np.ones(self.size)
         self.frame = np.empty((0, 0))
@@ -462,24 +464,25 @@ class _Growth:
         between = np.cumsum((events.status != Status.GRAZING) & ~impact)
         base, offset, leads = first.copy(), np.zeros(len(first)), {}
         for k in np.flatnonzero(between[last] - between[first]):
-            base[k], offset[k], lead = self._led(events, int(first[k]), int(last[k]))
-            leads[int(k)] = [lead]
+            base[k], offset[k], leads[int(k)] = self._led(events, int(first[k]), int(last[k]))
         flights = _time(events, base, last) - offset
         for k in np.flatnonzero(flights > self.longest):
-            pieces = math.ceil(flights[k] / self.longest) - 1
-            offset[k] += pieces * self.longest
-            cut = [self._propagator(self.longest)] * pieces
-            leads[int(k)] = leads.get(int(k), []) + cut
+            pieces = math.ceil(flights[k] / self.longest)
+            passed = flights[k] * (1.0 - 1.0 / pieces)
+            offset[k] += passed
+            leads[int(k)] = leads.get(int(k), []) + self._coasting(passed)
         return _Rows(first, last, base, offset, leads)
 
-    def _led(self, events: _Events, a: int, b: int) -> tuple[int, float, Floats]:
+    def _led(self, events: _Events, a: int, b: int) -> tuple[int, float, list[Floats]]:
         """From impact a through chatter, sticking or several contacts at once to the flight to b.
 
-        The derivative is taken from the middle of a flight to the middle of another one.
+        Inside free flights, at most at the middle of each, one derivative begins and ends.
         """
         other = np.flatnonzero(events.status[a + 1 : b] != Status.GRAZING) + a + 1
         begun, over = int(other[0]), int(other[-1])
-        before, after = 0.5 * _time(events, a, begun), 0.5 * _time(events, over, b)
+        arrival, departure = _time(events, a, begun), _time(events, over, b)
+        before = arrival - 0.5 * min(arrival, self.longest)
+        after = 0.5 * min(departure, self.longest)
         start, end = (
             self._states(events, np.array([event]), np.array([offset]))[0]
             for event, offset in ((a, before), (over, after))
@@ -496,7 +499,7 @@ class _Growth:
             self.reason = f"chatter or sticking could not be repeated: {found.end.sentence}"
         # The horizon comes a fixed time after the last event: here at equal times instead.
         jacobian = found.matrix[:size] - np.outer(self._flow(end), found.duration)
-        return over, after, jacobian @ self._propagator(before)
+        return over, after, [*self._coasting(before), jacobian]
 
     def _grow(self, events: _Events, rows: _Rows) -> bool:
         """Carry the tangents through these rows; False once all of them have vanished."""
@@ -507,10 +510,15 @@ class _Growth:
         if not self.parts:
             self.scale = np.repeat([1.0, first], self.mechanism.degrees)
             self.frame = _generic(self.size, self.count, flows[0] * self.scale, self.forced)
-        with np.errstate(divide="ignore"):  # logarithms of what has vanished
-            growth = self._carried(jumps, rows.leads, flows * self.scale)
+        losses = self._losses(stops)
+        lost = np.isneginf(losses).astype(int)  # a plastic impact leaves no rate of its gap
+        for k in rows.leads:  # a contact that rests has neither gap nor rate
+            modes = set(events.mode[rows.first[k] : rows.last[k]].tolist())
+            closed = [len(closed_from_code(mode, len(self.mechanism.contacts))) for mode in modes]
+            lost[k] = min(max(lost[k], 2 * max(closed)), self.carried)
+        growth = self._carried(jumps, rows.leads, flows * self.scale, lost)
         spans = _time(events, rows.first, rows.last)
-        exact = self._losses(stops) - self.trace * spans
+        exact = losses - self.trace * spans
         for k in rows.leads:
             exact[k] += _beyond(events, int(rows.first[k]), int(rows.last[k]))
         counted = np.cumsum(np.isin(events.status, COUNTED).astype(float))
@@ -535,7 +543,9 @@ class _Growth:
             jumps = part.after_by[:, :size, :size] + turned[:, :, None] * later[:, None, :]
         return jumps, float(np.median(flights))
 
-    def _carried(self, jumps: Floats, leads: dict[int, list[Floats]], flows: Floats) -> Floats:
+    def _carried(
+        self, jumps: Floats, leads: dict[int, list[Floats]], flows: Floats, lost: Codes
+    ) -> Floats:
         """Logarithms of the growth of the tangents in each row; the frame moves on.
 
         Shape (K, count), or fewer rows where all tangents have vanished.
@@ -551,6 +561,7 @@ class _Growth:
             if not self.forced:
                 moved -= np.outer(normal[k], normal[k] @ moved)
             frame = _orthonormal(moved, growth[k])
+            growth[k, self.carried - lost[k] :] = -math.inf
             if np.isneginf(growth[k]).all():
                 growth = growth[: k + 1]
                 break
@@ -580,9 +591,11 @@ class _Growth:
         a = self.kernel.acceleration(x, v, phases_of(self.mechanism, phase))
         return np.concatenate([v, a])
 
-    def _propagator(self, time: float) -> Floats:
-        """Derivative of a free flight of this length."""
-        return np.asarray(self.kernel.flow_matrix(time))[:, : self.size]
+    def _coasting(self, time: float) -> list[Floats]:
+        """Derivatives of the pieces of a free flight of this length."""
+        pieces = math.ceil(time / self.longest) or 1
+        piece = np.asarray(self.kernel.flow_matrix(time / pieces))[:, : self.size]
+        return [piece] * pieces
 
 
 def _rates_of(m: Mechanism) -> tuple[float, float]:
@@ -611,7 +624,8 @@ def _orthonormal(moved: Floats, growth: Floats) -> Floats:
     left = np.abs(upper.diagonal())
     whole = np.sqrt((upper * upper).sum(axis=0))
     gone = left <= VANISHED * np.maximum(whole, 1.0)
-    growth += np.log(np.where(gone, 0.0, left))
+    growth += np.log(np.where(gone, 1.0, left))
+    growth[gone] = -math.inf
     return frame  # in place of what is gone, any direction that completes the frame
 
 
