@@ -304,6 +304,24 @@ def test_only_the_last_part_counts_where_the_motion_changes() -> None:
     assert 2900 <= _last_part(growth, np.ones(6000)) <= 3100
 
 
+def test_chaos_that_ends_within_the_average_is_left_out() -> None:
+    """How long it lasts depends on the last bits of a start: the first that fits is taken."""
+    damper = vi.ImpactDamper(
+        mass_ratio=0.074, omega_n=1.44, zeta=0.026, restitution=0.92, half_clearance=5.25,
+        omega=0.705,
+    )  # fmt: skip
+    starts = (vi.State((0.0, 0.0), (0.0, 1.0 + 0.01 * k)) for k in range(40))
+    start = next(start for start in starts if len(vi.lyapunov_exponent(damper, start).earlier) == 1)
+    found = vi.lyapunov_spectrum(damper, start)
+    orbit = vi.symmetric_orbits(damper)
+    wanted = [np.log(np.abs(one.multipliers).max()) / damper.period for one in orbit if one.stable]
+    assert 0.0 < found.discarded < 1.0
+    assert "left out" in repr(found)
+    assert min(abs(found.values[0] - x) / found.errors[0] for x in wanted) < 3.0
+    assert found.negative.all()
+    assert found.determinant_error < 1e-12
+
+
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_a_ball_that_comes_to_rest_in_every_period_forgets_everything(restitution: float) -> None:
     found = vi.lyapunov_spectrum(falling(restitution), vi.State((1.0,), (0.0,)), impacts=1024)
