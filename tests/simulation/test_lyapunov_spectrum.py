@@ -232,18 +232,39 @@ def test_exponents_without_losses_come_in_pairs_around_the_zero_of_the_energy() 
     assert found.dimension == pytest.approx(3.0, abs=1e-3)
 
 
-def test_a_circle_of_two_lines_lists_a_zero_for_the_second_line() -> None:
-    lines = vi.Harmonic(1.0, (2.0,)), vi.Harmonic(math.sqrt(2.0), (0.5,))
-    system = vi.Mechanism(
-        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=lines,
-        contacts=(vi.Contact((1.0,), upper=0.3, restitution=0.8),),
+TWO_LINES = vi.Mechanism(
+    mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
+    forces=(vi.Harmonic(1.0, (2.0,)), vi.Harmonic(math.sqrt(2.0), (0.5,))),
+    contacts=(vi.Contact((1.0,), upper=0.3, restitution=0.8),),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "start"),
+    [(SETS["B"].damper(0.975), PLAIN), (TWO_LINES, vi.State((0.0,), (0.0,))), (stack(), STACKED)],
+    ids=["circle", "two lines", "without forcing"],
+)
+def test_exponents_are_those_that_sweeps_observe(system: vi.Mechanism, start: vi.State) -> None:
+    """The observer carries jets through the same flights, and knows no errors."""
+    found = vi.lyapunov_spectrum(system, start, impacts=8000)
+    unit = 2.0 * math.pi / system.omega if system.omega else 1.0
+    swept = vi.sweep(
+        system, over={}, start=vi.GridStarts({"phase": [start.phase]}, start), observe="spectrum",
+        settle=500, periods=math.ceil(2000 / unit), progress=False,
     )  # fmt: skip
-    found = vi.lyapunov_spectrum(system, vi.State((0.0,), (0.0,)), impacts=2000)
+    observed = np.sort(swept.spectrum.values.ravel())[::-1]
+    assert observed.shape == found.values.shape
+    # bounded factors at both ends of a time of 2000, and the errors of both in chaos
+    np.testing.assert_array_less(abs(observed - found.values), 8.0 / 2000 + 6.0 * found.errors)
+
+
+def test_two_lines_have_a_zero_for_the_phase_between_them() -> None:
+    found = vi.lyapunov_spectrum(TWO_LINES, vi.State((0.0,), (0.0,)), impacts=2000)
     assert found.values.shape == (3,)
     assert (found.values[0], found.errors[0]) == (0.0, 0.0)
     assert found.zero.tolist() == [True, False, False]
     assert found.determinant_error < 1e-12
-    largest = vi.lyapunov_exponent(system, vi.State((0.0,), (0.0,)), impacts=2000)
+    largest = vi.lyapunov_exponent(TWO_LINES, vi.State((0.0,), (0.0,)), impacts=2000)
     assert abs(largest.value) <= 3.0 * largest.error
 
 
@@ -356,6 +377,17 @@ def test_a_contact_that_never_opens_is_named_as_the_reason() -> None:
     assert "stays closed" in found.statement
 
 
+def test_impacts_of_several_contacts_at_once_leave_the_sum_unknown() -> None:
+    """Two equal oscillators strike at the same time whenever both are driven alike."""
+    twins = vi.Mechanism(
+        mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=np.eye(2),
+        forces=(vi.Harmonic(1.0, (1.0, 1.0)),),
+        contacts=tuple(vi.Contact(row, upper=0.2, restitution=0.8) for row in np.eye(2)),
+    )  # fmt: skip
+    found = vi.lyapunov_spectrum(twins, vi.State((0.0, 0.0), (0.0, 0.0)), impacts=1024)
+    assert "all impacts are simultaneous" in found.statement
+
+
 # ---- invariance, and misuse ----------------------------------------------------------------------
 
 
@@ -372,6 +404,19 @@ def test_exponents_scale_with_the_unit_of_time_and_with_no_other() -> None:
     np.testing.assert_allclose(2.0 * other.values, found.values, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(other.per_impact, found.per_impact, rtol=1e-6, atol=1e-9)
     assert 2.0 * other.contraction == pytest.approx(found.contraction, rel=1e-12)
+
+
+def test_the_size_of_the_parts_that_are_recorded_does_not_matter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system, start = PERIODIC["set A"]
+    found = vi.lyapunov_spectrum(system, start, impacts=2000, settle=2000)
+    monkeypatch.setattr("vibroimpact.simulation.lyapunov_spectrum.CHUNK", 70)
+    other = vi.lyapunov_spectrum(system, start, impacts=2000, settle=2000)
+    assert other.duration.size == found.duration.size
+    # the unit of velocity is taken from the first part, and turns the first frame
+    np.testing.assert_allclose(other.values, found.values, rtol=0.0, atol=1e-6)
+    assert other.contraction == pytest.approx(found.contraction, rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

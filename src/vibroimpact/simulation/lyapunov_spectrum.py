@@ -181,8 +181,9 @@ class LyapunovSpectrum:
         lines = [f"LyapunovSpectrum: {self.statement}"]
         if not self.reason:
             lines.append(f"  per unit of time  {shown}")
-            exact = f"{self.sum:.9g}, exactly {self.contraction - self.flow:.9g}"
-            lines.append(f"  sum               {exact if self.complete else f'{self.sum:.9g}'}")
+            known = self.complete and not math.isnan(self.contraction)
+            exact = f", exactly {self.contraction - self.flow:.9g}" if known else ""
+            lines.append(f"  sum               {self.sum:.9g}{exact}")
             lines.append(f"  dimension         {self.dimension:.6g} in the section")
         return "\n".join(lines)
 
