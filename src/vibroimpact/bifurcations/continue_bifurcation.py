@@ -160,7 +160,7 @@ def continue_bifurcation(
     check_steps(steps, progress)
     check_flag("both", both)
     start = _start(point, parameters, bounds, kind)
-    inside = _ranges(start, bounds)
+    inside = ranges(start.equations.names, start.a, bounds)
     problem = Augmented(start.equations, start.condition, start.tests, inside)
     w = start.condition.start(start.z, start.a)
     curve = continue_curve(
@@ -228,7 +228,7 @@ def continue_level(
     level = Level(plane, function, 0.0)
     level.level = float(level.value(z, np.empty(0), a)[0]) if value is None else float(value)
     start = _Start("level", plane, level, nothing, z, a)
-    inside = _ranges(start, bounds)
+    inside = ranges(start.equations.names, start.a, bounds)
     problem = Augmented(plane, level, nothing, inside)
     curve = continue_curve(
         problem, problem.packed(z, np.empty(0), a), a[1], inside[1], both=both,
@@ -394,9 +394,10 @@ def _pairs(bounds: Any) -> tuple[Any, Any]:
     return bounds[0], bounds[1]
 
 
-def _ranges(start: _Start, bounds: Any) -> tuple[Bounds, Bounds]:
+def ranges(names: tuple[str, str], a: Pair, bounds: Any) -> tuple[Bounds, Bounds]:
+    """Ranges of both parameters with a start inside, checked."""
     first, second = (
         range_of(f"bounds of {name}", pair, name, value)
-        for name, value, pair in zip(start.equations.names, start.a, _pairs(bounds), strict=True)
+        for name, value, pair in zip(names, a, _pairs(bounds), strict=True)
     )
     return first, second

@@ -50,6 +50,10 @@ class Equations(Protocol):
         """F_z of shape (d, d) and F_a of shape (d, 2)."""
         ...
 
+    def by_first(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
+        """F_z of shape (d, d), and the derivative by the first parameter, shape (d,)."""
+        ...
+
     def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
         """Derivatives of F_z v by z and, last, by both parameters, shape (d, d + 2)."""
         ...

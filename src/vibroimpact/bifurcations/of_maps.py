@@ -34,6 +34,11 @@ class MapPlane:
         """Derivatives by z, shape (d, d), and by both parameters, shape (d, 2)."""
         return self.map.jacobian(z, a)
 
+    def by_first(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
+        """Derivatives by z, shape (d, d), and by the first parameter, shape (d,)."""
+        by_z, by_a = self.by_both(z, a)
+        return by_z, by_a[:, 0]
+
     def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
         """Derivatives of F_z v by z and by both parameters, shape (d, d + 2)."""
         units = np.eye(len(z) + 2)

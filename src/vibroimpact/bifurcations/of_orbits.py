@@ -80,6 +80,10 @@ class OrbitPlane(OrbitFamily):
         second = np.column_stack([parts.after_by[:, : self.size, -1], parts.gap_by[:, -1]])
         return by_z, np.column_stack([first, second.ravel()])
 
+    def by_first(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
+        """F_z, shape (d, d), and the derivative by the first parameter, shape (d,)."""
+        return self.jacobian(z, a)
+
     def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
         """Derivatives of F_z v by z and by both parameters, shape (d, d + 2)."""
         m, q = len(self.impacts), self.size

@@ -1,0 +1,299 @@
+"""Arnold tongues of locked orbits, from a weak resonance on a Neimark-Sacker curve.
+
+Method      on the centre manifold (unfold.py) a circle of radius r with rotation p/q exists at
+                da = -K^-1 (Re d, Im d) r^2,  K = [Re kappa; Im kappa],  kappa = conj(nu) dnu/da     (1)
+            Points r exp(i (phi + 2 pi p j / q)), j = 0 ... q - 1, are nearly an orbit of period q. With phi held and
+            a_1 free, Newton's method finds one; along a_1 its branch has a fold on either side: the sides of the
+            tongue at this a_2, followed as curves of SN in both parameters                          (2)
+            At the tip the sides come together, with a width                ~ r^(q - 2)              (3)
+            so that r is enlarged until rounding no longer hides it.
+Assumes     q >= 5 and Re d != 0 at the tip
+Accuracy    that of curves of SN
+Fails       ``NoTongue`` with a sentence
+Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 7.3; (3) Arnold (1977)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.checks import check_kind
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.bifurcations.augmented import Augmented, Bounds
+from vibroimpact.bifurcations.conditions import CriticalMultiplier
+from vibroimpact.bifurcations.continue_bifurcation import STEPS, curve_of, ranges
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.bifurcations.tests_along import AtMultiplier
+from vibroimpact.bifurcations.unfold import Centre, centre
+from vibroimpact.continuation import SpecialPoint, Steps, continue_curve
+from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.normal_forms.critical import Refusal
+from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+
+SMALLEST, LARGEST = 0.04, 0.5  # r, relative to the size of the orbit
+GROWTH, LONGEST = 1.5, 4.0  # of r from one try to the next
+PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method has no room
+TURN = 1e-4  # radians, for the direction of phi
+SPAN = 0.02  # of the range of the first parameter: its size on a slice
+APART = 1e-8  # of the range: folds that are nearer make equations that are nearly singular twice
+AT_TIP = 0.5  # distance from the tip, relative to that of the start, at which a side ends
+TIP = "the tip of the tongue is near"
+ALONG = Steps(first=0.02, largest=0.5, points=200)
+
+
+@dataclass(frozen=True)
+class NoTongue:
+    """Reason why no tongue was found at a weak resonance."""
+
+    point: CodimensionTwoPoint
+    reason: str
+
+    def __repr__(self) -> str:
+        return f"NoTongue at {self.point.label}: {self.reason}"
+
+
+@dataclass(frozen=True, eq=False)
+class Tongue:
+    """Tongue of orbits locked p/q in the plane of two parameters.
+
+    Attributes
+    ----------
+    tip
+        The weak resonance at which it begins.
+    sides
+        The two curves of folds between which the locked orbits exist.
+    radius
+        Distance from the orbit, on the centre manifold, at which the sides were found.
+    """
+
+    tip: CodimensionTwoPoint
+    sides: tuple[BifurcationCurve, BifurcationCurve]
+    radius: float = field(repr=False)
+
+    @property
+    def resonance(self) -> tuple[int, int]:
+        """(p, q)."""
+        assert self.tip.resonance is not None
+        return self.tip.resonance
+
+    def width(self, second: float) -> float:
+        """Extent of the tongue in the first parameter at a value of the second; NaN where a side does not reach it.
+
+        Where a side reaches it more than once, the part next to the tip counts.
+        """
+        firsts = [_first_at(side, self.tip, second) for side in self.sides]
+        return abs(firsts[0] - firsts[1])
+
+    def __repr__(self) -> str:
+        p, q = self.resonance
+        lines = [f"Tongue {p}/{q} from {self.tip!r}", *(f"  {side!r}" for side in self.sides)]
+        return "\n".join(lines)
+
+
+def tongue(
+    point: CodimensionTwoPoint,
+    bounds: tuple[Bounds, Bounds] | None = None,
+    *,
+    steps: Steps | None = None,
+    progress: CurveProgress | None = None,
+) -> Tongue | NoTongue:
+    """Follow both sides of the tongue of locked orbits that begins at a weak resonance.
+
+    Parameters
+    ----------
+    point
+        A weak resonance on a curve of NS: ``curve["2/9_1"]``.
+    bounds
+        ((low, high), (low, high)) of both parameters; by default those of the curve.
+    steps
+        Step lengths of the sides, number of points.
+    progress
+        Called after every panel of a side with the number of points and the second parameter.
+
+    Returns
+    -------
+    Tongue or NoTongue
+        :class:`NoTongue` states the reason.
+
+    Raises
+    ------
+    InvalidParameterError
+        Another point; bounds that are empty or without the tip.
+
+    Notes
+    -----
+    Locked orbits close after q iterates of the map: for a symmetric orbit, of the half map, so that they are
+    symmetric where q is odd. Cost: some ten times that of a branch of these orbits.
+    """
+    check_kind("point", point, CodimensionTwoPoint, "a weak resonance, such as curve['2/9_1']")
+    check_steps(steps, progress)
+    if point.kind != "WEAK" or point.resonance is None:
+        raise InvalidParameterError(
+            f"point = {point.label}: tongues begin at weak resonances, such as curve['2/9_1']."
+        )
+    names = point.problem.equations.names
+    inside = checked_bounds(point, bounds)
+    z, _, a = point.problem.parts(point.z, point.parameters[names[1]])
+    form = neimark_sacker(point.problem.equations.forms(z, a), parameter=False)
+    if isinstance(form, Refusal):
+        return NoTongue(point, form.reason)
+    p, q = point.resonance
+    manifold = centre(point.problem.equations, z, a, complex(np.exp(2j * math.pi * p / q)))
+    for start in _starts(manifold, form, (p, q), inside):
+        with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
+            first, second = (
+                _side(manifold, start, fold, inside, steps or STEPS, progress)
+                for fold in start.folds
+            )
+            return Tongue(point, (first, second), start.radius)
+    return NoTongue(point, "no locked orbit between two folds was found near the tip")
+
+
+def checked_bounds(
+    point: CodimensionTwoPoint, bounds: tuple[Bounds, Bounds] | None
+) -> tuple[Bounds, Bounds]:
+    """Bounds with the point inside, by default those of its curve."""
+    wanted = point.problem.bounds if bounds is None else bounds
+    names = point.problem.equations.names
+    return ranges(names, (point.parameters[names[0]], point.parameters[names[1]]), wanted)
+
+
+class _Start(NamedTuple):
+    slice: Slice
+    folds: tuple[SpecialPoint, SpecialPoint]
+    radius: float
+
+
+class Slice:
+    """Orbits of equations over two parameters along one of them, the other held: a ``Problem``."""
+
+    def __init__(self, equations: Equations, along: int, held: float, span: float) -> None:
+        self.equations, self.along, self.held = equations, along, held
+        self._sizes = np.append(equations.sizes, span)
+
+    def at(self, p: float) -> Pair:
+        """Both parameters."""
+        return (p, self.held) if self.along == 0 else (self.held, p)
+
+    def residual(self, z: Floats, p: float) -> Floats:
+        """F."""
+        return self.equations.residual(z, self.at(p))
+
+    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
+        """F_z and F_p."""
+        if self.along == 0:
+            return self.equations.by_first(z, self.at(p))
+        by_z, by_a = self.equations.by_both(z, self.at(p))
+        return by_z, by_a[:, 1]
+
+    def scale(self) -> Floats:
+        """Sizes of the unknowns and of the parameter."""
+        return self._sizes
+
+    def watch(self, _z: Floats, _p: float) -> dict[str, float]:
+        """No test functions: folds are found by the continuation."""
+        return {}
+
+
+def _starts(
+    manifold: Centre, form: NeimarkSacker, resonance: tuple[int, int], bounds: tuple[Bounds, Bounds]
+) -> Iterator[_Start]:
+    """Folds on both sides of a locked orbit (2), at radii r at which they are well apart."""
+    equations = manifold.equations.repeated(resonance[1])
+    unit = float(np.abs(manifold.v / manifold.equations.sizes).max())
+    r, largest = SMALLEST / unit, LARGEST / unit
+    while r <= largest:
+        tries = (_slice(manifold, form, resonance, r, phase, equations, bounds) for phase in PHASES)
+        found = next(filter(None, tries), None)
+        apart = abs(found.folds[0].parameter - found.folds[1].parameter) if found else 0.0
+        enough = APART * _width(bounds[found.slice.along]) if found else 0.0
+        if found and apart >= enough:
+            yield found
+        growth = (2.0 * enough / apart) ** (1.0 / (resonance[1] - 2)) if apart else GROWTH  # (3)
+        r *= min(LONGEST, max(GROWTH, growth))
+
+
+def _slice(
+    manifold: Centre, form: NeimarkSacker, resonance: tuple[int, int], r: float, phase: float,
+    equations: Equations, bounds: tuple[Bounds, Bounds],
+) -> _Start | None:  # fmt: skip
+    """The folds around a locked orbit at radius r; None where there is no such orbit, or no fold."""
+    p, q = resonance
+    kappa = manifold.nu.conjugate() * manifold.slopes
+    matrix = np.array([kappa.real, kappa.imag])
+    da = -np.linalg.solve(matrix, [form.d.real, form.d.imag]) * r * r  # (1)
+    a = manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1])
+    if not all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True)):
+        return None
+    shares = [abs(x) / _width(pair) for x, pair in zip(da, bounds, strict=True)]
+    along = int(np.argmin(shares))  # across the tongue, whose axis is da
+    piece = Slice(equations, along, a[1 - along], SPAN * _width(bounds[along]))
+    points = r * np.exp(2j * math.pi * (phase + p * np.arange(q)) / q)
+    unroll = manifold.equations.unrolled
+    start = unroll(manifold.z, manifold.moved(points, da))
+    turned = unroll(manifold.z, manifold.moved(points * np.exp(1j * TURN), da))
+    try:
+        curve = continue_curve(
+            piece, start, a[along], bounds[along],
+            tangent=np.append((turned - start) / TURN, 0.0), terminal=("SN",), steps=ALONG,
+        )  # fmt: skip
+    except InvalidParameterError:  # Newton's method does not converge
+        return None
+    folds = list(curve.named("SN"))
+    return _Start(piece, (folds[0], folds[-1]), r) if len(folds) > 1 else None
+
+
+def _side(
+    manifold: Centre, start: _Start, fold: SpecialPoint, bounds: tuple[Bounds, Bounds],
+    steps: Steps, progress: CurveProgress | None,
+) -> BifurcationCurve:  # fmt: skip
+    """Curve of folds through a fold of the slice."""
+    equations = start.slice.equations
+    a = start.slice.at(fold.parameter)
+    condition = CriticalMultiplier(equations, 1.0)
+    problem = Augmented(equations, condition, AtMultiplier(condition), bounds)
+    guess = problem.packed(fold.z, condition.start(fold.z, a), a)
+
+    def amplitude(z: Floats, here: Pair) -> float:
+        """Distance of a locked orbit from the repeated one."""
+        da = np.array(here) - np.array(manifold.a)
+        still = np.zeros(len(z) // len(manifold.z), dtype=complex)
+        middle = manifold.equations.unrolled(manifold.z, manifold.moved(still, da))
+        return float(np.abs((z - middle) / equations.sizes).max())
+
+    first = amplitude(fold.z, a)
+
+    def rule(unknowns: Floats, p: float) -> str:
+        z, _, here = problem.parts(unknowns, p)
+        return TIP if amplitude(z, here) < AT_TIP * first else ""
+
+    curve = continue_curve(
+        problem, guess, a[1], bounds[1], terminal=("bound",), steps=steps, progress=progress,
+        stop_when=lambda: rule,
+    )  # fmt: skip
+    return curve_of("SN", problem, curve)
+
+
+def _width(pair: Bounds) -> float:
+    return pair[1] - pair[0]
+
+
+def _first_at(side: BifurcationCurve, tip: CodimensionTwoPoint, second: float) -> float:
+    """First parameter of a side where the second has a value, next to the tip."""
+    values = side.values
+    off = values[:, 1] - second
+    at = np.flatnonzero(off[:-1] * off[1:] <= 0.0)
+    if not at.size:
+        return math.nan
+    aside = np.array([tip.parameters[name] for name in side.names])
+    nearest = at[int(np.argmin(np.linalg.norm(values[at] - aside, axis=1)))]
+    share = off[nearest] / (off[nearest] - off[nearest + 1]) if off[nearest] else 0.0
+    return float(values[nearest, 0] + share * (values[nearest + 1, 0] - values[nearest, 0]))

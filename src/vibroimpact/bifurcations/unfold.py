@@ -1,0 +1,90 @@
+"""Centre manifold of a critical pair over the plane of two parameters, in the unknowns of the equations.
+
+Method      L(nu) v = 0,  w* L(nu) = 0,  z_a = -F_z^-1 F_a
+            dnu/da = w* (d F_z v / da) / (w* E v),  d along the solutions                        (1)
+            v is scaled so that its part in the map's own coordinates is the eigenvector q of the normal form,
+            |q| = 1. With F_zz by jets, the motion of complex coordinate zeta is
+                z + z_a da + 2 Re(v zeta) + Re(h20 zeta^2) + h11 |zeta|^2 + O(3),                (2)
+                L(nu^2) h20 = -F_zz v v,   L(1) h11 = -F_zz v conj(v)                            (3)
+            and after j iterates zeta is multiplied by nu^j, to leading order.
+Assumes     nu simple; neither 1 nor nu^2 a multiplier
+Accuracy    rounding times the conditions of these
+Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4, for the equations instead of the map
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.bifurcations.equations import Equations, Pair
+
+
+@dataclass(frozen=True)
+class Centre:
+    """Centre manifold (2) at a point of the plane.
+
+    Attributes
+    ----------
+    equations, z, a
+        The solution.
+    nu
+        The critical multiplier, in the upper half plane.
+    v, h20, h11
+        Changes of the unknowns, shape (d,).
+    drift
+        z_a, shape (d, 2).
+    slopes
+        dnu/da, shape (2,).
+    """
+
+    equations: Equations
+    z: Floats
+    a: Pair
+    nu: complex
+    v: Complexes
+    h20: Complexes
+    h11: Floats
+    drift: Floats
+    slopes: Complexes
+
+    def moved(self, zeta: Complexes, da: Floats) -> Floats:
+        """Changes (2) of the unknowns for each of some coordinates zeta, shape (len(zeta), d)."""
+        linear = 2.0 * np.outer(zeta, self.v).real
+        square = np.outer(zeta**2, self.h20).real + np.outer(np.abs(zeta) ** 2, self.h11)
+        changes: Floats = linear + square + self.drift @ da
+        return changes
+
+
+def centre(equations: Equations, z: Floats, a: Pair, near: complex) -> Centre:
+    """Centre manifold of the multiplier nearest to a number."""
+    by_z, by_a = equations.by_both(z, a)
+    mu = equations.multipliers(z, a)
+    nu = complex(mu[np.argmin(np.abs(mu - near))])
+    scaling = equations.sizes / equations.rows[:, None]
+    closing = equations.closing * scaling
+
+    def shifted(multiplier: complex) -> Complexes:
+        matrix: Complexes = by_z * scaling - (multiplier - 1.0) * closing
+        return matrix
+
+    left, _, right = np.linalg.svd(shifted(nu))
+    v, w = right[-1].conj() * equations.sizes, left[:, -1] / equations.rows
+    q = equations.on_section(v)
+    largest = q[np.argmax(np.abs(q))]
+    v = v * (abs(largest) / largest / np.linalg.norm(q))
+    moves = np.linalg.solve(by_z * scaling, -by_a / equations.rows[:, None])
+    drift = np.asarray(moves, dtype=float) * equations.sizes[:, None]
+    second = equations.second(z, a, v.real) + 1j * equations.second(z, a, v.imag)
+    by_v, d = second[:, : len(z)], len(z)
+    slopes = w.conj() @ (by_v @ drift + second[:, d:]) / (w.conj() @ equations.closing @ v)  # (1)
+
+    def solved(multiplier: complex, square: Complexes) -> Complexes:
+        unknown = np.linalg.solve(shifted(multiplier), -square / equations.rows)
+        return np.asarray(unknown, dtype=np.complex128) * equations.sizes
+
+    h20 = solved(nu**2, by_v @ v)
+    h11 = solved(1.0, by_v @ v.conj()).real  # (3)
+    return Centre(equations, z, a, nu, v, h20, h11, drift, slopes)

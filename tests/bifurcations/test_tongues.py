@@ -1,0 +1,120 @@
+"""Tongues of locked orbits, against planted normal forms and simulation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+E5 = 0.3  # coefficient of conj(z)^4
+
+
+def planted(x: Any, p: Any) -> list[Any]:
+    """z -> e^(2 pi i / 5) ((1 + a + i b) z - z |z|^2 + e conj(z)^4), in real coordinates."""
+    u, v = x
+    square = u * u + v * v
+    re = (1.0 + p[0] - square) * u - p[1] * v
+    im = (1.0 + p[0] - square) * v + p[1] * u
+    c2, s2 = u * u - v * v, -2.0 * u * v  # conj(z)^2
+    re, im = re + E5 * (c2 * c2 - s2 * s2), im + E5 * 2.0 * c2 * s2
+    c, s = math.cos(2.0 * math.pi / 5.0), math.sin(2.0 * math.pi / 5.0)
+    return [c * re - s * im, s * re + c * im]
+
+
+@cache
+def of_the_map() -> vi.Tongue:
+    model = vi.ExplicitMap(planted, dimension=2, parameters=("a", "b"))
+    start = vi.MapPoint("NS", model, (0.0, 0.0), (-0.02, 0.2))
+    curve = vi.continue_bifurcation(start, ("a", "b"), ((-0.3, 0.3), (-0.3, 0.3)))
+    found = vi.tongue(curve["1/5_1"])
+    assert isinstance(found, vi.Tongue)
+    return found
+
+
+def test_both_sides_of_a_planted_tongue_obey_its_normal_form() -> None:
+    # locked orbits solve a + i b - r^2 + e r^3 exp(-5 i phi) = 0: the sides are b = +-e a^(3/2) to leading order
+    sides = of_the_map().sides
+    signs = set()
+    for side in sides:
+        near = (side.values[:, 0] > 0.01) & (side.values[:, 0] < 0.03)
+        a, b = side.values[near].T
+        assert a.size
+        signs |= set(np.sign(b))
+        # the next order is relative a^(1/2), with a constant of order one
+        np.testing.assert_allclose(np.abs(b) / a**1.5, E5, rtol=0.2)
+        scaled = (np.abs(b) / a**1.5 - E5) / np.sqrt(a)
+        assert np.ptp(scaled) < np.abs(scaled).max()  # it is that order
+    assert signs == {-1.0, 1.0}
+
+
+def test_sides_of_a_tongue_are_folds_of_orbits_of_its_period() -> None:
+    for side in of_the_map().sides:
+        assert np.abs(side.multipliers - 1.0).min(axis=1).max() < 1e-6
+        assert side.problem.equations.map.iterate == 5  # type: ignore[attr-defined]
+
+
+@cache
+def of_the_damper() -> vi.Tongue:
+    damper = vi.ImpactDamper(
+        mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=10.6, omega=0.93
+    )
+    branch = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (0.85, 0.95))
+    curve = vi.continue_bifurcation(
+        next(p for p in branch.special_points if p.kind == "NS"),
+        ("omega", "half_clearance"),
+        ((0.85, 0.95), (9.0, 10.7)),
+    )
+    found = vi.tongue(curve["2/9_1"])
+    assert isinstance(found, vi.Tongue)
+    return found
+
+
+def test_a_tongue_narrows_with_the_power_of_its_period() -> None:
+    # width ~ r^(q - 2) and distance ~ r^2: exponent 7/2 for q = 9, approached from above
+    tongue = of_the_damper()
+    tip = tongue.tip.parameters["half_clearance"]
+    near, far = tongue.width(tip - 0.3), tongue.width(tip - 0.6)
+    assert math.log(far / near) / math.log(2.0) == pytest.approx(3.5, abs=0.4)
+
+
+def test_motion_is_locked_inside_a_tongue_and_not_outside() -> None:
+    tongue = of_the_damper()
+    first, second = tongue.sides
+    clearance = 9.2
+    ends = sorted(float(np.interp(clearance, *_sorted(side))) for side in (first, second))
+    width = ends[1] - ends[0]
+    system = first.orbit(0).system
+    for share, locked in ((0.5, True), (-1.5, False), (2.5, False)):
+        there = replace(system, omega=ends[0] + share * width, half_clearance=clearance)
+        near = vi.symmetric_orbits(there)[0].state
+        beside = there.on_stop(
+            "A", x1=near.position[0], v1=1.05 * near.velocity[0], v2=near.velocity[1],
+            phase=near.phase,
+        )  # fmt: skip
+        x1 = vi.impact_section(there, beside, settle=60_000, points=1800).x1
+        apart = float(np.abs(x1[9:] - x1[:-9]).max())
+        assert (apart < 1e-6) is locked, share
+
+
+def _sorted(side: vi.BifurcationCurve) -> tuple[np.ndarray, np.ndarray]:
+    """The part of a side that begins at the tip, by rising clearance."""
+    values = side.values if side.values[0, 1] > side.values[-1, 1] else side.values[::-1]
+    down = values[: int(np.argmin(values[:, 1])) + 1][::-1]
+    return down[:, 1], down[:, 0]
+
+
+def test_only_weak_resonances_have_tongues() -> None:
+    model = vi.ExplicitMap(planted, dimension=2, parameters=("a", "b"))
+    start = vi.MapPoint("NS", model, (0.0, 0.0), (-0.02, 0.2))
+    curve = vi.continue_bifurcation(start, ("a", "b"), ((-0.5, 0.3), (-0.5, 0.6)))
+    strong = next(p for p in curve.special_points if p.kind == "R4")
+    with pytest.raises(vi.InvalidParameterError, match="weak resonances"):
+        vi.tongue(strong)
+    with pytest.raises(vi.InvalidParameterError, match="must hold"):
+        vi.tongue(curve["1/5_1"], ((0.1, 0.2), (-0.3, 0.3)))
