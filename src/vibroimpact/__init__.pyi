@@ -21,6 +21,8 @@ from vibroimpact.bifurcations.continue_bifurcation import (
 from vibroimpact.bifurcations.continue_bifurcation import continue_level as continue_level
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint as CodimensionTwoPoint
+from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve
+from vibroimpact.bifurcations.switch_curve import switch_curve as switch_curve
 from vibroimpact.bifurcations.tongue import NoTongue as NoTongue
 from vibroimpact.bifurcations.tongue import Tongue as Tongue
 from vibroimpact.bifurcations.tongue import tongue as tongue

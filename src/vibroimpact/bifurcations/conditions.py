@@ -142,7 +142,8 @@ class CriticalPair:
         mu = eq.multipliers(z, a)
         i, j = critical_pair(mu)
         rest = products_of_pairs(mu, without=(i, j)) * eq.weight(z, a) ** (len(mu) - 1)
-        gradient = -rest * self._of_product(z, a, mu[[i, j]])  # (3)
+        with np.errstate(over="ignore", invalid="ignore"):  # of iterates that run away
+            gradient = -rest * self._of_product(z, a, mu[[i, j]])  # (3)
         return Derivatives(gradient[None, :d], np.empty((1, 0)), gradient[None, d:])
 
     def _of_product(self, z: Floats, a: Pair, pair: Complexes) -> Floats:

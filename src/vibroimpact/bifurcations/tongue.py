@@ -25,13 +25,16 @@ import numpy as np
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.augmented import Augmented, Bounds
-from vibroimpact.bifurcations.conditions import CriticalMultiplier
-from vibroimpact.bifurcations.continue_bifurcation import STEPS, curve_of, ranges
+from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.bifurcations.equations import Equations, Pair
-from vibroimpact.bifurcations.tests_along import AtMultiplier
+from vibroimpact.bifurcations.emanating import (
+    Slice,
+    checked_bounds,
+    emanating,
+    origin_of,
+    width_of,
+)
+from vibroimpact.bifurcations.equations import Equations
 from vibroimpact.bifurcations.unfold import Centre, centre
 from vibroimpact.continuation import SpecialPoint, Steps, continue_curve
 from vibroimpact.continuation.walk import CurveProgress, check_steps
@@ -44,8 +47,6 @@ PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method h
 TURN = 1e-4  # radians, for the direction of phi
 SPAN = 0.02  # of the range of the first parameter: its size on a slice
 APART = 1e-8  # of the range: folds that are nearer make equations that are nearly singular twice
-AT_TIP = 0.5  # distance from the tip, relative to that of the start, at which a side ends
-TIP = "the tip of the tongue is near"
 ALONG = Steps(first=0.02, largest=0.5, points=200)
 
 
@@ -139,68 +140,36 @@ def tongue(
         raise InvalidParameterError(
             f"point = {point.label}: tongues begin at weak resonances, such as curve['2/9_1']."
         )
-    names = point.problem.equations.names
     inside = checked_bounds(point, bounds)
-    z, _, a = point.problem.parts(point.z, point.parameters[names[1]])
-    form = neimark_sacker(point.problem.equations.forms(z, a), parameter=False)
+    origin = origin_of(point)
+    form = neimark_sacker(origin.equations.forms(origin.z, origin.a), parameter=False)
     if isinstance(form, Refusal):
         return NoTongue(point, form.reason)
     p, q = point.resonance
-    manifold = centre(point.problem.equations, z, a, complex(np.exp(2j * math.pi * p / q)))
+    manifold = centre(*origin, complex(np.exp(2j * math.pi * p / q)))
     for start in _starts(manifold, form, (p, q), inside):
         with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
             first, second = (
-                _side(manifold, start, fold, inside, steps or STEPS, progress)
+                emanating(
+                    "SN",
+                    origin,
+                    start.slice.equations,
+                    fold.z,
+                    start.slice.at(fold.parameter),
+                    inside,
+                    steps,
+                    progress,
+                )
                 for fold in start.folds
             )
             return Tongue(point, (first, second), start.radius)
     return NoTongue(point, "no locked orbit between two folds was found near the tip")
 
 
-def checked_bounds(
-    point: CodimensionTwoPoint, bounds: tuple[Bounds, Bounds] | None
-) -> tuple[Bounds, Bounds]:
-    """Bounds with the point inside, by default those of its curve."""
-    wanted = point.problem.bounds if bounds is None else bounds
-    names = point.problem.equations.names
-    return ranges(names, (point.parameters[names[0]], point.parameters[names[1]]), wanted)
-
-
 class _Start(NamedTuple):
     slice: Slice
     folds: tuple[SpecialPoint, SpecialPoint]
     radius: float
-
-
-class Slice:
-    """Orbits of equations over two parameters along one of them, the other held: a ``Problem``."""
-
-    def __init__(self, equations: Equations, along: int, held: float, span: float) -> None:
-        self.equations, self.along, self.held = equations, along, held
-        self._sizes = np.append(equations.sizes, span)
-
-    def at(self, p: float) -> Pair:
-        """Both parameters."""
-        return (p, self.held) if self.along == 0 else (self.held, p)
-
-    def residual(self, z: Floats, p: float) -> Floats:
-        """F."""
-        return self.equations.residual(z, self.at(p))
-
-    def jacobian(self, z: Floats, p: float) -> tuple[Floats, Floats]:
-        """F_z and F_p."""
-        if self.along == 0:
-            return self.equations.by_first(z, self.at(p))
-        by_z, by_a = self.equations.by_both(z, self.at(p))
-        return by_z, by_a[:, 1]
-
-    def scale(self) -> Floats:
-        """Sizes of the unknowns and of the parameter."""
-        return self._sizes
-
-    def watch(self, _z: Floats, _p: float) -> dict[str, float]:
-        """No test functions: folds are found by the continuation."""
-        return {}
 
 
 def _starts(
@@ -214,7 +183,7 @@ def _starts(
         tries = (_slice(manifold, form, resonance, r, phase, equations, bounds) for phase in PHASES)
         found = next(filter(None, tries), None)
         apart = abs(found.folds[0].parameter - found.folds[1].parameter) if found else 0.0
-        enough = APART * _width(bounds[found.slice.along]) if found else 0.0
+        enough = APART * width_of(bounds[found.slice.along]) if found else 0.0
         if found and apart >= enough:
             yield found
         growth = (2.0 * enough / apart) ** (1.0 / (resonance[1] - 2)) if apart else GROWTH  # (3)
@@ -233,9 +202,9 @@ def _slice(
     a = manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1])
     if not all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True)):
         return None
-    shares = [abs(x) / _width(pair) for x, pair in zip(da, bounds, strict=True)]
+    shares = [abs(x) / width_of(pair) for x, pair in zip(da, bounds, strict=True)]
     along = int(np.argmin(shares))  # across the tongue, whose axis is da
-    piece = Slice(equations, along, a[1 - along], SPAN * _width(bounds[along]))
+    piece = Slice(equations, along, a[1 - along], SPAN * width_of(bounds[along]))
     points = r * np.exp(2j * math.pi * (phase + p * np.arange(q)) / q)
     unroll = manifold.equations.unrolled
     start = unroll(manifold.z, manifold.moved(points, da))
@@ -249,41 +218,6 @@ def _slice(
         return None
     folds = list(curve.named("SN"))
     return _Start(piece, (folds[0], folds[-1]), r) if len(folds) > 1 else None
-
-
-def _side(
-    manifold: Centre, start: _Start, fold: SpecialPoint, bounds: tuple[Bounds, Bounds],
-    steps: Steps, progress: CurveProgress | None,
-) -> BifurcationCurve:  # fmt: skip
-    """Curve of folds through a fold of the slice."""
-    equations = start.slice.equations
-    a = start.slice.at(fold.parameter)
-    condition = CriticalMultiplier(equations, 1.0)
-    problem = Augmented(equations, condition, AtMultiplier(condition), bounds)
-    guess = problem.packed(fold.z, condition.start(fold.z, a), a)
-
-    def amplitude(z: Floats, here: Pair) -> float:
-        """Distance of a locked orbit from the repeated one."""
-        da = np.array(here) - np.array(manifold.a)
-        still = np.zeros(len(z) // len(manifold.z), dtype=complex)
-        middle = manifold.equations.unrolled(manifold.z, manifold.moved(still, da))
-        return float(np.abs((z - middle) / equations.sizes).max())
-
-    first = amplitude(fold.z, a)
-
-    def rule(unknowns: Floats, p: float) -> str:
-        z, _, here = problem.parts(unknowns, p)
-        return TIP if amplitude(z, here) < AT_TIP * first else ""
-
-    curve = continue_curve(
-        problem, guess, a[1], bounds[1], terminal=("bound",), steps=steps, progress=progress,
-        stop_when=lambda: rule,
-    )  # fmt: skip
-    return curve_of("SN", problem, curve)
-
-
-def _width(pair: Bounds) -> float:
-    return pair[1] - pair[0]
 
 
 def _first_at(side: BifurcationCurve, tip: CodimensionTwoPoint, second: float) -> float:

@@ -7,7 +7,8 @@ Method      L(nu) v = 0,  w* L(nu) = 0,  z_a = -F_z^-1 F_a
                 z + z_a da + 2 Re(v zeta) + Re(h20 zeta^2) + h11 |zeta|^2 + O(3),                (2)
                 L(nu^2) h20 = -F_zz v v,   L(1) h11 = -F_zz v conj(v)                            (3)
             and after j iterates zeta is multiplied by nu^j, to leading order.
-Assumes     nu simple; neither 1 nor nu^2 a multiplier
+Assumes     nu simple, 1 no multiplier. Where nu^2 is one, at R3, that part of h20 is left out, which the term
+            conj(zeta)^2 of the normal form takes instead
 Accuracy    rounding times the conditions of these
 Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4, for the equations instead of the map
 """
@@ -20,6 +21,8 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.equations import Equations, Pair
+
+SINGULAR = 1e-6  # relative: a singular value of (3) below it belongs to a multiplier nu^2
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,7 @@ def centre(equations: Equations, z: Floats, a: Pair, near: complex) -> Centre:
     slopes = w.conj() @ (by_v @ drift + second[:, d:]) / (w.conj() @ equations.closing @ v)  # (1)
 
     def solved(multiplier: complex, square: Complexes) -> Complexes:
-        unknown = np.linalg.solve(shifted(multiplier), -square / equations.rows)
+        unknown = np.linalg.lstsq(shifted(multiplier), -square / equations.rows, SINGULAR)[0]
         return np.asarray(unknown, dtype=np.complex128) * equations.sizes
 
     h20 = solved(nu**2, by_v @ v)

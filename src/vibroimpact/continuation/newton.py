@@ -86,6 +86,13 @@ def correct(
     problem: Scaled, guess: Floats, row: Floats, target: float, tolerance: float = POINT_TOLERANCE
 ) -> Attempt:
     """Solve F(y) = 0, <row, y> = target from a guess, within the bounds of p (1)."""
+    with np.errstate(over="ignore", invalid="ignore"):  # of iterates that run away
+        return _iterated(problem, guess, row, target, tolerance)
+
+
+def _iterated(
+    problem: Scaled, guess: Floats, row: Floats, target: float, tolerance: float
+) -> Attempt:
     y = problem.inside(guess)
     previous, outside = np.inf, 0
     for count in range(MOST_STEPS):

@@ -270,7 +270,9 @@ class ExplicitMap:
             except np.linalg.LinAlgError:
                 return self._failed(FixedPointStatus.SINGULAR, x, p, steps)
             x, steps = x + step, steps + 1
-            converged = bool(np.all(np.abs(step) <= LAST_STEP * (self.scale()[:-1] + np.abs(x))))
+            converged = bool(
+                np.all(np.abs(step) <= LAST_STEP * (self.scale()[: self.dimension] + np.abs(x)))
+            )
         if not converged:
             return self._failed(FixedPointStatus.NOT_CONVERGED, x, p, steps)
         return self.point(x, p, steps)
