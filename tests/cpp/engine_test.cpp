@@ -21,7 +21,7 @@ namespace {
 #endif
 using shape = vi::fixed<6, 1, 1, MIXED>;
 using flow = vi::modal_flow<double, shape>;
-using system_type = binding::system_of<flow>;
+using system_type = binding::compiled_system<flow>;
 using starts_type = std::vector<binding::start_data>;
 constexpr int n = 6;
 constexpr double horizon = 1e6;

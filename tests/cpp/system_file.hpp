@@ -1,4 +1,4 @@
-// A compiled system and its starts, read from the text that tests/kernel/test_engine.py writes.
+// A compiled system and its starts, read from the text that tests/support/system_file.py writes.
 #pragma once
 
 #include <cstdlib>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/system_of.hpp"
+#include "engine/compiled_system.hpp"
 
 namespace test {
 
@@ -69,9 +69,9 @@ inline binding::mode_data read_mode(reader& in, std::size_t contacts) {
 }
 
 template <class Flow>
-binding::system_of<Flow> read_compiled(reader& in) {
+binding::compiled_system<Flow> read_compiled(reader& in) {
     const auto data = read_system(in);
-    binding::system_of<Flow> system(data);
+    binding::compiled_system<Flow> system(data);
     for (int modes = in.integer(); modes > 0; --modes)
         system.add_mode(read_mode(in, data.contacts.size()));
     return system;

@@ -47,7 +47,7 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
 // whose next flight is in a mode that is missing, or takes one to be known, did not happen yet: it
 // comes again once the mode is there.
 template <class T, class Flow>
-VI_CALL event<T, typename Flow::shape_type>
+VI_RARE event<T, typename Flow::shape_type>
 certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                double horizon, bool may_pause = false, int earlier = 0) {
     if (has_diverged(system.modes[at.mode], at.y)) // before rest and chatter
@@ -68,7 +68,7 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
 // brought that flight on, as none lands so soon on the stop that it leaves (search/grid/grid_bounds.hpp).
 // Otherwise paused, and nothing is changed.
 template <class T, class Flow>
-VI_CALL event<T, typename Flow::shape_type>
+VI_RARE event<T, typename Flow::shape_type>
 micro_bounce_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                   double horizon) {
     using Shape = typename Flow::shape_type;
@@ -112,7 +112,7 @@ continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shap
 
 // One flight to its event, in legs.
 template <class T, class Flow>
-VI_CALL event<T, typename Flow::shape_type>
+VI_RARE event<T, typename Flow::shape_type>
 fly_to_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
              double horizon, flight_memory<Flow>& memory, bool (*interrupted)()) {
     T flown = T(0.0);

@@ -15,7 +15,8 @@
 // VI_WITHIN marks a lambda of such a function: [&](auto j) VI_WITHIN { ... }
 #define VI_WITHIN __attribute__((always_inline))
 
-// VI_RARE marks a function that the inner loop seldom calls, and that would stand in its way.
+// VI_RARE marks a function that the inner loop seldom calls, and that would stand in its way. As it is called,
+// not copied, a program may compile it once for several callers.
 #define VI_RARE VI_HD __attribute__((noinline))
 
 // VI_APART marks a part of that loop which is a function of its own on a device, where registers are

@@ -1,9 +1,11 @@
 #include "engine/system_of.hpp"
 
+VI_STEPS(extern, binding::dense)
+
 namespace binding {
 
 std::unique_ptr<system> make_dense(const system_data& data) {
-    return std::make_unique<system_of<vi::dense_flow<double, vi::any_size>>>(data);
+    return std::make_unique<system_of<dense>>(data);
 }
 
 } // namespace binding

@@ -1,80 +1,30 @@
-// The compiled system for one flow of the kernel.
+// What Python asks of a system, for one flow of the kernel.
 #pragma once
 
-#include <algorithm>
-
+#include "engine/compiled_system.hpp"
 #include "engine/observers.hpp"
-#include "vibroimpact/engine/start.hpp"
-#include "vibroimpact/flow/dense.hpp"
-#include "vibroimpact/system/assemble.hpp"
 
 namespace binding {
 
 template <class Flow>
-class system_of final : public system {
+class system_of final : public system, compiled_system<Flow> {
+    using compiled = compiled_system<Flow>;
+    using compiled::hybrid_, compiled::modes_;
+    using compiled::n_, compiled::degrees_, compiled::lines_, compiled::physical_;
     using Shape = typename Flow::shape_type;
     static constexpr int D = Flow::max_dimension;
-    static constexpr int tangent_width = 6;
-    using map_type = vi::coordinate_map<D>;
+    static constexpr int width = tangent_width<Flow>;
     using state = vi::vec<double, D>;
     template <class T>
     using trajectory = vi::trajectory<T, Shape>;
 
 public:
-    explicit system_of(const system_data& data)
-        : data_(data), n_(data.dimension), degrees_(data.degrees),
-          lines_(static_cast<int>(data.omegas.size())), physical_(n_, degrees_, data.kappas) {
-        hybrid_.dimension_ = n_;
-        hybrid_.contacts_ = static_cast<int>(data.contacts.size());
-        hybrid_.mixed_ = data.mixed;
-        vi::set_lines(hybrid_, data.kappas.data(), lines_);
-        for (int i = 0; i < hybrid_.contacts(); ++i) {
-            const auto& from = data.contacts[i];
-            vi::set_law(
-                hybrid_, i,
-                {from.impulse.data(), from.mobility.data(), from.shift.data(), from.restitution});
-        }
-    }
+    using compiled::compiled_system;
 
-    const vi::hybrid<Flow>& hybrid() const { return hybrid_; }
-
-    void add_mode(const mode_data& data) override {
-        physical_.add(
-            {data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular});
-        modes_.push_back(compile(data));
-        if (data.code == 0) vi::set_terms(hybrid_, modes_[0], physical_[0]);
-        codes_.push_back(data.code);
-        const int m = static_cast<int>(modes_.size()) - 1;
-        from_free_.push_back(vi::map_between<D>(physical_[0], physical_[m], n_));
-        to_free_.push_back(vi::map_between<D>(physical_[m], physical_[0], n_));
-        hybrid_.modes = modes_.data();
-        hybrid_.codes = codes_.data();
-        hybrid_.from_free = from_free_.data();
-        hybrid_.to_free = to_free_.data();
-        hybrid_.mode_count = m + 1;
-    }
-
-    // A start in the free mode; seeds are columns of (dx, dv, dtheta), of which jets carry those
-    // from `first` on.
-    template <class T>
-    trajectory<T> begin(const start_data& data, const numbers& seeds = {}, int columns = 0,
-                        int first = 0) const {
-        numbers plain = data.x;
-        plain.insert(plain.end(), data.v.begin(), data.v.end());
-        plain.insert(plain.end(), data.phases.begin(), data.phases.end());
-        std::vector<T> p(plain.begin(), plain.end());
-        if constexpr (vi::scalar_traits<T>::is_jet)
-            for (std::size_t i = 0; i < p.size(); ++i)
-                for (int j = 0; j < tangent_width && first + j < columns; ++j)
-                    p[i].d[j] = seeds[i * columns + first + j];
-        const T *x = p.data(), *v = x + degrees_, *phases = v + degrees_;
-        trajectory<T> at{};
-        vi::start_at(hybrid_, physical_[0], x, v, phases, at);
-        return at;
-    }
+    void add_mode(const mode_data& data) override { compiled::add_mode(data); }
 
     start_result start(const start_data& data) const override {
-        const auto at = begin<double>(data);
+        const auto at = this->template begin<double>(data);
         start_result out;
         out.at = packed(at, vi::clock{});
         for (int i = 0; i < hybrid_.contacts(); ++i) {
@@ -117,7 +67,7 @@ public:
         tangent_result out;
         out.columns.assign(static_cast<std::size_t>(2 * degrees_ + lines_) * count, 0.0);
         out.durations.assign(count, 0.0);
-        for (int first = 0; first < count; first += tangent_width)
+        for (int first = 0; first < count; first += width)
             tangent_block(data, seeds, first, count, limit, out);
         return out;
     }
@@ -137,7 +87,7 @@ public:
     }
 
     numbers acceleration(const start_data& data) const override {
-        const auto rates = modes_[0].flow.derivative(begin<double>(data).y);
+        const auto rates = modes_[0].flow.derivative(this->template begin<double>(data).y);
         numbers out;
         for (int i = 0; i < degrees_; ++i)
             out.push_back(vi::velocity_of(physical_[0], i, rates, n_));
@@ -193,24 +143,10 @@ private:
         return end;
     }
 
-    vi::mode<double, Flow> compile(const mode_data& data) const {
-        vi::mode<double, Flow> m{};
-        static_cast<vi::sizes<Shape>&>(m.flow) = hybrid_;
-        vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
-                              data.b.data(), data.constant.data(), data.norm.data(), &data.growth});
-        for (int i = 0; i < hybrid_.contacts(); ++i) {
-            const auto& from = data.guards[i];
-            vi::set_guard(m.guards[i],
-                          {from.row.data(), from.gain, from.lower, from.upper, from.side}, m.flow);
-        }
-        vi::prepare_search(m, data.code == 0);
-        return m;
-    }
-
     void tangent_block(const start_data& data, const numbers& seeds, int first, int count,
                        const limits_data& limit, tangent_result& out) const {
-        using jet = vi::jet<double, tangent_width>;
-        auto at = begin<jet>(data, seeds, count, first);
+        using jet = tangents_of<Flow>;
+        auto at = this->template begin<jet>(data, seeds, count, first);
         vi::clock now{};
         duration_sum<jet> see;
         const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
@@ -221,7 +157,7 @@ private:
         const auto put = [&](int row, int j, double x) {
             out.columns[row * count + first + j] = x;
         };
-        for (int j = 0; j < std::min(tangent_width, count - first); ++j) {
+        for (int j = 0; j < std::min(width, count - first); ++j) {
             for (int i = 0; i < degrees_; ++i) {
                 put(i, j, vi::position_of(p, i, at.y, n_).d[j]);
                 put(degrees_ + i, j, vi::velocity_of(p, i, at.y, n_).d[j]);
@@ -271,14 +207,6 @@ private:
         std::copy(p.flat.begin(), p.flat.end(), out.flat.x);
         return out;
     }
-
-    system_data data_;
-    int n_, degrees_, lines_;
-    physical_maps physical_;
-    vi::hybrid<Flow> hybrid_{};
-    std::vector<vi::mode<double, Flow>> modes_;
-    std::vector<map_type> from_free_, to_free_;
-    std::vector<int> codes_;
 };
 
 } // namespace binding

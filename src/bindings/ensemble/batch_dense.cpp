@@ -1,10 +1,11 @@
 #include "ensemble/batch_of.hpp"
-#include "vibroimpact/flow/dense.hpp"
+
+VI_STEPS(extern, binding::dense)
 
 namespace binding {
 
 void run_dense(const batch_run& b, interrupt_check interrupted) {
-    run_alone<vi::dense_flow<double, vi::any_size>>(b, interrupted);
+    run_alone<dense>(b, interrupted);
 }
 
 } // namespace binding

@@ -1,9 +1,11 @@
 #include "ensemble/batch_lanes.hpp"
 
+VI_STEPS(extern, binding::modal)
+
 namespace binding {
 
 void run_modal(const batch_run& b, interrupt_check interrupted) {
-    run_in_lanes<vi::modal_flow<double, vi::any_size>>(b, interrupted);
+    run_in_lanes<modal>(b, interrupted);
 }
 
 } // namespace binding

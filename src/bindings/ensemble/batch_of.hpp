@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/steps.hpp"
 #include "ensemble/batch.hpp"
 #include "vibroimpact/ensemble/member.hpp"
 
@@ -104,8 +105,6 @@ private:
 // A place for one member at a time, with its system and the memory that observers borrow.
 template <class Flow>
 class member_slot {
-    static constexpr int most_exponents = Flow::max_dimension - 1;
-
 public:
     member_slot(const batch_run& b, built_systems<Flow>& systems, interrupt_check interrupted)
         : b_(b), interrupted_(interrupted), systems_(systems) {
@@ -153,7 +152,7 @@ public:
         if (why != vi::run_end::observer)
             finish(vi::end_of_member(why), vi::growth<1>{});
         else if (tangents_ > 1)
-            finish_with_tangents<most_exponents>();
+            finish_with_tangents<most_exponents<Flow>>();
         else
             finish_with_tangents<1>();
     }
@@ -161,7 +160,7 @@ public:
     // Write down what was seen, tangents having been carried along.
     template <int W>
     void finish(vi::member_end end, const vi::growth<W>& grown) {
-        double exponents[most_exponents];
+        double exponents[most_exponents<Flow>];
         for (int k = 0; k < tangents_; ++k)
             exponents[k] = grown.exponent(k);
         vi::finish_member(built_->arrays(), i_, hybrid(), here_, end, exponents, *built_);

@@ -1,0 +1,102 @@
+// A system compiled for one flow of the kernel, and its starts.
+#pragma once
+
+#include <algorithm>
+
+#include "engine/physical_map.hpp"
+#include "engine/steps.hpp"
+#include "engine/system.hpp"
+#include "vibroimpact/engine/start.hpp"
+#include "vibroimpact/system/assemble.hpp"
+
+namespace binding {
+
+template <class Flow>
+class compiled_system {
+    using Shape = typename Flow::shape_type;
+    static constexpr int D = Flow::max_dimension;
+    static constexpr int width = tangent_width<Flow>;
+    using map_type = vi::coordinate_map<D>;
+    template <class T>
+    using trajectory = vi::trajectory<T, Shape>;
+
+public:
+    explicit compiled_system(const system_data& data)
+        : data_(data), n_(data.dimension), degrees_(data.degrees),
+          lines_(static_cast<int>(data.omegas.size())), physical_(n_, degrees_, data.kappas) {
+        hybrid_.dimension_ = n_;
+        hybrid_.contacts_ = static_cast<int>(data.contacts.size());
+        hybrid_.mixed_ = data.mixed;
+        vi::set_lines(hybrid_, data.kappas.data(), lines_);
+        for (int i = 0; i < hybrid_.contacts(); ++i) {
+            const auto& from = data.contacts[i];
+            vi::set_law(
+                hybrid_, i,
+                {from.impulse.data(), from.mobility.data(), from.shift.data(), from.restitution});
+        }
+    }
+
+    const vi::hybrid<Flow>& hybrid() const { return hybrid_; }
+
+    void add_mode(const mode_data& data) {
+        physical_.add(
+            {data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular});
+        modes_.push_back(compile(data));
+        if (data.code == 0) vi::set_terms(hybrid_, modes_[0], physical_[0]);
+        codes_.push_back(data.code);
+        const int m = static_cast<int>(modes_.size()) - 1;
+        from_free_.push_back(vi::map_between<D>(physical_[0], physical_[m], n_));
+        to_free_.push_back(vi::map_between<D>(physical_[m], physical_[0], n_));
+        hybrid_.modes = modes_.data();
+        hybrid_.codes = codes_.data();
+        hybrid_.from_free = from_free_.data();
+        hybrid_.to_free = to_free_.data();
+        hybrid_.mode_count = m + 1;
+    }
+
+    // A start in the free mode; seeds are columns of (dx, dv, dtheta), of which jets carry those
+    // from `first` on.
+    template <class T>
+    trajectory<T> begin(const start_data& data, const numbers& seeds = {}, int columns = 0,
+                        int first = 0) const {
+        numbers plain = data.x;
+        plain.insert(plain.end(), data.v.begin(), data.v.end());
+        plain.insert(plain.end(), data.phases.begin(), data.phases.end());
+        std::vector<T> p(plain.begin(), plain.end());
+        if constexpr (vi::scalar_traits<T>::is_jet)
+            for (std::size_t i = 0; i < p.size(); ++i)
+                for (int j = 0; j < width && first + j < columns; ++j)
+                    p[i].d[j] = seeds[i * columns + first + j];
+        const T *x = p.data(), *v = x + degrees_, *phases = v + degrees_;
+        trajectory<T> at{};
+        vi::start_at(hybrid_, physical_[0], x, v, phases, at);
+        return at;
+    }
+
+protected:
+    system_data data_;
+    int n_, degrees_, lines_;
+    physical_maps physical_;
+    vi::hybrid<Flow> hybrid_{};
+    std::vector<vi::mode<double, Flow>> modes_;
+
+private:
+    vi::mode<double, Flow> compile(const mode_data& data) const {
+        vi::mode<double, Flow> m{};
+        static_cast<vi::sizes<Shape>&>(m.flow) = hybrid_;
+        vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
+                              data.b.data(), data.constant.data(), data.norm.data(), &data.growth});
+        for (int i = 0; i < hybrid_.contacts(); ++i) {
+            const auto& from = data.guards[i];
+            vi::set_guard(m.guards[i],
+                          {from.row.data(), from.gain, from.lower, from.upper, from.side}, m.flow);
+        }
+        vi::prepare_search(m, data.code == 0);
+        return m;
+    }
+
+    std::vector<map_type> from_free_, to_free_;
+    std::vector<int> codes_;
+};
+
+} // namespace binding
