@@ -15,7 +15,10 @@ from hypothesis import settings
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("repeatable")
 
-COMPILING = {"test_engine.py", "test_math.py", "test_wide_look.py"}
+COMPILING = {
+    *("test_engine.py", "test_engine_targets.py", "test_headers.py"),
+    *("test_math.py", "test_wide_look.py", "test_repetition.py"),
+}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
