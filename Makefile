@@ -7,7 +7,8 @@ PYTEST_ARGS ?=
 
 VENV := .venv
 BIN  := $(VENV)/bin
-PIP  := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# Byte code is written when a module is first imported: most of what is installed never is.
+PIP  := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
 # What the installed package depends on. Directories are listed too: they change when a file goes.
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
@@ -19,6 +20,9 @@ CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/nul
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help build reproduce test lint format stubs bench clean
+ifeq ($(MAKELEVEL),0)
+.NOTPARALLEL: # but for what `build` says
+endif
 
 help:
 	@echo 'make reproduce   build, then redo every figure and number of the paper, into $(OUT)/'
@@ -32,21 +36,23 @@ help:
 	@echo
 	@echo 'Variables: PYTHON=$(PYTHON)  JOBS=$(JOBS)  OUT=$(OUT)  CXX=...  PYTEST_ARGS="-k chatter"'
 
-build: $(VENV)/.papers
+# Dependencies are downloaded while the package is compiled; installs at the same time share no package.
+build: $(VENV)/.made
+	@$(MAKE) --no-print-directory -j3 $(VENV)/.package $(VENV)/.needs $(VENV)/.papers
 
-reproduce: $(VENV)/.papers
+reproduce: build
 	@echo '== reproduce: into $(OUT)/'
 	@$(BIN)/vibroimpact reproduce impact-damper --out '$(OUT)'
 
-test: $(VENV)/.papers $(VENV)/.test
+test: build $(VENV)/.test
 	@echo '== test: $(JOBS) processes'
 	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
 
-bench: $(VENV)/.package $(VENV)/.bench
+bench: build $(VENV)/.bench
 	@echo '== bench'
 	@$(BIN)/python -m benchmarks
 
-lint: $(VENV)/.papers $(VENV)/.lint
+lint: build $(VENV)/.lint
 	@echo '== lint: ruff'
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check || { echo 'Run: make format'; exit 1; }
@@ -73,7 +79,7 @@ format: $(VENV)/.lint
 
 STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m \
   $$($(BIN)/python -c 'from vibroimpact import _kernel; print(_kernel._module.__name__)')
-stubs: $(VENV)/.package $(VENV)/.lint
+stubs: build $(VENV)/.lint
 	@$(STUBGEN) -o src/vibroimpact/_kernel.pyi
 	@$(BIN)/python tools/observer_stub.py
 
@@ -96,21 +102,21 @@ $(VENV)/.made:
 
 $(VENV)/.package: $(SOURCES) | $(VENV)/.made
 	@.ci/check-compiler $(BIN)/python
-	@echo '== package: build and install (two to three minutes the first time)'
-	@$(PIP) .
+	@echo '== package: build and install (a minute or two the first time)'
+	@$(PIP) --no-deps .
 	@touch $@
 
-$(VENV)/.papers: $(VENV)/.package $(PAPERS)
+$(VENV)/.papers: $(PAPERS) | $(VENV)/.made
 	@$(PIP) --no-deps ./papers
 	@touch $@
 
-# The tools of one extra in pyproject.toml, without building the package again.
-EXTRA = import sys, tomllib; \
-  extras = tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]; \
-  print(*extras[sys.argv[1]], sep="\n")
+# What the package needs, or one extra in pyproject.toml, without building the package again.
+NEEDS = import sys, tomllib; \
+  project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
+  print(*{"needs": project["dependencies"], **project["optional-dependencies"]}[sys.argv[1]], sep="\n")
 
-$(VENV)/.test $(VENV)/.lint $(VENV)/.bench: $(VENV)/.%: pyproject.toml | $(VENV)/.made
-	@echo '== environment: tools for $*'
-	@$(BIN)/python -c '$(EXTRA)' $* > $(VENV)/$*.txt
+$(VENV)/.needs $(VENV)/.test $(VENV)/.lint $(VENV)/.bench: $(VENV)/.%: pyproject.toml | $(VENV)/.made
+	@echo '== environment: packages for $(subst needs,the package,$*)'
+	@$(BIN)/python -c '$(NEEDS)' $* > $(VENV)/$*.txt
 	@$(PIP) -r $(VENV)/$*.txt
 	@touch $@
