@@ -38,7 +38,7 @@ help:
 
 # Dependencies are downloaded while the package is compiled; installs at the same time share no package.
 build: $(VENV)/.made
-	@$(MAKE) --no-print-directory -j3 $(VENV)/.package $(VENV)/.needs $(VENV)/.papers
+	@$(MAKE) --silent -j3 $(VENV)/.package $(VENV)/.needs $(VENV)/.papers
 
 reproduce: build
 	@echo '== reproduce: into $(OUT)/'
