@@ -27,7 +27,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.conditions import CriticalPair, critical_pair
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
@@ -185,7 +185,7 @@ def _folds_of_four(
     for da in _offsets(manifold, direction, bounds):
         mu = complex(manifold.slopes @ da) / manifold.nu
         for zeta in form.period_four(mu)[::4]:
-            points: Complexes = zeta * 1j ** np.arange(4)
+            points = np.asarray(zeta * 1j ** np.arange(4), dtype=np.complex128)
             start = manifold.equations.unrolled(manifold.z, manifold.moved(points, da))
             a = (manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1]))
             yield from _zeros_near(equations, start, a, da, "SN", bounds)
@@ -201,7 +201,7 @@ def _saddles_of_three(
             mu = complex(manifold.slopes @ da) / manifold.nu
             push = -form.b / manifold.nu / mu  # zeta = push conj(zeta)^2
             zeta = cmath.rect(1.0 / abs(push), cmath.phase(push) / 3.0)
-            points: Complexes = zeta * manifold.nu ** np.arange(3)
+            points = np.asarray(zeta * manifold.nu ** np.arange(3), dtype=np.complex128)
             start = manifold.equations.unrolled(manifold.z, manifold.moved(points, da))
             yield equations, start, (manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1]))
 
@@ -288,7 +288,15 @@ def _branching(
     equations = flips.problem.equations
     z, _, a = flips.problem.parts(flips.curve.z[k], float(flips.values[k, 1]))
     direction = np.abs(flips.values[k] - at) / [width_of(pair) for pair in bounds]
-    along = int(np.argmin(direction))
+    for along in np.argsort(direction).tolist():
+        yield from _along_branch(equations, twice, z, a, along, kind, bounds)
+
+
+def _along_branch(
+    equations: Any, twice: Any, z: Floats, a: Pair, along: int, kind: str,
+    bounds: tuple[Bounds, Bounds],
+) -> Iterator[Start]:  # fmt: skip
+    """Bifurcations on the doubled branch along one parameter, nearest first."""
     piece = _Watched(twice, along, a[1 - along], SPAN * width_of(bounds[along]), kind)
     by_z, by_a = equations.by_both(z, a)
     drift = np.linalg.solve(by_z, -by_a[:, along])
@@ -301,6 +309,6 @@ def _branching(
     with suppress(InvalidParameterError):
         curve = continue_curve(
             piece, found.z, found.parameter, bounds[along], tangent=found.tangent, both=False,
-            terminal=(piece.name,), steps=ALONG,
+            steps=ALONG,
         )  # fmt: skip
         yield from _as_starts(piece, list(curve.named(piece.name)))
