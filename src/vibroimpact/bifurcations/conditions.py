@@ -27,7 +27,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.branches.family import SPEED, products_of_pairs
+from vibroimpact.branches.family import FLIGHT, SPEED, products_of_pairs
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest
@@ -291,6 +291,17 @@ class Level:
         states = np.zeros((len(rows), 2 * self.plane.mechanism.degrees + 1), dtype=rows.dtype)
         states[:, : self.plane.size] = rows[:, : self.plane.size]
         return states, rows[:, self.plane.size], a
+
+
+class FlightTime(Level):
+    """A flight takes no time: the two impacts at its ends coincide."""
+
+    def __init__(self, plane: OrbitPlane, segment: int) -> None:
+        super().__init__(plane, self._time, 0.0, f"{FLIGHT} {segment}")
+        self.segment = segment
+
+    def _time(self, _states: Any, durations: Any, _parameters: Any) -> Any:
+        return durations[self.segment]
 
 
 def _seeded(x: float, direction: int) -> Jet:

@@ -19,6 +19,7 @@ from vibroimpact.bifurcations.conditions import (
     Condition,
     CriticalMultiplier,
     CriticalPair,
+    FlightTime,
     Function,
     Graze,
     Level,
@@ -31,13 +32,14 @@ from vibroimpact.bifurcations.special import special_points
 from vibroimpact.bifurcations.tests_along import CUBIC, AtMultiplier, AtPair, nothing
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.branches.checks import check_parameter
-from vibroimpact.branches.family import FLIGHT, lossless
+from vibroimpact.branches.family import lossless
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.curve import End, Unresolved
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
+from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
@@ -337,23 +339,28 @@ def _kind_at(point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> str:
 def _condition(
     kind: str, point: BifurcationPoint | CodimensionTwoPoint, plane: OrbitPlane
 ) -> tuple[Condition, Tests]:
+    found = condition_of(kind, plane, point.nearest, getattr(point, "segment", -1))
+    if found is None:
+        raise InvalidParameterError(f"point = {point.label}: no curve of kind {kind} starts there.")
+    return found
+
+
+def condition_of(
+    kind: str, plane: OrbitPlane, touch: Nearest | None, segment: int
+) -> tuple[Condition, Tests] | None:
+    """Condition and test functions of a kind; for GR with the touch, for ZERO and SIM with the segment."""
     if kind in CRITICAL:
         condition = CriticalMultiplier(plane, CRITICAL[kind])
         return condition, AtMultiplier(condition)
     if kind == "NS":
         return CriticalPair(plane), AtPair(plane)
-    if kind == "GR" and point.nearest is not None:
-        return Graze(plane, point.nearest), nothing
-    segment = getattr(point, "segment", -1)
-    if segment < 0:
-        raise InvalidParameterError(f"point = {point.label}: no curve of kind {kind} starts there.")
-    if kind == "ZERO":
+    if kind == "GR" and touch is not None:
+        return Graze(plane, touch), nothing
+    if kind == "ZERO" and segment >= 0:
         return ClosingRate(plane, segment), nothing
-
-    def time(_states: Any, durations: Any, _parameters: Any) -> Any:
-        return durations[segment]
-
-    return Level(plane, time, 0.0, f"{FLIGHT} {segment}"), nothing
+    if kind == "SIM" and segment >= 0:
+        return FlightTime(plane, segment), nothing
+    return None
 
 
 def _names(parameters: Any) -> tuple[str, str]:

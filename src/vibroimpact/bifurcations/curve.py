@@ -192,8 +192,8 @@ class BifurcationCurve:
         return axes
 
     def to_dataset(self) -> xr.Dataset:
-        """Convert the curve to an xarray dataset with its special points."""
-        dataset: xr.Dataset = deferred("bifurcations.dataset", "dataset_of")(self)
+        """Convert the curve to an xarray dataset, as :func:`vibroimpact.save_curve` writes it."""
+        dataset: xr.Dataset = deferred("bifurcations.store", "dataset_of")(self)
         return dataset
 
     def __repr__(self) -> str:

@@ -13,17 +13,23 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_kind, check_target, path_of
-from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.files import replacing
+from vibroimpact._core.checks import check_kind
+from vibroimpact._core.datasets import (
+    Format,
+    Row,
+    Table,
+    reals,
+    rows_of_table,
+    vectors,
+    whole,
+    words,
+)
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.profile import unknowns_of
-from vibroimpact.continuation import Curve, End, SpecialPoint, Stopped
-from vibroimpact.continuation.curve import Unresolved
+from vibroimpact.continuation.store import attributes_of, curve_from, variables_of
 from vibroimpact.machines.json_text import chosen, text_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
@@ -34,12 +40,8 @@ from vibroimpact.orbits.problem import Signature
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = "vibroimpact branch 1"
-SUFFIXES = (".nc",)
-NEAREST = ("gap", "contact", "side", "segment", "time")
-
-Table = dict[str, tuple[Any, ...]]
-Array = NDArray[Any]
+FORMAT = Format("vibroimpact branch 1", "Branch.to_dataset", "save_branch")
+NOT_NEAR = Nearest(np.nan, -1, 0, -1, np.nan)
 
 
 # ---- to a dataset --------------------------------------------------------------------------------
@@ -58,22 +60,15 @@ def dataset_of(branch: Branch) -> xr.Dataset:
     return xr.Dataset(
         {
             "value": ("point", branch.values),
-            "z": (("point", "unknown"), curve.z),
-            "tangent": (("point", "direction"), curve.tangent),
             "multiplier_real": (both, branch.multipliers.real),
             "multiplier_imaginary": (both, branch.multipliers.imag),
             "admissible": ("point", branch.admissible.astype(np.int8)),
             "stable": ("point", branch.stable.astype(np.int8)),
             "clearance": ("point", branch.clearance),
             "impact_speed": ("point", branch.impact_speed),
-            "arclength": ("point", curve.arclength),
-            "residual": ("point", curve.residual),
-            "newton_steps": ("point", curve.steps),
-            "panel": ("point", curve.panel),
             "scale": ("direction", branch.family.scale()),
-            "test_function": (("test", "point"), np.array(list(curve.tests.values()))),
+            **variables_of(curve),
             **_special_table(branch.special_points, curve.z.shape[1]),
-            **_zero_table(curve.special, curve.z.shape[1]),
         },
         coords={"test": list(curve.tests)},
         attrs=_attributes(branch),
@@ -82,56 +77,45 @@ def dataset_of(branch: Branch) -> xr.Dataset:
 
 def _special_table(points: Sequence[BifurcationPoint], unknowns: int) -> Table:
     """Special points, one per row."""
-    nearest = [p.nearest or Nearest(np.nan, -1, 0, -1, np.nan) for p in points]
     return {
-        "special_kind": ("special", _words([p.kind for p in points])),
-        "special_label": ("special", _words([p.label for p in points])),
-        "special_value": ("special", _reals([p.parameter for p in points])),
-        "special_error": ("special", _reals([p.error for p in points])),
-        "special_crossing": ("special", _whole([p.crossing for p in points])),
-        "special_segment": ("special", _whole([p.segment for p in points])),
-        "special_z": (("special", "unknown"), _rows([unknowns_of(p) for p in points], unknowns)),
+        "special_kind": ("special", words([p.kind for p in points])),
+        "special_label": ("special", words([p.label for p in points])),
+        "special_value": ("special", reals([p.parameter for p in points])),
+        "special_error": ("special", reals([p.error for p in points])),
+        "special_crossing": ("special", whole([p.crossing for p in points])),
+        "special_segment": ("special", whole([p.segment for p in points])),
+        "special_z": (("special", "unknown"), vectors([unknowns_of(p) for p in points], unknowns)),
         "special_tangent": (
             ("special", "direction"),
-            _rows([p.tangent for p in points], unknowns + 1),
+            vectors([p.tangent for p in points], unknowns + 1),
         ),
-        "special_gap": ("special", _reals([n.gap for n in nearest])),
-        "special_gap_contact": ("special", _whole([n.contact for n in nearest])),
-        "special_gap_side": ("special", _whole([n.side for n in nearest])),
-        "special_gap_segment": ("special", _whole([n.segment for n in nearest])),
-        "special_gap_time": ("special", _reals([n.time for n in nearest])),
+        **touches_table([p.nearest for p in points]),
     }
 
 
-def _zero_table(points: Sequence[SpecialPoint], unknowns: int) -> Table:
-    """Zeros of test functions, one per row."""
+def touches_table(touches: Sequence[Nearest | None]) -> Table:
+    """Stops that are touched at special points, one per row."""
+    nearest = [touch or NOT_NEAR for touch in touches]
     return {
-        "zero_name": ("zero", _words([p.name for p in points])),
-        "zero_value": ("zero", _reals([p.parameter for p in points])),
-        "zero_error": ("zero", _reals([p.error for p in points])),
-        "zero_crossing": ("zero", _whole([p.crossing for p in points])),
-        "zero_arclength": ("zero", _reals([p.arclength for p in points])),
-        "zero_z": (("zero", "unknown"), _rows([p.z for p in points], unknowns)),
-        "zero_tangent": (("zero", "direction"), _rows([p.tangent for p in points], unknowns + 1)),
+        "special_gap": ("special", reals([n.gap for n in nearest])),
+        "special_gap_contact": ("special", whole([n.contact for n in nearest])),
+        "special_gap_side": ("special", whole([n.side for n in nearest])),
+        "special_gap_segment": ("special", whole([n.segment for n in nearest])),
+        "special_gap_time": ("special", reals([n.time for n in nearest])),
+        "special_gap_own": ("special", whole([n.own for n in nearest])),
     }
 
 
 def _attributes(branch: Branch) -> dict[str, str | int | float]:
-    family, curve = branch.family, branch.curve
-    signature = family.signature
+    family = branch.family
     return {
-        "format": FORMAT,
+        "format": FORMAT.name,
         "parameter": branch.parameter,
         "low": branch.bounds[0],
         "high": branch.bounds[1],
         "symbol": branch.symbol,
-        "impacts": json.dumps(signature.impacts),
-        "cycles": signature.cycles,
-        "symmetric": int(signature.symmetric),
-        "ends": json.dumps([[end.reason.name, end.detail] for end in curve.ends]),
-        "start": curve.start,
-        "rejected": curve.rejected,
-        "unresolved": json.dumps([[u.name, u.first, u.last, u.reason] for u in curve.unresolved]),
+        **signature_attributes(family.signature),
+        **attributes_of(branch.curve),
         "system": repr(family.system),
         "system_numbers": text_of(family.system),
         "system_value": parameter_value(family.system, branch.parameter),
@@ -139,20 +123,13 @@ def _attributes(branch: Branch) -> dict[str, str | int | float]:
     }
 
 
-def _words(items: Sequence[str]) -> Array:
-    return np.array(items, dtype=object)
-
-
-def _reals(items: Sequence[float]) -> Array:
-    return np.array(items, dtype=np.float64)
-
-
-def _whole(items: Sequence[int]) -> Array:
-    return np.array(items, dtype=np.int32)
-
-
-def _rows(items: Sequence[Array], width: int) -> Array:
-    return np.array(items, dtype=np.float64).reshape(len(items), width)
+def signature_attributes(signature: Signature) -> dict[str, str | int | float]:
+    """Signature of the orbits."""
+    return {
+        "impacts": json.dumps(signature.impacts),
+        "cycles": signature.cycles,
+        "symmetric": int(signature.symmetric),
+    }
 
 
 # ---- from a dataset ------------------------------------------------------------------------------
@@ -174,36 +151,19 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
     InvalidParameterError
         A dataset of another kind or an incomplete one, no system or another one.
     """
-    import xarray as xr
-
-    check_kind("data", data, xr.Dataset, "a Dataset, as Branch.to_dataset gives")
-    if data.attrs.get("format") != FORMAT:
-        raise InvalidParameterError(
-            f"data: format {data.attrs.get('format')!r} must be {FORMAT!r}. Give what "
-            "Branch.to_dataset or save_branch wrote."
-        )
-    try:
+    FORMAT.check(data)
+    with FORMAT.reading():
         return _built(data, system)
-    except InvalidParameterError:
-        raise
-    except KeyError as error:
-        raise InvalidParameterError(
-            f"data: {error.args[0]} is missing. Give what Branch.to_dataset or save_branch wrote."
-        ) from error
-    except (ValueError, TypeError, IndexError) as error:
-        raise InvalidParameterError(
-            f"data: is damaged ({error}). Give what Branch.to_dataset or save_branch wrote."
-        ) from error
 
 
 def _built(data: xr.Dataset, system: System | None) -> Branch:
     a = data.attrs
     name = str(a["parameter"])
-    curve = _curve(data)
-    impacts = tuple(Stop(int(contact), int(side)) for contact, side in json.loads(a["impacts"]))
+    curve = curve_from(data, data["value"].values)
+    own = {name: float(a["system_value"])}
     family = OrbitFamily(
-        chosen(a["system_numbers"], a["system"], name, float(a["system_value"]), system),
-        Signature(impacts, int(a["cycles"]), bool(a["symmetric"])),
+        chosen(a["system_numbers"], a["system"], own, system, "a branch"),
+        signature_from(a),
         name,
         data["scale"].values,
     )
@@ -218,62 +178,39 @@ def _built(data: xr.Dataset, system: System | None) -> Branch:
         stable=data["stable"].values.astype(bool),
         clearance=data["clearance"].values,
         impact_speed=data["impact_speed"].values,
-        special_points=tuple(_special(row, family, bounds) for row in _table(data, "special")),
+        special_points=tuple(
+            _special(row, family, bounds) for row in rows_of_table(data, "special")
+        ),
         curve=curve,
         family=family,
     )
 
 
-def _curve(data: xr.Dataset) -> Curve:
-    a = data.attrs
-    first, last = (End(Stopped[reason], detail) for reason, detail in json.loads(a["ends"]))
-    return Curve(
-        parameter=data["value"].values,
-        z=data["z"].values,
-        tangent=data["tangent"].values,
-        arclength=data["arclength"].values,
-        residual=data["residual"].values,
-        steps=data["newton_steps"].values,
-        panel=data["panel"].values,
-        tests=dict(zip(map(str, data["test"].values), data["test_function"].values, strict=True)),
-        special=tuple(_zero(row) for row in _table(data, "zero")),
-        ends=(first, last),
-        start=int(a["start"]),
-        unresolved=tuple(Unresolved(*row) for row in json.loads(a["unresolved"])),
-        rejected=int(a["rejected"]),
+def signature_from(attributes: Mapping[str, Any]) -> Signature:
+    """Signature of :func:`signature_attributes`."""
+    impacts = json.loads(attributes["impacts"])
+    return Signature(
+        tuple(Stop(int(contact), int(side)) for contact, side in impacts),
+        int(attributes["cycles"]),
+        bool(attributes["symmetric"]),
     )
 
 
-def _table(data: xr.Dataset, dim: str) -> list[dict[str, Any]]:
-    """Rows of a table, with their entries by name."""
-    head = dim + "_"
-    columns = {str(k): v.values for k, v in data.data_vars.items() if str(k).startswith(head)}
-    return [{k: v[i] for k, v in columns.items()} for i in range(data.sizes.get(dim, 0))]
-
-
-def _zero(row: Mapping[str, Any]) -> SpecialPoint:
-    return SpecialPoint(
-        name=str(row["zero_name"]),
-        parameter=float(row["zero_value"]),
-        z=row["zero_z"],
-        tangent=row["zero_tangent"],
-        arclength=float(row["zero_arclength"]),
-        error=float(row["zero_error"]),
-        crossing=int(row["zero_crossing"]),
-    )
-
-
-def _special(
-    row: Mapping[str, Any], family: OrbitFamily, bounds: tuple[float, float]
-) -> BifurcationPoint:
-    value = float(row["special_value"])
+def touch_from(row: Row) -> Nearest | None:
+    """Stop that is touched, of :func:`touches_table`."""
     nearest = Nearest(
         float(row["special_gap"]),
         int(row["special_gap_contact"]),
         int(row["special_gap_side"]),
         int(row["special_gap_segment"]),
         float(row["special_gap_time"]),
+        bool(row.get("special_gap_own", 0)),  # not in files of 0.1
     )
+    return nearest if nearest.contact >= 0 else None
+
+
+def _special(row: Row, family: OrbitFamily, bounds: tuple[float, float]) -> BifurcationPoint:
+    value = float(row["special_value"])
     return BifurcationPoint(
         kind=str(row["special_kind"]),
         label=str(row["special_label"]),
@@ -284,7 +221,7 @@ def _special(
         crossing=int(row["special_crossing"]),
         tangent=row["special_tangent"],
         bounds=bounds,
-        nearest=nearest if nearest.contact >= 0 else None,
+        nearest=touch_from(row),
         segment=int(row["special_segment"]),
     )
 
@@ -308,10 +245,7 @@ def save_branch(branch: Branch, path: str | os.PathLike[str]) -> None:
         Another suffix, no such folder, no permission.
     """
     check_kind("branch", branch, Branch, "a Branch, as continue_orbit gives")
-    target = path_of("path", path)
-    check_target(target, SUFFIXES, "path")
-    with replacing(target) as temporary:
-        dataset_of(branch).to_netcdf(temporary, engine="h5netcdf")
+    FORMAT.save(dataset_of(branch), path)
 
 
 def load_branch(path: str | os.PathLike[str], system: System | None = None) -> Branch:
@@ -335,16 +269,6 @@ def load_branch(path: str | os.PathLike[str], system: System | None = None) -> B
     InvalidParameterError
         No such file, no branch in it, no system or another one.
     """
-    import xarray as xr
-
-    target = path_of("path", path)
     if system is not None:
         mechanism_of(system)
-    try:
-        with xr.open_dataset(target, engine="h5netcdf") as opened:
-            data = opened.load()
-    except (OSError, ValueError) as error:
-        raise InvalidParameterError(
-            f"path = {target}: cannot be read ({error}). Name a file that save_branch wrote."
-        ) from error
-    return branch_from(data, system)
+    return branch_from(FORMAT.load(path), system)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, cast
 
@@ -11,7 +12,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import SCALES, Scales
 from vibroimpact.machines.registry import machine_of_class, name_of
 from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
-from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 
 
@@ -65,17 +66,21 @@ def _with_scales(numbers: dict[str, Any]) -> dict[str, Any]:
     return numbers | {SCALES: Scales(**scales)} if scales else numbers
 
 
-def chosen(stored: str, described: str, name: str, value: float, given: System | None) -> System:
+def chosen(
+    stored: str, described: str, values: Mapping[str, float], given: System | None, what: str
+) -> System:
     """System of a file: the stored one, or the given one if they are equal.
 
     Parameters
     ----------
     stored, described
         Text of :func:`text_of`, and the system's repr.
-    name, value
-        The parameter of the branch and its value in the stored system.
+    values
+        The parameters that vary, with their values in the stored system.
     given
-        The user's system; its value of the parameter does not matter.
+        The user's system; its values of these parameters do not matter.
+    what
+        What the file holds, in words: "a branch".
 
     Raises
     ------
@@ -86,13 +91,13 @@ def chosen(stored: str, described: str, name: str, value: float, given: System |
         system = system_of(stored)
         if system is None:
             raise InvalidParameterError(
-                f"system = None: the file holds a branch of {described}, which is code and cannot "
+                f"system = None: the file holds {what} of {described}, which is code and cannot "
                 "be stored. Give the same system."
             )
         return system
-    same = with_parameter(given, name, value)
+    same = with_parameters(given, values)
     if repr(same) != described:
         raise InvalidParameterError(
-            f"system = {same!r}: the file holds a branch of {described}. Give that one."
+            f"system = {same!r}: the file holds {what} of {described}. Give that one."
         )
     return same
