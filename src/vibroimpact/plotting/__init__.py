@@ -19,6 +19,7 @@ from vibroimpact.plotting.circles import (
     plot_circle_half_width,
     plot_circles,
 )
+from vibroimpact.plotting.curves import plot_curves
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
@@ -38,6 +39,7 @@ __all__ = [
     "plot_circle_error",
     "plot_circle_half_width",
     "plot_circles",
+    "plot_curves",
     "plot_history",
     "plot_invariant_circle",
     "plot_mechanism",

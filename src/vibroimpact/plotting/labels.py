@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.font_manager import FontProperties
 from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
@@ -25,10 +26,12 @@ DIRECTIONS = (
 )  # fmt: skip
 DISTANCES = (5.0, 11.0, 18.0, 26.0, 34.0, 44.0, 56.0)  # points, nearest first
 LED = 18.0  # points: from here on a thin line leads to the label
+NEAR = tuple(distance for distance in DISTANCES if distance < LED)
 OF_LINE = 1.0  # cost of covering a sample of a line
 OF_MARK = tuple((x, y) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0))  # samples of a mark
 FARTHER = 0.35  # cost of a point of distance
 PADDING = 1.0  # points around a label, the halo among them
+CROWD = 4.0  # samples: a label that only lies near is left out where it would cover more
 SPACING = 3.0  # points between two samples of a line
 PER_INCH = 72.0
 HALO = withStroke(linewidth=1.6, foreground="white")
@@ -39,6 +42,8 @@ class _Label(NamedTuple):
     x: float
     y: float
     colour: str
+    size: float
+    led: bool
 
 
 class Labels:
@@ -48,10 +53,12 @@ class Labels:
         self.ax = ax
         self.wanted: list[_Label] = []
 
-    def add(self, text: str, x: float, y: float, colour: str) -> None:
-        """Add a label for the point (x, y)."""
+    def add(
+        self, text: str, x: float, y: float, colour: str, *, size: float = SIZE, led: bool = True
+    ) -> None:
+        """Add a label for the point (x, y), which may be as far as a line leads to it, or only near."""
         if np.isfinite(x) and np.isfinite(y):
-            self.wanted.append(_Label(text, x, y, colour))
+            self.wanted.append(_Label(text, x, y, colour, size, led))
 
     def place(self) -> None:
         """Write the labels one after another, each at the place of least cost."""
@@ -60,12 +67,15 @@ class Labels:
         figure.draw_without_rendering()  # so that the layout is final
         busy, taken, frame = self._lines(), np.empty((0, 4)), self._frame()
         for label in self.wanted:
-            at, size = self._points(np.array([[label.x, label.y]]))[0], _size(label.text)
+            at, size = (
+                self._points(np.array([[label.x, label.y]]))[0],
+                _size(label.text, label.size),
+            )
             free = [
                 (_cost(box, distance, busy), tuple(box))
-                for distance in DISTANCES
+                for distance in (DISTANCES if label.led else NEAR)
                 for box in (_box(at, size, d, distance) for d in DIRECTIONS)
-                if _is_free(box, taken, frame)
+                if _is_free(box, taken, frame) and (label.led or _covered(box, busy) <= CROWD)
             ]
             if not free:
                 continue
@@ -74,7 +84,7 @@ class Labels:
             offset = (best[:2] + best[2:]) / 2.0 - at
             self.ax.annotate(
                 label.text, (label.x, label.y), tuple(offset), textcoords="offset points",
-                ha="center", va="center", fontsize=SIZE, color=label.colour, zorder=5,
+                ha="center", va="center", fontsize=label.size, color=label.colour, zorder=5,
                 arrowprops=_leader(offset), annotation_clip=True, path_effects=[HALO],
             )  # fmt: skip
 
@@ -93,7 +103,7 @@ class Labels:
         return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
 
     def _lines(self) -> Floats:
-        """Samples of everything drawn, in points on the page."""
+        """Samples of everything drawn but areas, in points on the page."""
         samples = [np.empty((0, 2))]
         for line in self.ax.get_lines():
             corners = self._points(line.get_xydata(), line.get_transform())
@@ -102,6 +112,8 @@ class Labels:
             if line.get_linestyle() != "None":
                 samples += [_filled(first, last) for first, last in pairwise(corners)]
         for collection in self.ax.collections:
+            if isinstance(collection, QuadMesh):
+                continue  # an area, of which every place is as good
             samples.append(self._points(np.asarray(collection.get_offsets())))
             samples += [self._points(path.vertices) for path in collection.get_paths()]
         return np.vstack(samples)
@@ -120,10 +132,10 @@ def _box(at: Floats, size: Floats, direction: tuple[float, float], distance: flo
     return np.concatenate([middle - size / 2.0, middle + size / 2.0])
 
 
-def _size(text: str) -> Floats:
+def _size(text: str, points: float) -> Floats:
     """Width and height of a label in points: a line of text is as high as "lp"."""
     width, height = (
-        TextPath((0.0, 0.0), part, size=SIZE, prop=FontProperties()).get_extents().size[axis]
+        TextPath((0.0, 0.0), part, size=points, prop=FontProperties()).get_extents().size[axis]
         for axis, part in enumerate((text, "lp"))
     )
     return np.array([width, height]) + 2.0 * PADDING
@@ -137,12 +149,19 @@ def _is_free(box: Floats, taken: Floats, frame: Floats) -> bool:
 
 
 def _cost(box: Floats, distance: float, busy: Floats) -> float:
-    covered = np.all((busy > box[:2]) & (busy < box[2:]), axis=1).sum()
-    return OF_LINE * min(float(covered), 10.0) + FARTHER * distance
+    return OF_LINE * min(_covered(box, busy), 10.0) + FARTHER * distance
+
+
+def _covered(box: Floats, busy: Floats) -> float:
+    """Number of samples under a label."""
+    return float(np.all((busy > box[:2]) & (busy < box[2:]), axis=1).sum())
 
 
 def _leader(offset: Floats) -> dict[str, object] | None:
     """Arrow style of the thin line to a label that is far from its point."""
     if np.hypot(*offset) < LED:
         return None
-    return {"arrowstyle": "-", "linewidth": 0.4, "color": "#8C8C8C", "shrinkA": 3.0, "shrinkB": 3.0}
+    return {
+        "arrowstyle": "-", "linewidth": 0.4, "color": "#8C8C8C", "shrinkA": 3.0, "shrinkB": 3.0,
+        "path_effects": [withStroke(linewidth=1.0, foreground="white")],
+    }  # fmt: skip
