@@ -264,6 +264,10 @@ COMMANDS = {
     "branch --parameter half_clearance --range 1 4": [
         f"in SI units: half_clearance {METRES:.6g} to {4.0 * METRES:.6g} m, GR1 at ",
     ],
+    "curve --range 0.95 1.2 --at GR1 --over half_clearance=1.9:2.1": [
+        "  in SI units: omega ",
+        " rad/s, half_clearance ",
+    ],
     "sweep --over omega=1,1.1 --over force=0.5,2 --settle 1 --periods 1": [
         f"in SI units: omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s, force 30 to 120 N\n",
     ],

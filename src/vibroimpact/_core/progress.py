@@ -36,13 +36,24 @@ class Progress:
     stages: int
     stream: TextIO | None = None
     quiet: bool = False
+    _name: str = field(default="", init=False)
     _number: int = field(default=0, init=False)
     _drawn: float = field(default=0.0, init=False)
 
     def stage(self, name: str) -> None:
         """Begin the next stage."""
-        self._number += 1
-        head = f"[{self._number}/{self.stages}] {name}"
+        self._number, self._name, self._drawn = self._number + 1, name, time.monotonic()
+        self._line("")
+
+    def note(self, text: str) -> None:
+        """Show how far a stage without a known end has come."""
+        now = time.monotonic()
+        if now - self._drawn >= (REDRAW if self._live else LOGGED):
+            self._drawn = now
+            self._line(f": {text}")
+
+    def _line(self, text: str) -> None:
+        head = f"[{self._number}/{self.stages}] {self._name}{text}"
         self._write(f"\r\033[K{head}" if self._live else f"{head}\n")
 
     def track(

@@ -45,6 +45,11 @@ def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str
     return over
 
 
+def ranges_of(texts: list[str], option: str) -> dict[str, tuple[float, float]]:
+    """Ranges NAME=LOW:HIGH by name."""
+    return _by_name(texts, option, _range)
+
+
 def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:
     """System; a parameter that only the grid fixes has the middle of its axis."""
     if not arguments.config:

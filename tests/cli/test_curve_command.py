@@ -1,0 +1,116 @@
+"""The command curve: what it says and writes is the library's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.commands import said
+
+import vibroimpact as vi
+from vibroimpact.cli import main as cli
+from vibroimpact.normal_forms.strong_resonance import OneToFour
+
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
+
+CASE = "impact-damper/A"
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.95
+)
+BRANCH = ["curve", CASE, "--range", "0.9", "1.0", "--at", "NS1"]
+NEAR = ["--over", "omega=0.9:0.95", "--over", "half_clearance=4.8:5.5"]
+
+
+@pytest.fixture(scope="module")
+def expected() -> vi.BifurcationCurve:
+    branch = vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.9, 1.0))
+    return vi.continue_bifurcation(
+        branch["NS1"], ("omega", "half_clearance"), ((0.9, 0.95), (4.8, 5.5))
+    )
+
+
+def test_curve_writes_and_says_the_curve_of_the_library(
+    expected: vi.BifurcationCurve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = said([*BRANCH, *NEAR, "--out", "c.nc", "--out", "c.svg"], capsys)
+    assert repr(expected) in out
+    assert out.endswith("wrote c.nc, c.svg\n")
+    np.testing.assert_array_equal(vi.load_curve("c.nc").curve.z, expected.curve.z)
+    assert Path("c.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_coefficients_are_printed_with_what_is_born(
+    expected: vi.BifurcationCurve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = said([*BRANCH, *NEAR], capsys)
+    form = expected["R4_1"].normal_form
+    assert isinstance(form, OneToFour)
+    assert f"R4_1: c = {form.c.real:.12g}{form.c.imag:+.12g}j, d = " in out
+    assert f"scaled {form.scaled.real:.12g}{form.scaled.imag:+.12g}j" in out
+    assert form.meaning in out
+
+
+def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+    out = said([*BRANCH, "--over", "half_clearance=4.9:5.1", "--out", "c.nc"], capsys)
+    assert "Curve of NS points" in out
+    loaded = vi.load_curve("c.nc")
+    assert loaded.names == ("omega", "half_clearance")
+    assert loaded.bounds == ((0.9, 1.0), (4.9, 5.1))
+
+
+def test_then_follows_another_curve_through_a_point_of_the_last_one(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["curve", CASE, "--range", "0.65", "0.75", "--switch", "BP1", "--at", "PD1"]
+    argv += ["--over", "omega=0.6:1.1", "--over", "half_clearance=1.3:5.1", "--then", "R2_1=NS"]
+    out = said([*argv, "--out", "c.nc", "--out", "c.png"], capsys)
+    assert out.index("Curve of PD points") < out.index("Curve of NS points")
+    assert vi.load_curve("c.nc").kind == "NS"
+    assert vi.load_curve("c.nc").neutral.any()
+
+
+def test_a_plane_that_was_written_lies_behind(
+    expected: vi.BifurcationCurve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grid = ["--over", "omega=0.9:0.95:4", "--over", "half_clearance=4.8:5.5:3"]
+    said(["plane", CASE, *grid, "--settle", "5", "--periods", "5", "--out", "p.nc"], capsys)
+    out = said([*BRANCH, *NEAR, "--behind", "p.nc", "--out", "c.png"], capsys)
+    assert repr(expected) in out
+    assert Path("c.png").stat().st_size > 1000
+
+
+def test_the_stages_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([*BRANCH, *NEAR]) == cli.DONE
+    shown = capsys.readouterr().err
+    assert "[1/2] branch" in shown
+    assert "[2/2] curve through NS1" in shown
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        ([*BRANCH, "--over", "omega=0.9:1.0"], "give --over NAME=LOW:HIGH twice"),
+        ([*BRANCH, "--over", "half_clearance=4:6:20"], "must be NAME=LOW:HIGH"),
+        ([*BRANCH, "--over", "clearance=4:6"], "'clearance'"),
+        ([*BRANCH, "--over", "half_clearance=6:7"], "must hold half_clearance = 5"),
+        ([*BRANCH[:-1], "NS7", *NEAR], "label = 'NS7': must be one of NS1"),
+        ([*BRANCH, *NEAR, "--then", "R4_9=NS"], "then = 'R4_9': must be one of R4_1"),
+        ([*BRANCH, *NEAR, "--then", "R4_1"], "must be POINT=KIND"),
+        ([*BRANCH, *NEAR, "--behind", "none.nc"], "behind = none.nc: cannot be read"),
+        ([*BRANCH, *NEAR, "--out", "c.txt"], "must end in"),
+    ],
+)
+def test_misuse_is_refused_with_what_is_allowed(
+    argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(argv) == cli.MISUSE
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_a_plane_of_other_parameters_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    grid = ["--over", "half_clearance=4.8:5.5:2", "--over", "omega=0.9:0.95:2"]
+    said(["plane", CASE, *grid, "--settle", "5", "--periods", "5", "--out", "p.nc"], capsys)
+    assert cli.main([*BRANCH, *NEAR, "--behind", "p.nc"]) == cli.MISUSE
+    assert "need a plane of omega and half_clearance, in this order" in capsys.readouterr().err
