@@ -37,9 +37,9 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
-    "Attractor", "Bifurcation", "BifurcationPoint", "Branch", "Circle", "CircleBranch", "CircleEvent",
-    "Diagram", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative", "NoBranch", "Orbit",
-    "OrbitSearch", "Run", "Section",
+    "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint", "Branch", "Circle", "CircleBranch",
+    "CircleEvent", "CodimensionTwoPoint", "Diagram", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum",
+    "MapDerivative", "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section", "Tongue",
     "StroboscopicSection",
     "SymmetricOrbit",
 }  # fmt: skip
@@ -47,6 +47,7 @@ ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
     "Status", "StoreError", "VibroImpactError",
 }  # fmt: skip
+PLANE = ("omega", "half_clearance")
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
     ("impact_section", "settle"), ("stroboscopic_section", "settle"),
@@ -62,6 +63,10 @@ Call = tuple[Callable[..., Any], dict[str, Any]]
 
 def a_function(*_: Any) -> float:
     return 1.0
+
+
+def first_speed(states: Any, _durations: Any, _parameters: Any) -> Any:
+    return states[0, 2]
 
 
 def oscillator(k: float, A: float) -> vi.Mechanism:
@@ -121,6 +126,14 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     family = vi.continue_circle(circle, "p", (0.8, 1.1))
     file = folder / "branch.nc"
     vi.save_branch(branch, file)
+    around = ((1.0, 1.21), (4.0, 6.0))
+    curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
+    label = next((point.label for point in curve.special_points), "R4_1")
+    curve_file = folder / "level.nc"
+    vi.save_curve(curve, curve_file)
+    henon = vi.ExplicitMap(
+        lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2], dimension=2, parameters=("a", "b")
+    )
     motion = {"system": damper, "state": state}
     where = {"stop": "A", "contact": 0}
     sweeping = {"system": damper, "start": state}
@@ -313,6 +326,24 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "Branch.plot": (branch.plot, {"variable": "v1", "ax": None}),
         "Diagram.plot": (diagram.plot, {"variable": "v1", "ax": None, "points": True}),
         "Diagram.origin": (diagram.origin, {"number": 0}),
+        "continue_bifurcation": (
+            vi.continue_bifurcation,
+            {"point": branch["NS1"], "parameters": PLANE, "bounds": around, "kind": "",
+             "steps": few, "both": False, "progress": None},
+        ),
+        "continue_level": (
+            vi.continue_level,
+            {"orbit": closed, "function": first_speed, "parameters": PLANE, "bounds": around,
+             "value": None, "steps": few, "both": False, "progress": None},
+        ),
+        "MapPoint": (
+            vi.MapPoint, {"kind": "NS", "map": henon, "x": (0.5, 0.5), "p": (1.25, 1.0)},
+        ),
+        "BifurcationCurve.orbit": (curve.orbit, {"index": 0}),
+        "BifurcationCurve.__getitem__": (curve.__getitem__, {"label": label}),
+        "BifurcationCurve.plot": (curve.plot, {"ax": None}),
+        "save_curve": (vi.save_curve, {"curve": curve, "path": folder / "curve.nc"}),
+        "load_curve": (vi.load_curve, {"path": curve_file, "system": None}),
         "save_branch": (vi.save_branch, {"branch": branch, "path": folder / "again.nc"}),
         "load_branch": (vi.load_branch, {"path": file, "system": None}),
         "sweep": (
@@ -370,6 +401,10 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             plotting.plot_circle_half_width, {"circles": circles(), "ax": None},
         ),
         "plot_circles": (plotting.plot_circles, {"circles": circles(), "ax": None}),
+        "plot_curves": (
+            plotting.plot_curves,
+            {"curves": [curve], "ax": None, "points": True, "bounds": around},
+        ),
         "plot_history": (plotting.plot_history, {"run": run, "t0": 0.0, "t1": 5.0, "ax": None}),
         "plot_mechanism": (plotting.plot_mechanism, {"damper": damper, "ax": None}),
         "plot_multipliers": (
@@ -401,7 +436,13 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         f"observe.{kind.__name__}": observed(kind)
         for kind in OBSERVERS.values() if fields(cast(Any, kind))
     }  # fmt: skip
-    ours = {"a contact": contact, "a damper": damper, "a branch": branch, "a run": run}
+    ours = {
+        "a contact": contact,
+        "a damper": damper,
+        "a branch": branch,
+        "a run": run,
+        "a curve": curve,
+    }
     return calls, ours
 
 
@@ -429,6 +470,8 @@ NAMES = [
     "Circle.plot", "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot",
     "switch_circle", "plot_circle_branch", "plot_invariant_circle",
     "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
+    "continue_bifurcation", "continue_level", "MapPoint", "BifurcationCurve.orbit",
+    "BifurcationCurve.__getitem__", "BifurcationCurve.plot", "save_curve", "load_curve", "plot_curves",
     "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
     "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane", "multistability", "basins",
     "attractor_state", "bifurcation_sweep", "plot_along", "plot_basins", "plot_bifurcation_diagram",

@@ -62,8 +62,9 @@ def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[s
 def test_then_follows_another_curve_through_a_point_of_the_last_one(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    argv = ["curve", CASE, "--range", "0.65", "0.75", "--switch", "BP1", "--at", "PD1"]
-    argv += ["--over", "omega=0.6:1.1", "--over", "half_clearance=1.3:5.1", "--then", "R2_1=NS"]
+    argv = ["curve", CASE, "--half-clearance", "1.6", "--range", "0.9", "1.1"]
+    argv += ["--switch", "BP1", "--at", "PD1", "--then", "R2_1=NS"]
+    argv += ["--over", "omega=0.94:1.0", "--over", "half_clearance=1.45:1.65"]
     out = said([*argv, "--out", "c.nc", "--out", "c.png"], capsys)
     assert out.index("Curve of PD points") < out.index("Curve of NS points")
     assert vi.load_curve("c.nc").kind == "NS"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -9,7 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import check_choice, check_flag, check_kind, range_of, refusal
+from vibroimpact._core.checks import (
+    check_choice,
+    check_flag,
+    check_kind,
+    range_of,
+    real,
+    refusal,
+    shown,
+)
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds, Tests
@@ -161,6 +170,7 @@ def continue_bifurcation(
     """
     check_steps(steps, progress)
     check_flag("both", both)
+    check_kind("kind", kind, str, "the kind of a curve, or empty")
     start = _start(point, parameters, bounds, kind)
     inside = ranges(start.equations.names, start.a, bounds)
     problem = Augmented(start.equations, start.condition, start.tests, inside)
@@ -228,7 +238,8 @@ def continue_level(
     names = _names(parameters)
     plane, z, a = _of_orbit(converged(orbit), names, bounds)
     level = Level(plane, function, 0.0)
-    level.level = float(level.value(z, np.empty(0), a)[0]) if value is None else float(value)
+    own = _value_at(level, z, a)
+    level.level = own if value is None else real("value", value)
     start = _Start("level", plane, level, nothing, z, a)
     inside = ranges(start.equations.names, start.a, bounds)
     problem = Augmented(plane, level, nothing, inside)
@@ -237,6 +248,22 @@ def continue_level(
         terminal=(BOUND,), steps=steps or STEPS, progress=progress,
     )  # fmt: skip
     return curve_of("level", problem, curve)
+
+
+def _value_at(level: Level, z: Floats, a: Pair) -> float:
+    """Value of a user's function at the start, which must be a number."""
+    try:
+        value = float(level.value(z, np.empty(0), a)[0])
+    except (TypeError, ValueError, IndexError, AttributeError) as error:
+        raise InvalidParameterError(
+            f"function = {shown(level.function)}: failed ({error}). It takes states, durations, parameters and returns "
+            "a number."
+        ) from error
+    if not math.isfinite(value):
+        raise InvalidParameterError(
+            f"function = {shown(level.function)}: is {value} at the start; it must be finite there."
+        )
+    return value
 
 
 def curve_of(kind: str, problem: Augmented, curve: Curve) -> BifurcationCurve:
