@@ -45,6 +45,10 @@ GROUPS = {
         *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
         *("save_branch", "load_branch"),
     ],
+    "Curves in two parameters": [
+        *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),
+        *("MapPoint", "save_curve", "load_curve"),
+    ],
     "Invariant circles": [
         *(
             "find_circle",

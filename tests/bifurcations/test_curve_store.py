@@ -146,6 +146,38 @@ def test_a_curve_of_a_family_is_loaded_with_the_system_that_was_stored(tmp_path:
     np.testing.assert_array_equal(loaded.orbit(0).states, found.orbit(0).states)
 
 
+def meeting(omega: float, k: float) -> vi.Mechanism:
+    """Two masses; two contacts whose impacts can come to coincide."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.5]],
+        damping=[[0.1, -0.03], [-0.03, 0.05]],
+        stiffness=[[1.0 + k, -k], [-k, k]],
+        forces=(vi.Harmonic(omega, (1.0, 0.0)),),
+        contacts=(
+            vi.Contact((1.0, 0.0), upper=0.5, restitution=0.7),
+            vi.Contact((-1.0, 1.0), lower=-0.4, upper=0.4, restitution=0.6),
+        ),
+    )
+
+
+def test_a_curve_of_two_impacts_at_once_comes_back(tmp_path: Path) -> None:
+    system = vi.Family(meeting, omega=1.3, k=1.0)
+    orbits = vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits
+    branches = (vi.continue_orbit(orbit, "omega", (1.19, 1.31)) for orbit in orbits)
+    points = (p for branch in branches for p in branch.special_points if p.kind == "SIM")
+    point = next(points)
+    bounds = ((1.19, 1.31), (0.99, 1.01))
+    found = vi.continue_bifurcation(point, ("omega", "k"), bounds)
+    assert len(found) > 10
+    flights = [found.orbit(i).durations[point.segment] for i in range(len(found))]
+    assert np.abs(flights).max() < 1e-12
+    vi.save_curve(found, tmp_path / "meeting.nc")
+    loaded = vi.load_curve(tmp_path / "meeting.nc", system)
+    assert_equal(loaded, found)
+    Z, p = found.curve.z[3], float(found.values[3, 1])
+    np.testing.assert_array_equal(loaded.problem.residual(Z, p), found.problem.residual(Z, p))
+
+
 def test_a_curve_of_a_map_has_a_dataset_and_is_not_saved(tmp_path: Path) -> None:
     henon = vi.ExplicitMap(
         lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2 + 0.5 * x[0] * x[1]],

@@ -27,6 +27,7 @@ SMALLER = {
     "bifurcation_diagram": {"VALUES": 12, "SETTLE": 300},
     "lyapunov_map": {"ACROSS": 16, "UP": 10},
     "parameter_plane": {"ACROSS": 16, "UP": 10},
+    "resonances_in_a_plane": {"ACROSS": 16, "UP": 10},
     "rotation_numbers": {"ACROSS": 20, "UP": 14},
 }
 
