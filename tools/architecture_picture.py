@@ -28,9 +28,9 @@ KERNEL = [  # rows of the kernel, from what runs many motions down to numbers
     ["flow"], ["numeric"],
 ]  # fmt: skip
 COLUMNS = {  # across, where not in the middle
-    "cli": 0.42, "plotting": 0.42, "sweeps": 0.04, "branches": 0.62, "orbits": 0.62,
-    "closed_forms": 0.68, "attractors": 0.46, "simulation": 0.48, "compile": 0.44, "machines": 0.62,
-    "normal_forms": 0.83, "continuation": 1.08, "_core": 0.62, "_kernel": 0.62,
+    "cli": 0.42, "plotting": 0.42, "sweeps": 0.04, "branches": 0.62, "orbits": 0.56,
+    "closed_forms": 0.60, "attractors": 0.40, "simulation": 0.42, "compile": 0.44, "machines": 0.62,
+    "normal_forms": 0.88, "continuation": 1.12, "_core": 0.62, "_kernel": 0.62,
     "ensemble": 0.35, "simd": 0.75, "orbit": 0.95,
 }  # fmt: skip
 BLUE, GREY = "#0072B2", "#555555"

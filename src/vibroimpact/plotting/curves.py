@@ -187,12 +187,12 @@ def _marker(kind: str) -> dict[str, Any]:
 
 
 def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], view: _View) -> None:
-    """Mark the points, one where several curves pass, and label them, weak resonances last."""
+    """Mark the points, one where several curves pass, and label them, the most important first."""
     labels = Labels(ax)
     span = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
     seen: list[tuple[str, Floats]] = []
     every = [(curve, point) for curve in curves for point in curve.special_points]
-    for curve, point in sorted(every, key=lambda pair: pair[1].kind == "WEAK"):
+    for curve, point in sorted(every, key=lambda pair: _rank(pair[1])):
         values = np.array([[point.parameters[name] for name in curve.names]])
         at = view.drawn(curve, values)[0]
         if any(k == point.kind and np.all(np.abs(at - b) < SAME * span) for k, b in seen):
@@ -204,6 +204,11 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], view: _View) -
         else:
             labels.add(_text(point), at[0], at[1], style.BLACK)
     labels.place()
+
+
+def _rank(point: CodimensionTwoPoint) -> int:
+    """Zero, or of a weak resonance p/q its q: the longer the period, the weaker."""
+    return point.resonance[1] if point.kind == "WEAK" and point.resonance else 0
 
 
 def _text(point: CodimensionTwoPoint) -> str:
