@@ -165,8 +165,8 @@ def continue_bifurcation(
     >>> branch = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (0.9, 1.0))
     >>> curve = vi.continue_bifurcation(branch["NS1"], ("omega", "half_clearance"),
     ...                                 ((0.9, 1.0), (4.5, 5.5)))
-    >>> curve["R4_1"].parameters["half_clearance"]
-    5.0715069...
+    >>> round(curve["R4_1"].parameters["half_clearance"], 7)
+    5.071507
     """
     check_steps(steps, progress)
     check_flag("both", both)
