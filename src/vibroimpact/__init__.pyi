@@ -21,13 +21,13 @@ from vibroimpact.bifurcations.continue_bifurcation import (
 from vibroimpact.bifurcations.continue_bifurcation import continue_level as continue_level
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint as CodimensionTwoPoint
+from vibroimpact.bifurcations.store import load_curve as load_curve
+from vibroimpact.bifurcations.store import save_curve as save_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve as switch_curve
 from vibroimpact.bifurcations.tongue import NoTongue as NoTongue
 from vibroimpact.bifurcations.tongue import Tongue as Tongue
 from vibroimpact.bifurcations.tongue import tongue as tongue
-from vibroimpact.bifurcations.store import load_curve as load_curve
-from vibroimpact.bifurcations.store import save_curve as save_curve
 from vibroimpact.branches import stop_rules
 from vibroimpact.branches.branch import BifurcationPoint as BifurcationPoint
 from vibroimpact.branches.branch import Branch as Branch
