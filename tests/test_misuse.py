@@ -128,6 +128,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     vi.save_branch(branch, file)
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
+    torus = vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)))
     label = next((point.label for point in curve.special_points), "R4_1")
     curve_file = folder / "level.nc"
     vi.save_curve(curve, curve_file)
@@ -336,6 +337,13 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             {"orbit": closed, "function": first_speed, "parameters": PLANE, "bounds": around,
              "value": None, "steps": few, "both": False, "progress": None},
         ),
+        "switch_curve": (
+            vi.switch_curve,
+            {"point": torus["R4_1"], "bounds": None, "steps": few, "progress": None},
+        ),
+        "tongue": (
+            vi.tongue, {"point": torus["2/9_1"], "bounds": None, "steps": few, "progress": None},
+        ),
         "MapPoint": (
             vi.MapPoint, {"kind": "NS", "map": henon, "x": (0.5, 0.5), "p": (1.25, 1.0)},
         ),
@@ -470,7 +478,7 @@ NAMES = [
     "Circle.plot", "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot",
     "switch_circle", "plot_circle_branch", "plot_invariant_circle",
     "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
-    "continue_bifurcation", "continue_level", "MapPoint", "BifurcationCurve.orbit",
+    "continue_bifurcation", "continue_level", "switch_curve", "tongue", "MapPoint", "BifurcationCurve.orbit",
     "BifurcationCurve.__getitem__", "BifurcationCurve.plot", "save_curve", "load_curve", "plot_curves",
     "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
     "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane", "multistability", "basins",
