@@ -53,7 +53,7 @@ from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
 STEPS = Steps(first=0.02, largest=0.5, points=600)
-ON_CURVES = (*CRITICAL, "NS")
+ON_MULTIPLIERS = (*CRITICAL, "NS")
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def continue_level(
     check_flag("both", both)
     if not callable(function):
         raise refusal("function", function, "a function of states, durations and parameters")
-    names = _names(parameters)
+    names = names_of_two(parameters)
     plane, z, a = _of_orbit(converged(orbit), names, bounds)
     level = Level(plane, function, 0.0)
     own = _value_at(level, z, a)
@@ -325,7 +325,7 @@ def _explained(end: End, problem: Augmented, refused: str) -> End:
 def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> _Start:
     allowed = (BifurcationPoint, CodimensionTwoPoint, MapPoint)
     check_kind("point", point, allowed, "a special point of a branch or a curve, or a MapPoint")
-    names = _names(parameters)
+    names = names_of_two(parameters)
     if isinstance(point, MapPoint):
         return _of_map(point, names)
     if isinstance(point, CodimensionTwoPoint) and not isinstance(point.orbit, Orbit):
@@ -372,15 +372,20 @@ def _condition(
     return found
 
 
+def on_multipliers(kind: str, equations: Equations) -> tuple[Condition, Tests]:
+    """Condition and test functions of SN, PD, BP and NS."""
+    if kind == "NS":
+        return CriticalPair(equations), AtPair(equations)
+    condition = CriticalMultiplier(equations, CRITICAL[kind])
+    return condition, AtMultiplier(condition)
+
+
 def condition_of(
     kind: str, plane: OrbitPlane, touch: Nearest | None, segment: int
 ) -> tuple[Condition, Tests] | None:
     """Condition and test functions of a kind; for GR with the touch, for ZERO and SIM with the segment."""
-    if kind in CRITICAL:
-        condition = CriticalMultiplier(plane, CRITICAL[kind])
-        return condition, AtMultiplier(condition)
-    if kind == "NS":
-        return CriticalPair(plane), AtPair(plane)
+    if kind in ON_MULTIPLIERS:
+        return on_multipliers(kind, plane)
     if kind == "GR" and touch is not None:
         return Graze(plane, touch), nothing
     if kind == "ZERO" and segment >= 0:
@@ -390,7 +395,7 @@ def condition_of(
     return None
 
 
-def _names(parameters: Any) -> tuple[str, str]:
+def names_of_two(parameters: Any) -> tuple[str, str]:
     """Two different names."""
     if not isinstance(parameters, tuple | list) or len(parameters) != 2:
         raise refusal("parameters", parameters, "the names of two parameters")
@@ -416,10 +421,7 @@ def _of_map(point: MapPoint, names: tuple[str, str]) -> _Start:
             f"parameters = {names}: those of the map are {point.map.parameters}, in this order."
         )
     plane, z = MapPlane(point.map), np.array(point.x, dtype=float)
-    if point.kind == "NS":
-        return _Start("NS", plane, CriticalPair(plane), AtPair(plane), z, point.p)
-    condition = CriticalMultiplier(plane, CRITICAL[point.kind])
-    return _Start(point.kind, plane, condition, AtMultiplier(condition), z, point.p)
+    return _Start(point.kind, plane, *on_multipliers(point.kind, plane), z, point.p)
 
 
 def _pairs(bounds: Any) -> tuple[Any, Any]:

@@ -12,17 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds, Tests
-from vibroimpact.bifurcations.conditions import (
-    CRITICAL,
-    Condition,
-    CriticalMultiplier,
-    CriticalPair,
-)
-from vibroimpact.bifurcations.continue_bifurcation import STEPS, curve_of, ranges
+from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds
+from vibroimpact.bifurcations.continue_bifurcation import STEPS, curve_of, on_multipliers, ranges
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.equations import Equations, Pair
-from vibroimpact.bifurcations.tests_along import AtMultiplier, AtPair
 from vibroimpact.continuation import Steps, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
 
@@ -76,14 +69,6 @@ class Slice:
         return {}
 
 
-def condition_of(kind: str, equations: Equations) -> tuple[Condition, Tests]:
-    """Condition and test functions of SN, PD, BP and NS."""
-    if kind == "NS":
-        return CriticalPair(equations), AtPair(equations)
-    condition = CriticalMultiplier(equations, CRITICAL[kind])
-    return condition, AtMultiplier(condition)
-
-
 def emanating(
     kind: str, origin: Origin, equations: Equations, z: Floats, a: Pair,
     bounds: tuple[Bounds, Bounds], steps: Steps | None, progress: CurveProgress | None,
@@ -97,7 +82,7 @@ def emanating(
     InvalidParameterError
         The start does not converge.
     """
-    condition, tests = condition_of(kind, equations)
+    condition, tests = on_multipliers(kind, equations)
     problem = Augmented(equations, condition, tests, bounds)
     guess = problem.packed(z, condition.start(z, a), a)
     changes = np.zeros((len(z) // len(origin.z), len(origin.z)))

@@ -1,0 +1,394 @@
+"""Atlas: all curves of bifurcations that can be reached from one orbit in the plane of two parameters.
+
+Method      branches of the orbit along both parameters give the first bifurcations; every one that is not on a curve
+            already is followed; from points of codimension two the other curves of the same orbit through the point,
+            and those that begin there (switch_curve.py), are followed in turn, level by level
+            A solution is on a curve if it or one of its images, brought to the chord of the two nearest points, lies
+            within CHORD of the chord's length                                                      (1)
+            Points of two curves are one where their parameters agree to SAME of the ranges and their names fit    (2)
+Assumes     what curves and switching assume. Curves that none of this reaches (isolas, orbits of other families) are
+            not in the atlas
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibroimpact._core.checks import check_count, check_function, check_kind
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.bifurcations.augmented import Bounds
+from vibroimpact.bifurcations.continue_bifurcation import (
+    continue_bifurcation,
+    names_of_two,
+    ranges,
+)
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.of_orbits import OrbitPlane
+from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
+from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
+from vibroimpact.continuation import Steps
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.orbits.find import converged
+from vibroimpact.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+KINDS = ("SN", "PD", "BP", "NS")
+ALSO = ("GR", "ZERO")
+CHORD = 0.1  # (1)
+SAME = 1e-6  # (2)
+THROUGH = {  # kinds of the curves of one orbit that pass through a point
+    "R1": ("SN", "NS"), "R2": ("PD", "NS"), "LPPD": ("SN", "PD"), "LPNS": ("SN", "NS"),
+    "PDNS": ("PD", "NS"),
+}  # fmt: skip
+SWITCHED = ("R2", "R3", "R4", "GPD", "LPPD", "PDNS")
+
+AtlasProgress = Callable[[int, str], None]
+
+
+@dataclass(frozen=True)
+class AtlasPoint:
+    """Point of codimension two, with the curves that meet there.
+
+    Attributes
+    ----------
+    kind
+        As for :class:`CodimensionTwoPoint`.
+    parameters
+        Values of both parameters, shape (2,).
+    members
+        (number of the curve, label on it) for every curve that passes.
+    """
+
+    kind: str
+    parameters: tuple[float, float]
+    members: tuple[tuple[int, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Atlas:
+    """Curves of bifurcations in the plane of two parameters, and the points at which they meet.
+
+    Attributes
+    ----------
+    names, bounds
+        The two parameters and their ranges.
+    curves
+        :class:`BifurcationCurve`, those of the orbit itself first.
+    failures
+        Sentences: points at which a curve that theory knows was not found.
+    complete
+        Whether the search ended by itself: not by an interruption or at its greatest number of curves.
+    """
+
+    names: tuple[str, str]
+    bounds: tuple[Bounds, Bounds]
+    curves: tuple[BifurcationCurve, ...] = field(repr=False)
+    failures: tuple[str, ...] = field(repr=False)
+    complete: bool
+
+    @property
+    def points(self) -> tuple[AtlasPoint, ...]:
+        """Points of codimension two, those shared by several curves once, in order of the first parameter."""
+        found: list[tuple[CodimensionTwoPoint, list[tuple[int, str]]]] = []
+        for k, curve in enumerate(self.curves):
+            for point in curve.special_points:
+                known = next((item for item in found if self._same(item[0], point)), None)
+                if known:
+                    known[1].append((k, point.label))
+                else:
+                    found.append((point, [(k, point.label)]))
+        listed = [
+            AtlasPoint(point.kind, self._at(point), tuple(members)) for point, members in found
+        ]
+        return tuple(sorted(listed, key=lambda point: point.parameters))
+
+    def _at(self, point: CodimensionTwoPoint) -> tuple[float, float]:
+        return point.parameters[self.names[0]], point.parameters[self.names[1]]
+
+    def _same(self, first: CodimensionTwoPoint, second: CodimensionTwoPoint) -> bool:
+        """Condition (2)."""
+        widths = [high - low for low, high in self.bounds]
+        near = all(
+            abs(a - b) <= SAME * width
+            for a, b, width in zip(self._at(first), self._at(second), widths, strict=True)
+        )
+        return near and first.kind == second.kind
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw all curves; see :func:`vibroimpact.plotting.plot_curves`."""
+        axes: Axes = deferred("plotting.curves", "plot_curves")(
+            self.curves, ax=ax, bounds=self.bounds
+        )
+        return axes
+
+    def to_dataset(self) -> xr.Dataset:
+        """Convert the numbers to one xarray dataset.
+
+        Dims ``point``: every point of every curve, with its curve, kind, parameters, ``admissible`` and ``neutral``;
+        ``special``: points of codimension two, with the curve, label, kind and parameters.
+        """
+        import xarray as xr
+
+        curves = self.curves
+        which = np.concatenate([np.full(len(curve), k) for k, curve in enumerate(curves)])
+        values = np.vstack([curve.values for curve in curves])
+        special = [(k, point) for k, curve in enumerate(curves) for point in curve.special_points]
+        first, second = self.names
+        return xr.Dataset(
+            {
+                first: ("point", values[:, 0]),
+                second: ("point", values[:, 1]),
+                "curve": ("point", which),
+                "admissible": ("point", np.concatenate([c.admissible for c in curves])),
+                "neutral": ("point", np.concatenate([c.neutral for c in curves])),
+                "curve_kind": ("curves", [curve.kind for curve in curves]),
+                "curve_orbit": ("curves", [_symbol(curve) for curve in curves]),
+                "special_kind": ("special", [point.kind for _, point in special]),
+                "special_label": ("special", [point.label for _, point in special]),
+                "special_curve": ("special", [k for k, _ in special]),
+                f"special_{first}": ("special", [self._at(point)[0] for _, point in special]),
+                f"special_{second}": ("special", [self._at(point)[1] for _, point in special]),
+            },
+            attrs={"failures": "\n".join(self.failures), "complete": int(self.complete)},
+        )
+
+    def __len__(self) -> int:
+        return len(self.curves)
+
+    def __repr__(self) -> str:
+        end = "" if self.complete else ", not complete"
+        lines = [f"Atlas of {len(self)} curves in {self.names[0]} and {self.names[1]}{end}"]
+        lines += [
+            f"  {k}: {curve.kind} of {_symbol(curve)}, {len(curve.special_points)} special points"
+            for k, curve in enumerate(self.curves)
+        ]
+        lines += [
+            f"  {point.kind} at {point.parameters[0]:.9g}, {point.parameters[1]:.9g}: curves "
+            + ", ".join(str(k) for k, _ in point.members)
+            for point in self.points
+            if point.kind != "WEAK"
+        ]
+        return "\n".join([*lines, *(f"  {failure}" for failure in self.failures)])
+
+
+def _symbol(curve: BifurcationCurve) -> str:
+    symbol: str = curve.orbit(0).symbol
+    return symbol
+
+
+def bifurcation_atlas(
+    orbit: Orbit | SymmetricOrbit,
+    parameters: tuple[str, str],
+    bounds: tuple[Bounds, Bounds],
+    *,
+    touches: bool = False,
+    levels: int = 1,
+    most: int = 40,
+    steps: Steps | None = None,
+    progress: AtlasProgress | None = None,
+) -> Atlas:
+    """Follow all curves of bifurcations that can be reached from an orbit.
+
+    Parameters
+    ----------
+    orbit
+        A converged orbit.
+    parameters, bounds
+        As for :func:`~vibroimpact.continue_bifurcation`.
+    touches
+        Also follow grazing and vanishing impact speeds, "GR" and "ZERO".
+    levels
+        How many times curves of orbits of a multiple period, which begin at points of codimension two, are followed:
+        0 for the orbit's own curves only.
+    most
+        Number of curves after which the search stops.
+    steps
+        Step lengths of the curves, number of points of each.
+    progress
+        Called after every curve with the number of curves so far and a description of the last.
+
+    Returns
+    -------
+    Atlas
+        After ``KeyboardInterrupt`` with the curves so far.
+
+    Raises
+    ------
+    InvalidParameterError
+        As for :func:`~vibroimpact.continue_bifurcation`; ``levels`` below 0, ``most`` below 1.
+
+    Notes
+    -----
+    Curves that are reached twice are followed once. Cost: that of its curves, 10 to 100 ms a point.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.0)
+    >>> atlas = vi.bifurcation_atlas(vi.symmetric_orbits(damper)[0], ("omega", "half_clearance"),
+    ...                              ((0.9, 1.05), (4.5, 5.5)), levels=0)
+    >>> [curve.kind for curve in atlas.curves]
+    ['NS', 'NS']
+    """
+    start = converged(orbit)
+    names = names_of_two(parameters)
+    values = parameter_value(start.system, names[0]), parameter_value(start.system, names[1])
+    inside = ranges(names, values, bounds)
+    check_count("levels", levels, 0)
+    check_count("most", most, 1)
+    check_function("progress", progress)
+    check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
+    search = _Search(names, inside, KINDS + ALSO * bool(touches), most, steps, progress or _quiet)
+    complete = True
+    try:
+        search.from_orbit(start)
+        search.level(levels)
+    except (KeyboardInterrupt, _Enough):
+        complete = False
+    return Atlas(names, inside, tuple(search.curves), tuple(search.failures), complete)
+
+
+def _quiet(curves: int, last: str) -> None:
+    """Report nothing."""
+
+
+class _Enough(Exception):  # noqa: N818 - it ends a search
+    """The greatest number of curves is reached."""
+
+
+@dataclass
+class _Search:
+    """Curves found so far."""
+
+    names: tuple[str, str]
+    bounds: tuple[Bounds, Bounds]
+    kinds: tuple[str, ...]
+    most: int
+    steps: Steps | None
+    progress: AtlasProgress
+    curves: list[BifurcationCurve] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
+    done: int = 0  # curves whose points have been looked at
+
+    def from_orbit(self, orbit: Orbit) -> None:
+        """Curves through the bifurcations of the branches along both parameters."""
+        for name, pair in zip(self.names, self.bounds, strict=True):
+            for point in continue_orbit(orbit, name, pair).special_points:
+                self._follow(point, "")
+
+    def level(self, left: int) -> None:
+        """Curves through and from the points of the curves so far; ``left`` levels of switching."""
+        while self.done < len(self.curves):
+            curve = self.curves[self.done]
+            self.done += 1
+            for point in curve.special_points:
+                for kind in THROUGH.get(point.kind, ()):
+                    self._follow(point, kind)
+        if left == 0:
+            return
+        first = len(self.curves)
+        for curve in self.curves[:first]:
+            for point in curve.special_points:
+                if point.kind in SWITCHED and not self._seen(point):
+                    self._switch(point)
+        if len(self.curves) > first:
+            self.level(left - 1)
+
+    def _follow(self, point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> None:
+        """Follow one kind of curve through a point, unless there is one."""
+        wanted = kind or point.kind
+        symmetric = point.orbit.symmetric
+        if wanted == "PD" and symmetric:
+            wanted = "BP"
+        if wanted not in self.kinds or (wanted == "BP" and not symmetric):
+            return
+        if any(curve.kind == wanted and _is_on(curve, point.orbit) for curve in self.curves):
+            return
+        try:
+            curve = continue_bifurcation(
+                point, self.names, self.bounds, kind=kind, steps=self.steps
+            )
+        except InvalidParameterError as error:
+            self.failures.append(f"{wanted} at {point.label}: {error}")
+            return
+        self._add(curve)
+
+    def _switch(self, point: CodimensionTwoPoint) -> None:
+        found = switch_curve(point, self.bounds, steps=self.steps)
+        if isinstance(found, NoCurve):
+            if not getattr(point.normal_form, "switchable", ()):
+                return  # theory has none
+            self.failures.append(repr(found))
+            return
+        for curve in found:
+            middle = curve.orbit(len(curve) // 2)
+            known = (other for other in self.curves if other.kind == curve.kind)
+            if not any(_is_on(other, middle) for other in known):
+                self._add(curve)
+
+    def _seen(self, point: CodimensionTwoPoint) -> bool:
+        """Whether an earlier curve has the same point and orbit."""
+        for curve in self.curves:
+            for other in curve.special_points:
+                if other is point:
+                    return False
+                same = other.kind == point.kind and np.allclose(
+                    list(other.parameters.values()),
+                    list(point.parameters.values()),
+                    atol=0.0,
+                    rtol=SAME,
+                )
+                if same and other.orbit.symbol == point.orbit.symbol:
+                    return True
+        return False
+
+    def _add(self, curve: BifurcationCurve) -> None:
+        self.curves.append(curve)
+        self.progress(len(self.curves), f"{curve.kind} of {_symbol(curve)}, {len(curve)} points")
+        if len(self.curves) >= self.most:
+            raise _Enough
+
+
+def _is_on(curve: BifurcationCurve, orbit: Orbit) -> bool:
+    """Condition (1)."""
+    plane = curve.problem.equations
+    if not isinstance(plane, OrbitPlane) or plane.signature != orbit.signature:
+        return False
+    a = tuple(parameter_value(orbit.system, name) for name in curve.names)
+    z = plane.packed(orbit.states, orbit.durations)
+    sizes = np.append(plane.sizes, [high - low for low, high in curve.bounds])
+    nodes = (
+        np.array([np.append(*curve.problem.parts(Z, p)[::2]) for Z, p in _places(curve)]) / sizes
+    )
+    images = plane.images(z, a, np.zeros_like(z), nodes[0, : len(z)] * plane.sizes)
+    return any(_near_chord(nodes, np.append(image, a) / sizes) for image, _ in images)
+
+
+def _places(curve: BifurcationCurve) -> Iterator[tuple[Floats, float]]:
+    yield from zip(curve.curve.z, curve.curve.parameter.tolist(), strict=True)
+
+
+def _near_chord(nodes: Floats, at: Floats) -> bool:
+    """Whether a point lies near the chord of two neighbouring nodes."""
+    k = int(np.argmin(np.linalg.norm(nodes - at, axis=1)))
+    for i, j in ((k - 1, k), (k, k + 1)):
+        if i < 0 or j >= len(nodes):
+            continue
+        chord = nodes[j] - nodes[i]
+        length = float(np.linalg.norm(chord))
+        share = float(np.clip((at - nodes[i]) @ chord / length**2, 0.0, 1.0)) if length else 0.0
+        if np.linalg.norm(nodes[i] + share * chord - at) <= CHORD * length + SAME:
+            return True
+    return False
