@@ -37,9 +37,9 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
-    "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint", "Branch", "Circle", "CircleBranch",
-    "CircleEvent", "CodimensionTwoPoint", "Diagram", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum",
-    "MapDerivative", "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section", "Tongue",
+    "Atlas", "AtlasPoint", "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint", "Branch", "Circle",
+    "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram", "InvariantSet", "LyapunovEstimate",
+    "LyapunovSpectrum", "MapDerivative", "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section", "Tongue",
     "StroboscopicSection",
     "SymmetricOrbit",
 }  # fmt: skip
@@ -341,6 +341,11 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             vi.switch_curve,
             {"point": torus["R4_1"], "bounds": None, "steps": few, "progress": None},
         ),
+        "bifurcation_atlas": (
+            vi.bifurcation_atlas,
+            {"orbit": closed, "parameters": PLANE, "bounds": around, "touches": False, "levels": 0,
+             "most": 1, "steps": few, "progress": None},
+        ),
         "tongue": (
             vi.tongue, {"point": torus["2/9_1"], "bounds": None, "steps": few, "progress": None},
         ),
@@ -478,7 +483,8 @@ NAMES = [
     "Circle.plot", "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot",
     "switch_circle", "plot_circle_branch", "plot_invariant_circle",
     "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
-    "continue_bifurcation", "continue_level", "switch_curve", "tongue", "MapPoint", "BifurcationCurve.orbit",
+    "continue_bifurcation", "continue_level", "switch_curve", "bifurcation_atlas",
+    "tongue", "MapPoint", "BifurcationCurve.orbit",
     "BifurcationCurve.__getitem__", "BifurcationCurve.plot", "save_curve", "load_curve", "plot_curves",
     "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
     "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane", "multistability", "basins",

@@ -53,13 +53,11 @@ def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:
 
 
 def test_an_interrupted_search_keeps_its_curves() -> None:
-    def stop(curves: int, _last: str) -> None:
+    def stop(_curves: int, _last: str) -> None:
         raise KeyboardInterrupt
 
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    part = vi.bifurcation_atlas(
-        orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), levels=0, progress=stop
-    )
+    part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), levels=0, progress=stop)
     assert len(part) == 1
     assert not part.complete
 

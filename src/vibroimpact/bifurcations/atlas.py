@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, check_function, check_kind
+from vibroimpact._core.checks import check_count, check_flag, check_function, check_kind
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
@@ -246,11 +246,14 @@ def bifurcation_atlas(
     names = names_of_two(parameters)
     values = parameter_value(start.system, names[0]), parameter_value(start.system, names[1])
     inside = ranges(names, values, bounds)
+    check_flag("touches", touches)
     check_count("levels", levels, 0)
     check_count("most", most, 1)
     check_function("progress", progress)
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
-    search = _Search(names, inside, KINDS + ALSO * bool(touches), most, steps, progress or _quiet)
+    search = _Search(
+        names, inside, (*KINDS, *ALSO) if touches else KINDS, most, steps, progress or _quiet
+    )
     complete = True
     try:
         search.from_orbit(start)

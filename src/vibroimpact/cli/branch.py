@@ -117,8 +117,8 @@ def _described(branch: Branch) -> str:
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     """Requested branch, and every one that was switched to."""
     name, bounds = arguments.parameter, ends_of("range", arguments.range)
-    case = _case_of(arguments)
-    start, stop_when = _orbit(arguments, case), arguments.stop_when
+    case = case_of_branch(arguments)
+    start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of("range", bounds, name, parameter_value(case.system, name))
     branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
     for label in arguments.switch:
@@ -130,7 +130,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     return branches
 
 
-def _case_of(arguments: argparse.Namespace) -> Case:
+def case_of_branch(arguments: argparse.Namespace) -> Case:
     """System of the branch; a frequency that is not given is the middle of its range."""
     if not arguments.config:
         check_choice("parameter", arguments.parameter, common.parameters_in(arguments))
@@ -142,7 +142,8 @@ def _case_of(arguments: argparse.Namespace) -> Case:
     return common.case_of(arguments)
 
 
-def _orbit(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
+def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
+    """Symmetric orbit in closed form, or the orbit to which the motion from the start settles."""
     stated = common.given(arguments, STATED) or (case.start and not arguments.orbit)
     if has_symmetric_orbits(type(case.system)) and not stated:
         return _symmetric(case.system, arguments.orbit)

@@ -25,6 +25,7 @@ COMMANDS = {  # a file of this folder each
     "branch": "follow a branch of periodic orbits in a parameter, with all bifurcations on it",
     "normal-form": "compute the normal form at a bifurcation of a periodic orbit",
     "curve": "follow a bifurcation in two parameters, with all points of codimension two on it",
+    "atlas": "follow all curves of bifurcations that can be reached from an orbit, in two parameters",
     "section": "record the states after the impacts at one stop, or once per forcing period",
     "sweep": "observe many motions over any parameters, in memory or in a store that resumes",
     "diagram": "draw a bifurcation diagram by brute force, followed up and down or from random starts",
