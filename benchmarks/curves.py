@@ -21,6 +21,8 @@ from benchmarks.branches import damper, longer, seconds
 
 POINTS = 200
 PLANE = ("omega", "half_clearance")
+ATLAS = ((0.5, 1.3), (2.0, 20.0))
+R4 = ((0.927753603544, 5.071506969507), (0.978148017411, 6.014041414363))  # of the closed form
 WIDE = ((0.72, 1.1), (3.0, 14.0))
 NEAR, AROUND = 0.79, (0.75, 0.82)  # frequencies: of the start, and of the branch with the point
 CLEARANCE = 9.0  # where no resonance is near
@@ -138,15 +140,33 @@ def rows(rounds: int) -> Iterator[Row]:
         yield row_of("with absorbers, symmetric", point, ("omega", LAW), rounds)
 
 
+def atlas_seconds() -> float:
+    """Seconds for an atlas of set A, with the curves of orbits 2-2-2; both resonances 1:4 are in it."""
+    orbit = vi.symmetric_orbits(replace(damper(), omega=0.95))[0]
+    found: list[vi.Atlas] = []
+
+    def search() -> None:
+        found.append(vi.bifurcation_atlas(orbit, PLANE, ATLAS))
+
+    taken = seconds(search, 1)
+    at = [point.parameters for point in found[-1].points if point.kind == "R4"]
+    for known in R4:
+        assert min(np.abs(np.subtract(known, place)).max() for place in at) < ON, known
+    return taken
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.curves", description=__doc__)
     parser.add_argument("--rounds", type=int, default=3, help="runs of each; median printed")
     parser.add_argument("--json", type=Path, help="also write the table to this file")
+    parser.add_argument("--atlas", action="store_true", help="also an atlas of set A: a minute")
     options = parser.parse_args(argv)
     assert_resonances()
     with machine.one_core():
         table = list(rows(options.rounds))
+        if options.atlas:
+            print(f"atlas of set A: {atlas_seconds():.1f} s")
     print("\n".join(f"{key}: {value}" for key, value in machine.describe().items()))
     print(f"{'orbit':26} {'degrees':>7} {'impacts':>7} {'points':>7} {'s / 200 points':>15}")
     for row in table:

@@ -37,11 +37,11 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
-    "Atlas", "AtlasPoint", "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint", "Branch", "Circle",
-    "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram", "InvariantSet", "LyapunovEstimate",
-    "LyapunovSpectrum", "MapDerivative", "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section", "Tongue",
-    "StroboscopicSection",
-    "SymmetricOrbit",
+    "Atlas", "AtlasPoint", "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint",
+    "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
+    "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative", "NoBranch", "NoCurve",
+    "NoTongue", "Orbit", "OrbitSearch", "Run", "Section", "StroboscopicSection", "SymmetricOrbit",
+    "Tongue",
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",

@@ -14,7 +14,7 @@ from vibroimpact._core.checks import check_choice, check_index
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
-from vibroimpact.branches.branch import MEANINGS as TOUCHES_MEAN
+from vibroimpact.branches.branch import MEANINGS as BRANCH_MEANINGS
 from vibroimpact.branches.branch import TOUCHED
 from vibroimpact.continuation import Curve, End
 from vibroimpact.normal_forms import codimension_two
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+TOUCHES = ("GR", "ZERO", "SIM", "STICK")
 MEANINGS = {
     "CP": "cusp: two folds meet",
     "GPD": "generalised flip: a fold of the doubled orbits begins",
@@ -40,7 +41,7 @@ MEANINGS = {
     "NSNS": "two pairs on the unit circle",
     "WEAK": "weak resonance: a tongue of locked orbits begins",
     "BP": "two curves of this kind cross",
-} | {kind: TOUCHES_MEAN[kind] for kind in ("GR", "ZERO", "SIM", "STICK")}
+} | {kind: BRANCH_MEANINGS[kind] for kind in TOUCHES}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ class CodimensionTwoPoint:
     @cached_property
     def normal_form(self) -> Any:
         """Critical coefficients, or a refusal with the reason."""
-        if self.kind in TOUCHES_MEAN or self.kind == "WEAK":
+        if self.kind in (*TOUCHES, "WEAK", "BP"):
             reason = f"{self.kind} ({self.meaning}): there are no coefficients of codimension two."
             return Refusal(self.kind, Status.NOT_CRITICAL, reason, self.multipliers)
         z, _, a = self.problem.parts(self.z, self.parameters[self.problem.equations.names[1]])
