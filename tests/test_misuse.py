@@ -129,6 +129,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
     torus = vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)))
+    locked = vi.Tongue(
+        torus["2/9_1"], (torus, torus), 0.1
+    )  # any two curves: their look is not tested here
     label = next((point.label for point in curve.special_points), "R4_1")
     curve_file = folder / "level.nc"
     vi.save_curve(curve, curve_file)
@@ -349,6 +352,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "tongue": (
             vi.tongue, {"point": torus["2/9_1"], "bounds": None, "steps": few, "progress": None},
         ),
+        "Tongue.plot": (locked.plot, {"ax": None}),
         "MapPoint": (
             vi.MapPoint, {"kind": "NS", "map": henon, "x": (0.5, 0.5), "p": (1.25, 1.0)},
         ),
@@ -438,6 +442,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_invariant_circle": (
             plotting.plot_invariant_circle, {"circle": circle, "x": "x1", "y": "x2", "ax": None},
         ),
+        "plot_tongue": (plotting.plot_tongue, {"tongue": locked, "ax": None}),
         "plot_section": (
             plotting.plot_section, {"section": section, "x": "x1", "y": "v1", "ax": None},
         ),
@@ -483,15 +488,15 @@ NAMES = [
     "Circle.plot", "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot",
     "switch_circle", "plot_circle_branch", "plot_invariant_circle",
     "Orbit.why_inadmissible", "continue_orbit", "switch_branch", "branch_diagram", "Branch.orbit",
-    "continue_bifurcation", "continue_level", "switch_curve", "bifurcation_atlas",
-    "tongue", "MapPoint", "BifurcationCurve.orbit",
-    "BifurcationCurve.__getitem__", "BifurcationCurve.plot", "save_curve", "load_curve", "plot_curves",
+    "continue_bifurcation", "continue_level", "switch_curve", "bifurcation_atlas", "tongue",
+    "Tongue.plot", "MapPoint", "BifurcationCurve.orbit", "BifurcationCurve.__getitem__",
+    "BifurcationCurve.plot", "save_curve", "load_curve", "plot_curves",
     "Branch.__getitem__", "Branch.plot", "Diagram.plot", "Diagram.origin", "save_branch",
     "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane", "multistability", "basins",
     "attractor_state", "bifurcation_sweep", "plot_along", "plot_basins", "plot_bifurcation_diagram",
     "plot_branch_multipliers", "plot_branches", "plot_circle_error", "plot_circle_half_width",
     "plot_circles", "plot_history", "plot_mechanism", "plot_multipliers", "plot_phase_portrait",
-    "plot_plane", "plot_section", "save",
+    "plot_plane", "plot_section", "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
 ]  # fmt: skip
 

@@ -19,11 +19,12 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_kind
+from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
@@ -40,6 +41,9 @@ from vibroimpact.continuation import SpecialPoint, Steps, continue_curve
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SMALLEST, LARGEST = 0.04, 0.5  # r, relative to the size of the orbit
 GROWTH, LONGEST = 1.5, 4.0  # of r from one try to the next
@@ -92,6 +96,11 @@ class Tongue:
         """
         firsts = [_first_at(side, self.tip, second) for side in self.sides]
         return abs(firsts[0] - firsts[1])
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the tongue in the plane; see :func:`vibroimpact.plotting.plot_tongue`."""
+        axes: Axes = deferred("plotting.curves", "plot_tongue")(self, ax=ax)
+        return axes
 
     def __repr__(self) -> str:
         p, q = self.resonance

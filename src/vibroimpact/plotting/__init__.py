@@ -19,7 +19,7 @@ from vibroimpact.plotting.circles import (
     plot_circle_half_width,
     plot_circles,
 )
-from vibroimpact.plotting.curves import plot_curves
+from vibroimpact.plotting.curves import plot_curves, plot_tongue
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
@@ -47,5 +47,6 @@ __all__ = [
     "plot_phase_portrait",
     "plot_plane",
     "plot_section",
+    "plot_tongue",
     "save",
 ]

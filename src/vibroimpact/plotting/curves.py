@@ -1,12 +1,16 @@
-"""Plot of curves of bifurcations in the plane of two parameters, alone or over a plane of motions."""
+"""Plots of curves of bifurcations in the plane of two parameters, and of tongues between two of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Any, NamedTuple, cast
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.text import Annotation
 
 from vibroimpact._core.checks import check_flag, check_kind, ends_of, refusal
 from vibroimpact._core.errors import InvalidParameterError
@@ -14,6 +18,8 @@ from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.stretches import Meaning, stretches
+from vibroimpact.bifurcations.tongue import Tongue
+from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, parameter_label
 from vibroimpact.plotting.labels import Labels
@@ -58,8 +64,18 @@ OPEN = ("WEAK", "BP", "GR", "ZERO", "SIM", "STICK")  # markers, white inside
 WEAK = 6.0  # points: labels of weak resonances
 SAME = 2e-3  # of the axes: two curves pass one point there
 COLUMNS, ROW = 3, 0.17  # of the legend; height of a row in inches
+LEGEND = "vibroimpact curves"  # marks a legend to which later curves are added
+INSIDE: dict[str, Any] = {  # of the region between the sides of a tongue
+    "facecolor": style.SKY, "alpha": 0.45, "edgecolor": "none", "zorder": 2.6,
+}  # fmt: skip
+OVER: dict[str, Any] = {  # the same over coloured planes
+    "fill": False, "hatch": "////", "edgecolor": style.BLACK, "linewidth": 0.0, "zorder": 2.4,
+}  # fmt: skip
+HATCH = 0.5  # points
+TONGUE = "SN"  # kind of the sides
 
-Ranges = tuple[tuple[float, float], tuple[float, float]]
+Pair = tuple[float, float]
+Ranges = tuple[Pair, Pair]
 
 
 class _View(NamedTuple):
@@ -108,25 +124,55 @@ def plot_curves(
     view, units = _view(curves)
     shown = None if bounds is None else _limits(bounds) * view.factors[:, None]
     entries = _entries(curves, points=points)
-    height = 1.4 * style.HEIGHT + -(-len(entries) // COLUMNS) * ROW
-    with style.drawing(ax, width=1.6 * style.WIDTH, height=height) as drawn_on:
-        kept = (drawn_on.get_xlim(), drawn_on.get_ylim()) if drawn_on.has_data() else None
+    with _axes(ax, len(entries)) as drawn_on:
+        kept = _limits_of(drawn_on)
         for curve in curves:
             _curve(drawn_on, curve, view, halo=kept is not None)
-        limits = shown if shown is not None else kept
-        if limits is not None:
-            drawn_on.set(xlim=tuple(limits[0]), ylim=tuple(limits[1]))
-        else:
-            style.widen_constant(drawn_on)
-            drawn_on.set(xlim=drawn_on.get_xlim(), ylim=drawn_on.get_ylim())
-        if kept is None:
-            drawn_on.set(
-                xlabel=parameter_label(view.names[0], units),
-                ylabel=parameter_label(view.names[1], units),
-            )
+        _framed(drawn_on, view, units, kept, shown)
         _legend(drawn_on, entries)
         if points:
             _special_points(drawn_on, curves, view)
+    return drawn_on
+
+
+def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
+    """Draw both sides of a tongue, its tip, and the region of locked orbits between the sides.
+
+    Parameters
+    ----------
+    tongue
+        A result of :func:`vibroimpact.tongue`.
+    ax
+        Axes to draw on, as those that :func:`plot_plane` or :func:`plot_curves` returned for the same parameters: their
+        limits, labels and legends are kept. A new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on. The region ends where the first of the two sides turns back or ends; beyond, only the
+        curves are drawn.
+    """
+    check_kind("tongue", tongue, Tongue, "a Tongue, as vi.tongue gives")
+    view, units = _view(tongue.sides)
+    p, q = tongue.resonance
+    entries = [
+        _look(TONGUE, Meaning.BIFURCATION) | {"label": f"sides of the tongue {p}/{q}"},
+        *_entries(tongue.sides, points=False)[1:],
+        _marker("WEAK") | {"label": OF_POINTS["WEAK"][1]},
+    ]
+    x, y = np.array([tongue.tip.parameters[name] for name in view.names]) * view.factors
+    with _axes(ax, len(entries)) as drawn_on:
+        kept = _limits_of(drawn_on)
+        region = view.drawn(tongue.sides[0], region_of(tongue).corners)
+        plane = any(isinstance(one, QuadMesh) for one in drawn_on.collections)
+        with mpl.rc_context({"hatch.linewidth": HATCH}):
+            drawn_on.fill(*region.T, **(OVER if plane else INSIDE))
+        for side in tongue.sides:
+            _curve(drawn_on, side, view, halo=kept is not None)
+        drawn_on.plot(x, y, **_marker("WEAK"))
+        _framed(drawn_on, view, units, kept, None)
+        _legend(drawn_on, entries)
+        _label_tip(drawn_on, _text(tongue.tip), float(x), float(y))
     return drawn_on
 
 
@@ -158,6 +204,34 @@ def _limits(bounds: Any) -> Floats:
     if not isinstance(bounds, tuple | list) or len(bounds) != 2:
         raise refusal("bounds", bounds, "((low, high), (low, high)), one range per parameter")
     return np.array([ends_of(f"bounds[{i}]", pair) for i, pair in enumerate(bounds)])
+
+
+def _axes(ax: Axes | None, entries: int) -> AbstractContextManager[Axes]:
+    """Axes with room for a legend."""
+    height = 1.4 * style.HEIGHT + -(-entries // COLUMNS) * ROW
+    return style.drawing(ax, width=1.6 * style.WIDTH, height=height)
+
+
+def _limits_of(ax: Axes) -> tuple[Pair, Pair] | None:
+    """Limits that are kept: those of axes with data."""
+    return (ax.get_xlim(), ax.get_ylim()) if ax.has_data() else None
+
+
+def _framed(
+    ax: Axes, view: _View, units: Units, kept: tuple[Pair, Pair] | None, shown: Floats | None
+) -> None:
+    """Fix the limits, and name the axes of a new figure."""
+    limits = shown if shown is not None else kept
+    if limits is not None:
+        ax.set(xlim=tuple(limits[0]), ylim=tuple(limits[1]))
+    else:
+        style.widen_constant(ax)
+        ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())
+    if kept is None:
+        ax.set(
+            xlabel=parameter_label(view.names[0], units),
+            ylabel=parameter_label(view.names[1], units),
+        )
 
 
 def _curve(ax: Axes, curve: BifurcationCurve, view: _View, *, halo: bool) -> None:
@@ -206,6 +280,15 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], view: _View) -
     labels.place()
 
 
+def _label_tip(ax: Axes, text: str, x: float, y: float) -> None:
+    """Label the tip, unless the curve on which it lies has its label there."""
+    written = (t for t in ax.texts if isinstance(t, Annotation) and t.get_text() == text)
+    if not any(np.allclose(t.xy, (x, y), rtol=1e-9) for t in written):
+        labels = Labels(ax)
+        labels.add(text, x, y, style.BLACK)
+        labels.place()
+
+
 def _rank(point: CodimensionTwoPoint) -> int:
     """Zero, or of a weak resonance p/q its q: the longer the period, the weaker."""
     return point.resonance[1] if point.kind == "WEAK" and point.resonance else 0
@@ -236,13 +319,19 @@ def _entries(curves: Sequence[BifurcationCurve], *, points: bool) -> list[dict[s
 
 
 def _legend(ax: Axes, entries: Sequence[dict[str, Any]]) -> None:
-    """Legend above the axes; one that is there already stays."""
+    """Legend above the axes: that of earlier curves is extended, another one stays beside it."""
     before = ax.get_legend()
-    lines = [ax.plot([], [], **entry)[0] for entry in entries]
+    lines: list[Any] = []
+    if before is not None and before.get_gid() == LEGEND:
+        lines = [*before.legend_handles]
+        before = None
+    known = {line.get_label() for line in lines}
+    lines += [ax.plot([], [], **entry)[0] for entry in entries if entry["label"] not in known]
     legend = ax.legend(
         handles=lines, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=COLUMNS,
         borderaxespad=0.0, borderpad=0.2, columnspacing=1.2, handlelength=1.8,
     )  # fmt: skip
+    legend.set_gid(LEGEND)
     if before is not None and before is not legend:
         ax.add_artist(before)
         before.set_clip_on(False)  # else the layout takes no account of it
