@@ -55,11 +55,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--then", type=_then, action="append", default=[], metavar="POINT=KIND",
         help="follow another curve through a point of codimension two of the last one: R2_1=NS; may be repeated",
     )  # fmt: skip
-    group.add_argument(
+    add_behind(group)
+    common.add_out(parser)
+
+
+def add_behind(parser: argparse._ActionsContainer) -> None:
+    """Add the option for a plane behind the curves."""
+    parser.add_argument(
         "--behind", type=Path, metavar="FILE",
         help="draw over this plane of the same parameters, that vibroimpact plane wrote: a .nc file or a store",
     )  # fmt: skip
-    common.add_out(parser)
 
 
 def _then(text: str) -> tuple[str, str]:
@@ -76,7 +81,7 @@ def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe the curves."""
     targets = common.targets_of(arguments)
     bounds = _bounds(arguments)
-    behind = None if arguments.behind is None else _plane(arguments.behind, tuple(bounds))
+    behind = None if arguments.behind is None else plane_in(arguments.behind, tuple(bounds))
     curves = _curves(arguments, bounds)
     write(
         targets,
@@ -84,7 +89,7 @@ def run(arguments: argparse.Namespace) -> str:
         picture=lambda: _picture(curves, behind),
     )
     system = curves[0].orbit(curves[0].curve.start).system
-    return "\n".join([str(system), *map(_described, curves)]) + common.listed(targets)
+    return "\n".join([str(system), *map(described, curves)]) + common.listed(targets)
 
 
 def _bounds(arguments: argparse.Namespace) -> Bounds:
@@ -130,7 +135,7 @@ def _followed(
 # ---- the picture ---------------------------------------------------------------------------------
 
 
-def _plane(path: Path, names: Sequence[str]) -> xr.Dataset:
+def plane_in(path: Path, names: Sequence[str]) -> xr.Dataset:
     """Plane of motions of a file or a store."""
     try:
         store = path.suffix.lower() != PLANES[0]
@@ -152,7 +157,7 @@ def _picture(curves: Sequence[BifurcationCurve], behind: xr.Dataset | None) -> A
 # ---- the words -----------------------------------------------------------------------------------
 
 
-def _described(curve: BifurcationCurve) -> str:
+def described(curve: BifurcationCurve) -> str:
     """Description of a curve, with the coefficients at its points, and the points in SI units."""
     points = [line for point in curve.special_points for line in _coefficients(point)]
     parts = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -29,8 +29,44 @@ def write(
     data, picture
         Make what is written to netCDF and to pictures; called only where a file wants it.
     """
+    _write([(path, data) for path in paths], picture)
+
+
+def write_each(
+    paths: list[Path], *, data: Sequence[Callable[[], xr.Dataset]], picture: Callable[[], Axes]
+) -> list[Path]:
+    """Write several datasets to numbered files, name-1.nc, name-2.nc, ..., and pictures: all, or none.
+
+    Parameters
+    ----------
+    paths
+        Files that :func:`check_target` has passed; those of data without a number.
+    data, picture
+        Make what is written; called only where a file wants it.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
+    files = [pair for path in paths for pair in _numbered(path, data)]
+    _write(files, picture)
+    return [path for path, _ in files]
+
+
+def _numbered(
+    path: Path, data: Sequence[Callable[[], xr.Dataset]]
+) -> list[tuple[Path, Callable[[], xr.Dataset]]]:
+    if path.suffix.lower() not in DATA:
+        return [(path, data[0])]  # a picture
+    return [(path.with_stem(f"{path.stem}-{i}"), one) for i, one in enumerate(data, 1)]
+
+
+def _write(
+    files: Sequence[tuple[Path, Callable[[], xr.Dataset]]], picture: Callable[[], Axes]
+) -> None:
     with ExitStack() as stack:
-        for path in paths:
+        for path, data in files:
             temporary = stack.enter_context(replacing(path))
             if path.suffix.lower() in DATA:
                 data().to_netcdf(temporary, engine="h5netcdf")

@@ -1,0 +1,194 @@
+"""The commands tongue, switch and circle: what they say and write is the library's."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.commands import WALL, said
+
+import vibroimpact as vi
+from vibroimpact.cli import main as cli
+
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
+
+SET_A = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.0
+)
+START = vi.State((0.0, 0.0), (0.0, 1.0))
+TIP = ((0.81, 0.83), (7.7, 7.8))  # a small part of the tongue 2/9
+NEAR_TIP = ["--over", "omega=0.81:0.83", "--over", "half_clearance=7.7:7.8"]
+AT_R4 = ["--over", "omega=0.95:1.0", "--over", "half_clearance=5.7:6.2"]
+
+
+@pytest.fixture(scope="module")
+def curve() -> vi.BifurcationCurve:
+    """With the resonances R4_1, R4_2 and 2/9_1."""
+    branch = vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.9, 1.05))
+    bounds = ((0.8, 1.05), (3.5, 8.0))
+    return vi.continue_bifurcation(branch["NS1"], ("omega", "half_clearance"), bounds)
+
+
+@pytest.fixture(scope="module")
+def saved(curve: vi.BifurcationCurve, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("curve") / "curve.nc"
+    vi.save_curve(curve, path)
+    return str(path)
+
+
+def opened(path: str) -> xr.Dataset:
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        return data.load()
+
+
+# ---- tongue and switch ---------------------------------------------------------------------------
+
+
+def test_tongue_writes_and_says_both_sides_of_the_library(
+    curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["tongue", saved, "--at", "2/9_1", *NEAR_TIP]
+    out = said([*argv, "--out", "side.nc", "--out", "tongue.svg"], capsys)
+    expected = vi.tongue(curve["2/9_1"], TIP)
+    assert isinstance(expected, vi.Tongue)
+    for i, side in enumerate(expected.sides, 1):
+        assert repr(side) in out
+        np.testing.assert_array_equal(vi.load_curve(f"side-{i}.nc").values, side.values)
+    widths = re.findall(r"width in omega at half_clearance = (\S+): (\S+)", out)
+    assert len(widths) == 4
+    for at, width in widths:
+        assert float(width) == pytest.approx(expected.width(float(at)), rel=1e-3)
+    assert out.endswith("wrote side-1.nc, side-2.nc, tongue.svg\n")
+    assert sorted(p.name for p in Path().iterdir()) == ["side-1.nc", "side-2.nc", "tongue.svg"]
+
+
+def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
+    curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["switch", saved, "--at", "R4_1", *AT_R4, "--out", "born.nc", "--out", "born.png"]
+    out = said(argv, capsys)
+    expected = vi.switch_curve(curve["R4_1"], ((0.95, 1.0), (5.7, 6.2)))
+    assert not isinstance(expected, vi.NoCurve)
+    for i, born in enumerate(expected, 1):
+        assert repr(born) in out
+        np.testing.assert_array_equal(vi.load_curve(f"born-{i}.nc").values, born.values)
+    assert Path("born.png").stat().st_size > 1000
+
+
+def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
+    curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refusal = vi.switch_curve(curve["R4_2"])
+    assert isinstance(refusal, vi.NoCurve)
+    assert cli.main(["switch", saved, "--at", "R4_2", "--out", "born.nc"]) == cli.FAILED
+    assert refusal.reason in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        (["tongue", "none.nc", "--at", "2/9_1"], "none.nc: cannot be read"),
+        (["tongue", "CURVE", "--at", "1/5_1"], "at = '1/5_1': must be one of"),
+        (["tongue", "CURVE", "--at", "R4_1"], "tongues begin at weak resonances"),
+        (["tongue", "CURVE", "--at", "2/9_1", "--over", "zeta=0:1"], "over = 'zeta': must be one"),
+        (["tongue", "CURVE", "--at", "2/9_1", "--over", "omega=0.9:1.0"], "must hold"),
+        (["tongue", "CURVE", "--at", "2/9_1", "--behind", "no.nc"], "no.nc: cannot be read"),
+        (["tongue", "CURVE", "--at", "2/9_1", "--out", "t.txt"], "must end in"),
+        (["switch", "CURVE", "--at", "CP_1"], "at = 'CP_1': must be one of"),
+    ],
+)
+def test_misuse_is_refused_with_what_is_allowed(
+    argv: list[str], message: str, saved: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([saved if word == "CURVE" else word for word in argv]) == cli.MISUSE
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+# ---- circle --------------------------------------------------------------------------------------
+
+
+CIRCLE = ["circle", "impact-damper/A", "--omega", "1.0"]
+
+
+def test_circle_writes_and_says_the_circle_of_the_library(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = said([*CIRCLE, "--out", "c.nc", "--out", "c.svg"], capsys)
+    expected = vi.find_circle(SET_A, START)
+    assert repr(expected) in out
+    assert f"{expected.full_rotation_number:.12g} turns per full map" in out
+    assert "normal directions: positive, negative, negative" in out
+    assert f"roughness {expected.roughness:.6g}, least angle {expected.least_angle:.6g}" in out
+    assert f"passes through {expected.state()}" in out
+    xr.testing.assert_identical(opened("c.nc"), expected.to_dataset())
+    assert Path("c.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_along_follows_the_circle_and_shows_the_stages(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = [*CIRCLE, "--along", "omega", "0.998", "1.02", "--out", "f.nc", "--out", "f.png"]
+    assert cli.main(argv) == cli.DONE
+    captured = capsys.readouterr()
+    assert "[2/2] along omega" in captured.err
+    expected = vi.continue_circle(vi.find_circle(SET_A, START), "omega", (0.998, 1.02))
+    assert repr(expected) in captured.out
+    assert "shrinks to a periodic orbit (Neimark-Sacker): omega = 1.00787" in captured.out
+    np.testing.assert_array_equal(opened("f.nc").rotation_number, expected.rotation_numbers)
+    assert Path("f.png").stat().st_size > 1000
+
+
+def test_the_full_map_turns_twice_as_fast(capsys: pytest.CaptureFixture[str]) -> None:
+    out = said([*CIRCLE, "--full-map"], capsys)
+    full = vi.find_circle(SET_A, START, symmetric=False)
+    assert repr(full) in out
+    assert "turns per full map" not in out
+
+
+def test_a_machine_in_metres_shows_its_numbers_in_si_units(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    physical = {"M1": 10.0, "M2": 1.0, "K": 4.0e4, "C": 56.92, "F0": 60.0, "D": 0.0075}
+    rate = np.sqrt(physical["K"] / physical["M1"])
+    rows = [f"{name} = {value}" for name, value in physical.items()]
+    text = "\n".join(["[physical]", *rows, f"Omega = {1.8 * rate}", "restitution = 0.8"])
+    Path("damper.toml").write_text(text)
+    out = said(["circle", "--config", "damper.toml", "--along", "omega", "1.795", "1.805"], capsys)
+    assert f"in SI units: omega {1.795 * rate:.6g} to" in out
+    assert "in SI units: x = " in out
+
+
+def test_motion_that_is_not_on_a_circle_is_a_failure_with_the_reason(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["circle", "impact-damper/A", "--omega", "1.2", "--out", "c.nc"]
+    assert cli.main(argv) == cli.FAILED
+    assert "the motion is periodic after 1 iterates" in capsys.readouterr().err
+    Path("wall.toml").write_text(WALL)
+    assert cli.main(["circle", "--config", "wall.toml"]) == cli.FAILED
+    assert "no circle was found from State(position=(0.0,)" in capsys.readouterr().err
+    assert sorted(p.name for p in Path().iterdir()) == ["wall.toml"]
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        ([*CIRCLE, "--along", "omega", "low", "high"], "must be NAME LOW HIGH with two numbers"),
+        ([*CIRCLE, "--along", "omega", "1.1", "1.2"], "must hold omega = 1"),
+        ([*CIRCLE, "--along", "speed", "0", "1"], "'speed'"),
+        ([*CIRCLE, "--along", "omega", "0.9", "1.1", "--x", "x2"], "not with --along"),
+        ([*CIRCLE, "--x", "x9", "--out", "c.png"], "x = 'x9': must be one of x1, x2, v1, v2"),
+        ([*CIRCLE, "--points", "9"], "points = 9: must be"),
+        ([*CIRCLE, "--tolerance", "0"], "tolerance = 0.0: must be > 0"),
+        (["circle", "impact-damper/A"], "--omega: missing"),
+    ],
+)
+def test_misuse_of_circle_is_refused_with_what_is_allowed(
+    argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(argv) == cli.MISUSE
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())
