@@ -57,7 +57,7 @@ def words(ax: Axes) -> list[str]:
     return [text.get_text() for text in legend.get_texts()]
 
 
-def test_the_region_is_bounded_by_both_sides_and_the_tip(tongue: vi.Tongue) -> None:
+def test_the_region_is_bounded_by_both_sides(tongue: vi.Tongue) -> None:
     axis, reach, corners = region_of(tongue)
     assert (axis, reach) == (0, pytest.approx(0.3, abs=1e-12))
     inside = corners[(corners[:, 0] > 0.01) & (corners[:, 0] < 0.03)]

@@ -35,7 +35,7 @@ def region_of(tongue: Tongue) -> TongueRegion:
     reached = [_reach([side[:, axis] - tip[axis] for side in sides]) for axis in (0, 1)]
     axis = int(np.argmax(np.abs(reached) / size))
     parts = [_cut(side, tip, axis, reached[axis]) for side in sides]
-    return TongueRegion(axis, reached[axis], np.vstack([tip, parts[0], parts[1][::-1]]))
+    return TongueRegion(axis, reached[axis], np.vstack([parts[0], parts[1][::-1]]))
 
 
 def _from_tip(values: Floats, tip: Floats) -> Floats:

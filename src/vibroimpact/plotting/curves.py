@@ -149,8 +149,8 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        The Axes drawn on. The region ends where the first of the two sides turns back or ends; beyond, only the
-        curves are drawn.
+        The Axes drawn on. The region is filled, or hatched over a coloured plane. In it there are locked orbits, stable
+        or not. It ends where the first of the two sides turns back or ends; beyond, only the curves are drawn.
     """
     check_kind("tongue", tongue, Tongue, "a Tongue, as vi.tongue gives")
     view, units = _view(tongue.sides)
