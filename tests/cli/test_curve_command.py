@@ -88,6 +88,18 @@ def test_the_stages_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
     assert "[2/2] curve through NS1" in shown
 
 
+def test_an_interrupted_curve_leaves_no_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
+    assert cli.main([*BRANCH, *NEAR, "--out", "c.nc"]) == cli.INTERRUPTED
+    assert "interrupted; nothing was written" in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
 @pytest.mark.parametrize(
     ("argv", "message"),
     [

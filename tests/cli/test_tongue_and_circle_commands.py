@@ -173,6 +173,19 @@ def test_motion_that_is_not_on_a_circle_is_a_failure_with_the_reason(
     assert sorted(p.name for p in Path().iterdir()) == ["wall.toml"]
 
 
+def test_an_interrupted_family_leaves_no_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
+    argv = [*CIRCLE, "--along", "omega", "0.99", "1.02", "--out", "f.nc", "--out", "f.svg"]
+    assert cli.main(argv) == cli.INTERRUPTED
+    assert "interrupted; nothing was written" in capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
 @pytest.mark.parametrize(
     ("argv", "message"),
     [

@@ -121,11 +121,13 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of("range", bounds, name, parameter_value(case.system, name))
     branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
+    common.check_interrupted(branches[0].curve)
     for label in arguments.switch:
         point = branches[-1][label]
         found = switch_branch(point, (low, high), stop_when=stop_when)
         if isinstance(found, NoBranch):
             raise common.Failure(f"{point!r}: {found.reason}.")
+        common.check_interrupted(found.curve)
         branches.append(found)
     return branches
 

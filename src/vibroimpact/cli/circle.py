@@ -102,11 +102,13 @@ def _family(
     """The circle, followed in both directions."""
     parameter, bounds = along
     progress.stage(f"along {parameter}")
-    return continue_circle(
+    family = continue_circle(
         circle, parameter, bounds,
         progress=lambda count, value: progress.note(f"{count} circles, {parameter} = {value:.6g}"),
         **common.given(arguments, LIMITS),
     )  # fmt: skip
+    common.check_interrupted(family)
+    return family
 
 
 def _picture(arguments: argparse.Namespace, circle: Circle, family: CircleBranch | None) -> Axes:

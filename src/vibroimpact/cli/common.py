@@ -8,8 +8,9 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from enum import Enum
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
@@ -34,8 +35,26 @@ TYPES: dict[str, Callable[[str], Any]] = {
 }  # fmt: skip
 
 
+class _End(Protocol):
+    @property
+    def reason(self) -> Enum: ...
+
+
+class _Followed(Protocol):
+    """What a continuation returns."""
+
+    @property
+    def ends(self) -> tuple[_End, _End]: ...
+
+
 class Failure(VibroImpactError):  # noqa: N818 - a result, reported by the exit status
     """The requested result does not exist or could not be reached; the message gives the reason."""
+
+
+def check_interrupted(*results: _Followed) -> None:
+    """Raise an interruption that a continuation reports as the reason of an end, so that nothing is written."""
+    if any(end.reason.name == "INTERRUPTED" for one in results for end in one.ends):
+        raise KeyboardInterrupt
 
 
 # ---- options from signatures ---------------------------------------------------------------------

@@ -118,6 +118,7 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
             point = curves[-1][label]
         progress.stage(f"curve through {label}")
         curves.append(_followed(point, bounds, kind, progress))
+        common.check_interrupted(curves[-1])
     progress.close()
     return curves
 

@@ -29,6 +29,7 @@ def run(arguments: argparse.Namespace) -> str:
     progress.close()
     if isinstance(found, NoCurve):
         raise common.Failure(f"{found!r}.")
+    common.check_interrupted(*found)
     written = write_each(
         targets,
         data=saved.datasets_of(found),

@@ -41,6 +41,7 @@ def run(arguments: argparse.Namespace) -> str:
     progress.close()
     if isinstance(found, NoTongue):
         raise common.Failure(f"{found!r}.")
+    common.check_interrupted(*found.sides)
     if all(len(side) < SHORTEST for side in found.sides):
         raise common.Failure(
             f"{found.tip.label}: the sides were found, but cannot be followed. Give other ranges --over."
