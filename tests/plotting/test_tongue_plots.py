@@ -99,6 +99,26 @@ def test_over_its_curve_a_tongue_keeps_the_limits_and_extends_the_legend(
     assert words(ax) == ["Neimark-Sacker", "weak resonance", "sides of the tongue 1/5"]
 
 
+def test_over_a_coloured_plane_the_region_is_hatched(tongue: vi.Tongue) -> None:
+    _, ax = plt.subplots()
+    ax.pcolormesh([0.0, 0.1, 0.3], [-0.1, 0.0, 0.1], [[0.0, 1.0], [1.0, 0.0]])
+    tongue.plot(ax=ax)
+    (region,) = (patch for patch in ax.patches if isinstance(patch, Polygon))
+    assert region.get_hatch()
+    assert not region.get_fill()
+    (alone,) = (patch for patch in tongue.plot().patches if isinstance(patch, Polygon))
+    assert not alone.get_hatch()
+    assert alone.get_fill()
+
+
+def test_sides_that_part_in_both_parameters_bound_no_region(tongue: vi.Tongue) -> None:
+    first, _ = tongue.sides
+    opposite = replace(tongue, sides=(first, replace(first, values=-first.values)))
+    assert region_of(opposite).reach == 0.0
+    assert np.ptp(region_of(opposite).corners, axis=0).max() < 0.01
+    assert opposite.plot().has_data()
+
+
 def test_another_legend_stays(tongue: vi.Tongue) -> None:
     _, ax = plt.subplots()
     ax.plot([0.0, 0.3], [0.0, 0.0], label="mine")
