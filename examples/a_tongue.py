@@ -1,8 +1,8 @@
 """A tongue of locked motion: from its tip, a weak resonance 2/9, between two curves of folds.
 
-Between the sides there are orbits that close after nine half periods. Near the tip one of them is stable, and the
-motion is locked to it; beyond the resonances R1 on the sides all are unstable. The region is filled down to where a
-side turns back.
+Between the sides there are orbits that close after nine half periods. Near the tip one of them is stable, and
+motions that start near it lock to it; beyond the resonances R1 on the sides both are unstable. The region is filled
+down to where a side turns back.
 """
 
 from __future__ import annotations
