@@ -1,8 +1,6 @@
-"""A tongue of locked motion: from its tip, a weak resonance 2/9, between two curves of folds.
+"""A tongue of locked motion: from its tip, a weak resonance 1/5, between two curves of folds.
 
-Between the sides there are orbits that close after nine half periods. Near the tip one of them is stable, and
-motions that start near it lock to it; beyond the resonances R1 on the sides both are unstable. The region is filled
-down to where a side turns back.
+Between the sides motion locks to an orbit that closes after five half periods; outside it is not periodic.
 """
 
 from __future__ import annotations
@@ -10,27 +8,24 @@ from __future__ import annotations
 import argparse
 
 import vibroimpact as vi
-from vibroimpact.continuation import Steps
 from vibroimpact.plotting import plot_curves, save
 
 DAMPER = vi.ImpactDamper(
-    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=7.0, omega=0.85
+    mass_ratio=0.04, omega_n=0.6, zeta=0.025, restitution=0.7, half_clearance=9.5, omega=1.0
 )
 NAMES = ("omega", "half_clearance")
-BOUNDS = ((0.75, 0.9), (6.0, 8.0))
-POINTS = 600  # of every side, in each direction
+BOUNDS = ((0.96, 1.02), (7.6, 10.5))
 
 
 def main(out: str | None = None) -> None:
     """Follow the Neimark-Sacker curve and both sides of the tongue, print its widths, draw it."""
-    branch = vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.8, 0.9))
+    branch = vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.98, 1.02))
     curve = vi.continue_bifurcation(branch["NS1"], NAMES, BOUNDS)
-    steps = Steps(first=0.02, largest=0.5, tolerance=1e-6, points=POINTS)
-    tongue = vi.tongue(curve["2/9_1"], steps=steps)
+    tongue = vi.tongue(curve["1/5_1"])
     print(tongue)
     if isinstance(tongue, vi.NoTongue):
         return
-    for clearance in (7.7, 7.5, 7.0, 6.5):
+    for clearance in (9.8, 9.5, 9.0, 8.0):
         print(f"half clearance {clearance}: {tongue.width(clearance):.6f} wide in omega")
     ax = tongue.plot(ax=plot_curves([curve], bounds=BOUNDS))
     if out:

@@ -22,7 +22,6 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 # Ensembles are tested with fewer members: constants of the example. tools/gallery_pictures.py runs
 # all examples at full size, for the pictures in docs/index.md.
 SMALLER = {
-    "a_tongue": {"POINTS": 24},
     "basins_of_attraction": {"POINTS": 12},
     "big_sweep_that_resumes": {"ACROSS": 12, "UP": 6, "TILE": 24},
     "bifurcation_diagram": {"VALUES": 12, "SETTLE": 300},

@@ -29,6 +29,7 @@ from vibroimpact.bifurcations.continue_bifurcation import (
     ranges,
 )
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.emanating import interrupted
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
 from vibroimpact.branches.branch import BifurcationPoint
@@ -288,7 +289,10 @@ class _Search:
     def from_orbit(self, orbit: Orbit) -> None:
         """Curves through the bifurcations of the branches along both parameters."""
         for name, pair in zip(self.names, self.bounds, strict=True):
-            for point in continue_orbit(orbit, name, pair).special_points:
+            branch = continue_orbit(orbit, name, pair)
+            if interrupted(branch.curve):
+                raise KeyboardInterrupt
+            for point in branch.special_points:
                 self._follow(point, "")
 
     def level(self, left: int) -> None:
@@ -360,6 +364,8 @@ class _Search:
     def _add(self, curve: BifurcationCurve) -> None:
         self.curves.append(curve)
         self.progress(len(self.curves), f"{curve.kind} of {_symbol(curve)}, {len(curve)} points")
+        if interrupted(curve.curve):
+            raise KeyboardInterrupt
         if len(self.curves) >= self.most:
             raise _Enough
 

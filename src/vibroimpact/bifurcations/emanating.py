@@ -7,7 +7,7 @@ reason NEAR.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds
 from vibroimpact.bifurcations.continue_bifurcation import STEPS, curve_of, on_multipliers, ranges
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.equations import Equations, Pair
-from vibroimpact.continuation import Steps, continue_curve
+from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
 
 NEAR = "the point at which the curve begins is near"
@@ -112,6 +112,19 @@ def checked_bounds(
     wanted = point.problem.bounds if bounds is None else bounds
     names = point.problem.equations.names
     return ranges(names, (point.parameters[names[0]], point.parameters[names[1]]), wanted)
+
+
+def interrupted(curve: Curve) -> bool:
+    """Whether an interruption ended a curve, which keeps its part: a search has to end, too."""
+    return any(end.reason is Stopped.INTERRUPTED for end in curve.ends)
+
+
+def on_slice(piece: Slice, start: Floats, p: float, bounds: Bounds, **options: Any) -> Curve:
+    """Curve of orbits on a slice; an interruption is raised further."""
+    curve = continue_curve(piece, start, p, bounds, **options)
+    if interrupted(curve):
+        raise KeyboardInterrupt
+    return curve
 
 
 def width_of(pair: Bounds) -> float:

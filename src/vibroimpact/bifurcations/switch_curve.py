@@ -37,12 +37,14 @@ from vibroimpact.bifurcations.emanating import (
     Slice,
     checked_bounds,
     emanating,
+    interrupted,
+    on_slice,
     origin_of,
     width_of,
 )
 from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.bifurcations.unfold import Centre, centre
-from vibroimpact.continuation import SpecialPoint, Steps, continue_curve, switch
+from vibroimpact.continuation import SpecialPoint, Steps, switch
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree
@@ -214,9 +216,7 @@ def _zeros_near(
     along = int(np.argmin(shares))
     piece = _Watched(equations, along, a[1 - along], SPAN * width_of(bounds[along]), kind)
     with suppress(InvalidParameterError):
-        curve = continue_curve(
-            piece, start, a[along], bounds[along], terminal=(piece.name,), steps=ALONG
-        )
+        curve = on_slice(piece, start, a[along], bounds[along], terminal=(piece.name,), steps=ALONG)
         found = sorted(curve.named(piece.name), key=lambda zero: abs(zero.parameter - a[along]))
         yield from _as_starts(piece, found)
 
@@ -263,6 +263,8 @@ def _doubled(
         for x, w, (low, high) in zip(at, widths, bounds, strict=True)
     )
     flips = continue_bifurcation(point, names, (box[0], box[1]), kind="PD")
+    if interrupted(flips.curve):
+        raise KeyboardInterrupt
     away = np.max(np.abs(flips.values - at) / widths, axis=1)
     middle = int(np.argmin(away))
     twice = equations.repeated(2)
@@ -307,7 +309,7 @@ def _along_branch(
     if not found.found:
         return
     with suppress(InvalidParameterError):
-        curve = continue_curve(
+        curve = on_slice(
             piece, found.z, found.parameter, bounds[along], tangent=found.tangent, both=False,
             steps=ALONG,
         )  # fmt: skip

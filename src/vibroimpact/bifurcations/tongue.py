@@ -32,12 +32,14 @@ from vibroimpact.bifurcations.emanating import (
     Slice,
     checked_bounds,
     emanating,
+    interrupted,
+    on_slice,
     origin_of,
     width_of,
 )
 from vibroimpact.bifurcations.equations import Equations
 from vibroimpact.bifurcations.unfold import Centre, centre
-from vibroimpact.continuation import SpecialPoint, Steps, continue_curve
+from vibroimpact.continuation import SpecialPoint, Steps
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
@@ -140,8 +142,9 @@ def tongue(
 
     Notes
     -----
-    Locked orbits close after q iterates of the map: for a symmetric orbit, of the half map, so that they are
-    symmetric where q is odd. Cost: some ten times that of a branch of these orbits.
+    An interruption is raised further: half a tongue is none. Locked orbits close after q iterates of the map: for a
+    symmetric orbit, of the half map, so that they are symmetric where q is odd. Cost: some ten times that of a branch
+    of these orbits.
     """
     check_kind("point", point, CodimensionTwoPoint, "a weak resonance, such as curve['2/9_1']")
     check_steps(steps, progress)
@@ -158,20 +161,19 @@ def tongue(
     manifold = centre(*origin, complex(np.exp(2j * math.pi * p / q)))
     for start in _starts(manifold, form, (p, q), inside):
         with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
-            first, second = (
-                emanating(
-                    "SN",
-                    origin,
-                    start.slice.equations,
-                    fold.z,
-                    start.slice.at(fold.parameter),
-                    inside,
-                    steps,
-                    progress,
-                )
-                for fold in start.folds
-            )
-            return Tongue(point, (first, second), start.radius)
+            sides = []
+            for fold in start.folds:
+                sides.append(
+                    emanating(
+                        "SN", origin, start.slice.equations, fold.z,
+                        start.slice.at(fold.parameter), inside, steps, progress,
+                    )
+                )  # fmt: skip
+                if interrupted(sides[-1].curve):
+                    raise KeyboardInterrupt
+            first, second = sides
+            if min(len(first), len(second)) > 1:
+                return Tongue(point, (first, second), start.radius)
     return NoTongue(point, "no locked orbit between two folds was found near the tip")
 
 
@@ -219,7 +221,7 @@ def _slice(
     start = unroll(manifold.z, manifold.moved(points, da))
     turned = unroll(manifold.z, manifold.moved(points * np.exp(1j * TURN), da))
     try:
-        curve = continue_curve(
+        curve = on_slice(
             piece, start, a[along], bounds[along],
             tangent=np.append((turned - start) / TURN, 0.0), terminal=("SN",), steps=ALONG,
         )  # fmt: skip
