@@ -54,6 +54,8 @@ SMALL = Plan(
     plane_points=(12, 9),
     plane_settle=60.0,
     plane_periods=20.0,
+    strong=MappingProxyType({"A": (0.9, 0.99)}),
+    strong_points=(12, 9),
     basin_points=10,
     basin_settle=1000.0,
     figures=("3", "5"),
@@ -116,7 +118,7 @@ def test_everything_is_written(out: Path) -> None:
     drawn = {path.stem for path in (out / "figures").iterdir()}
     assert {"mechanism", "history", "portrait", "figure-3", "figure-5"} <= drawn
     assert {"multipliers-A", "diagram-A", "diagram-B", "diagram-C", "circles"} <= drawn
-    assert {"plane-A", "plane-B", "plane-C"} <= drawn
+    assert {"plane-A", "plane-B", "plane-C", "strong-A"} <= drawn
     for name in drawn:
         assert (out / "figures" / f"{name}.svg").stat().st_size > 0
         assert (out / "figures" / f"{name}.png").stat().st_size > 0

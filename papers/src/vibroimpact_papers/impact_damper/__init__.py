@@ -51,7 +51,7 @@ class Claim:
 
 
 def claims() -> tuple[Claim, ...]:
-    """Return every claim of sections 3 to 5 and of captions 2 to 5 that has a number or a type."""
+    """Return every claim of sections 3 to 6 and of captions 2 to 5 that has a number or a type."""
     text = files(__package__).joinpath("claims.toml").read_text(encoding="utf-8")
     return tuple(_claim(row) for row in tomllib.loads(text)["claims"])
 

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.bifurcations.store import curve_from_dataset
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
 from vibroimpact.plotting import (
@@ -21,6 +22,7 @@ from vibroimpact.plotting import (
     plot_circle_error,
     plot_circle_half_width,
     plot_circles,
+    plot_curves,
     plot_history,
     plot_mechanism,
     plot_multipliers,
@@ -145,6 +147,73 @@ def _plane(data: xr.Dataset) -> Figure:
     return figure
 
 
+def _strong(plane: xr.Dataset, *parts: xr.Dataset) -> Figure:
+    """Draw curves of bifurcations over a plane, with the frequencies of the paper."""
+    figure, axes = _grid(1, (7.6, 5.4), 1)
+    ax = axes[0]
+    plot_plane(plane, symbols=PLANE_SYMBOLS, ax=ax)
+    plot_curves([curve_from_dataset(part) for part in parts], ax=ax)
+    own = float(plane.attrs["half_clearance"])
+    for name, marker, size in (("paper_omega", "o", 3.6), ("printed_omega", "v", 6.5)):
+        omega = plane[name].values
+        ax.plot(omega, np.full(omega.shape, own), linestyle="none", marker=marker, markersize=size,
+                markerfacecolor="white", markeredgecolor=style.BLACK, zorder=3.8)  # fmt: skip
+    return figure
+
+
+def _families(data: xr.Dataset) -> Figure:
+    """Draw circles over simulated points, and rotation number and smoothness of the family."""
+    names = data["panel"].values.tolist()
+    figure, axes = _grid(len(names) + 2, PANEL_SIZE, COLUMNS)
+    for i, (name, ax) in enumerate(zip(names, axes, strict=False)):
+        one = data.isel(panel=i)
+        style.points(ax, *one["simulated"].values.T, color=style.SKY, markersize=4.5)
+        ax.plot(*one["circle"].values.T, color=style.BLACK, linewidth=0.8)
+        ax.set(xlabel="$x_1$", ylabel="" if i % COLUMNS else r"$\dot x_{1+}$")
+        ax.locator_params(nbins=4)
+        ax.set_title(
+            f"({name[1:]})  $\\omega={float(one['panel_omega']):.10g}$, "
+            f"$\\rho={float(one['panel_rotation']):.6f}$",
+            loc="left", fontsize=8.5,
+        )  # fmt: skip
+    _rotation(axes[-2], data)
+    _smoothness(axes[-1], data)
+    return figure
+
+
+def _rotation(ax: Axes, data: xr.Dataset) -> None:
+    """Draw the rotation number along the family, with the panels and the locked motions."""
+    ax.plot(data["circle_omega"], data["rotation"], color=style.BLUE, linewidth=1.2)
+    ax.plot(data["panel_omega"], data["panel_rotation"], linestyle="none", marker="o",
+            markersize=4.0, color=style.BLACK, label="circles shown")  # fmt: skip
+    lock = data["locked_omega"].values
+    if lock.size:
+        locked = data["locked_p"].values / data["locked_q"].values
+        ax.plot(lock, locked, linestyle="none", marker="D", markersize=4.5,
+                markerfacecolor="white", markeredgecolor=style.VERMILION, label="locked")  # fmt: skip
+        seen: set[tuple[int, int]] = set()
+        for w, p, q in zip(lock, data["locked_p"].values, data["locked_q"].values, strict=True):
+            if (int(p), int(q)) not in seen:
+                ax.annotate(f"{p}/{q}", (w, p / q), (0.0, 6.0), textcoords="offset points",
+                            ha="center", fontsize=8.0, color=style.VERMILION)  # fmt: skip
+                seen.add((int(p), int(q)))
+    ax.margins(0.08, 0.15)
+    ax.set(xlabel=r"$\omega$", ylabel=r"rotation number $\rho$")
+    ax.locator_params(nbins=4)
+    ax.legend(fontsize=7.5, loc="best")
+
+
+def _smoothness(ax: Axes, data: xr.Dataset) -> None:
+    """Draw the leading normal multiplier and the least angle along the family."""
+    ax.plot(data["circle_omega"], data["leading"], color=style.BLUE, linewidth=1.2,
+            label="normal multiplier")  # fmt: skip
+    ax.plot(data["circle_omega"], data["least_angle"], color=style.VERMILION, linewidth=1.2,
+            linestyle="--", label=r"$\sin\alpha$, least angle")  # fmt: skip
+    ax.set(xlabel=r"$\omega$", ylim=(0.0, 1.3), yticks=(0.0, 0.5, 1.0))
+    ax.locator_params(axis="x", nbins=4)
+    ax.legend(fontsize=7.5, loc="upper left")
+
+
 def _basins(data: xr.Dataset) -> Figure:
     figure, axes = _grid(1, (6.0, 4.2), 1)
     plot_basins(data, ax=axes[0])
@@ -252,5 +321,7 @@ _DRAW: Mapping[str, Callable[..., Figure]] = {
     "section": _panels,
     "circles": _circles,
     "plane": _plane,
+    "strong": _strong,
+    "families": _families,
     "basins": _basins,
 }

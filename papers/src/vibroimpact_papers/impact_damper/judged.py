@@ -12,8 +12,10 @@ from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact_papers.impact_damper import Claim, ParameterSet
 from vibroimpact_papers.impact_damper.circles import Measured
+from vibroimpact_papers.impact_damper.families import Family
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.plan import BRANCH, damper_of
+from vibroimpact_papers.impact_damper.resonances import Resonances
 from vibroimpact_papers.report import Word
 
 
@@ -39,6 +41,10 @@ class Evidence:
         Results at each panel, by name; panels that were not computed are missing.
     circles
         The normal form and the simulated circles at each Neimark-Sacker point.
+    resonances
+        Curves of bifurcations in two parameters with their strong resonances, of each set.
+    families
+        Invariant circles followed along the frequency, of each set.
     """
 
     sets: Mapping[str, ParameterSet]
@@ -46,6 +52,8 @@ class Evidence:
     bifurcations: Mapping[str, tuple[Bifurcation, ...]]
     panels: Mapping[str, PanelResult]
     circles: tuple[Measured, ...] = ()
+    resonances: Mapping[str, Resonances] = field(default_factory=dict)
+    families: Mapping[str, Family] = field(default_factory=dict)
 
     def orbits(self, name: str, omega: float) -> tuple[SymmetricOrbit, ...]:
         """Return the symmetric orbits of a set that are motions of the damper."""

@@ -55,6 +55,11 @@ class Plan:
     plane_points, plane_settle, plane_periods
         Grid of the plane (omega, half_clearance) of each set; forcing periods settled and observed
         there and in the basins.
+    strong, strong_points
+        Range of omega and grid of the plane with the curves of bifurcations, for each set in it.
+    family_nodes, family_points, family_step
+        Most nodes of a circle of a family, most circles each way, and the first step, as a share
+        of the range.
     basin_points, basin_settle
         Starts along each side of the basins, and forcing periods settled.
     transient_starts, transient_periods
@@ -86,6 +91,15 @@ class Plan:
     plane_points: tuple[int, int] = (220, 150)
     plane_settle: float = 400.0
     plane_periods: float = 50.0
+    strong: Mapping[str, tuple[float, float]] = field(
+        default_factory=lambda: MappingProxyType(
+            {"A": (0.6, 1.2), "B": (0.65, 1.25), "C": (0.355, 0.53)}
+        )
+    )
+    strong_points: tuple[int, int] = (200, 150)
+    family_nodes: int = 255
+    family_points: int = 25
+    family_step: float = 0.03
     basin_points: int = 120
     basin_settle: float = 2000.0
     transient_starts: tuple[int, int] = (20, 15)
@@ -117,6 +131,10 @@ class Plan:
             "plane_points": "{} x {}".format(*self.plane_points),
             "plane_settle_periods": self.plane_settle,
             "plane_periods": self.plane_periods,
+            "strong_points": "{} x {}".format(*self.strong_points),
+            "family_nodes": self.family_nodes,
+            "family_points": self.family_points,
+            "family_step": self.family_step,
             "basin_points": self.basin_points,
             "basin_settle_periods": self.basin_settle,
             "transient_starts": "{} x {}".format(*self.transient_starts),
@@ -125,6 +143,7 @@ class Plan:
                 f"sweep_{name}": f"[{s.low}, {s.high}] in steps of {s.step}"
                 for name, s in self.sweeps.items()
             },
+            **{f"strong_{name}": f"[{low}, {high}]" for name, (low, high) in self.strong.items()},
         }
 
 

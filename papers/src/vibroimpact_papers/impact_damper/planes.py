@@ -38,11 +38,11 @@ def plane_data(chosen: ParameterSet, plan: Plan) -> xr.Dataset:
         start=START, observe="lyapunov", settle=plan.plane_settle, periods=plan.plane_periods,
         progress=False,
     )[["motion", "period", "impacts", "lyapunov"]]  # fmt: skip
-    found["paper_omega"] = "panel", _frequencies(chosen)
+    found["paper_omega"] = "panel", frequencies(chosen)
     return _signed(found, f"plane-{chosen.name}", chosen, plan)
 
 
-def _frequencies(chosen: ParameterSet) -> list[float]:
+def frequencies(chosen: ParameterSet) -> list[float]:
     """Return the frequencies of the paper's sections of a set."""
     return [p.omega for p in panels() if p.set == chosen.name and isinstance(p.omega, float)]
 

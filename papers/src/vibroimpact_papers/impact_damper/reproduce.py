@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -26,6 +26,7 @@ from vibroimpact_papers.impact_damper import (
     parameter_sets,
 )
 from vibroimpact_papers.impact_damper.circles import Measured, measure
+from vibroimpact_papers.impact_damper.families import Family, family_data, family_of
 from vibroimpact_papers.impact_damper.judged import Evidence
 from vibroimpact_papers.impact_damper.misprints import Misprint, default_case, misprints
 from vibroimpact_papers.impact_damper.normal_forms import critical_points
@@ -43,8 +44,16 @@ from vibroimpact_papers.impact_damper.planes import (
     multistable_panel,
     plane_data,
 )
+from vibroimpact_papers.impact_damper.resonances import (
+    Distance,
+    Resonances,
+    distances,
+    resonance_data,
+    resonances_of,
+)
 from vibroimpact_papers.impact_damper.story import Pictures, Residual, page
 from vibroimpact_papers.impact_damper.story_circles import point_record
+from vibroimpact_papers.impact_damper.story_resonances import strong_record
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors, survivors
 from vibroimpact_papers.impact_damper.verdicts import Judgement, judge, score, to_json
 from vibroimpact_papers.report import Word, whole_folder
@@ -53,7 +62,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
-STAGES = 9
+STAGES = 11
 EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
 EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
 PORTRAIT_IMPACTS = 24
@@ -85,6 +94,9 @@ class Findings:
     circles: tuple[Measured, ...]
     ensembles: Mapping[str, xr.Dataset]
     transient: Survivors | None
+    resonances: Mapping[str, Resonances] = field(default_factory=dict)
+    distances: Mapping[str, tuple[Distance, ...]] = field(default_factory=dict)
+    families: Mapping[str, Family] = field(default_factory=dict)
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
@@ -130,6 +142,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
                     plan=found.plan.attributes(),
                     misprints=[r.record() for r in residuals],
                     section_4=[point_record(m) for m in found.circles],
+                    strong_resonances=strong_record(found),
                     transient=found.transient.record() if found.transient else {},
                 ),
                 encoding="utf-8",
@@ -171,9 +184,23 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     ensembles = _ensembles(sets, by_panel, plan, progress)
     long = by_panel.get(PANEL)
     transient = survivors(sets[long.panel.set], long.omega, plan) if long else None
-    return Findings(
-        plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles, transient
+    names = [name for name in sets if name in plan.strong]
+    resonant = _parallel(
+        "strong resonances", lambda name: resonances_of(sets[name], plan), names, progress
     )
+    resonances = {one.set: one for one in resonant}
+    followed_circles = _parallel(
+        "families of circles", lambda name: family_of(sets[name], by_panel, plan), names, progress
+    )
+    families = {one.set: one for one in followed_circles if one}
+    away = {
+        name: distances(one, sets[name], claims(), bifurcated[name])
+        for name, one in resonances.items()
+    }
+    return Findings(
+        plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles, transient,
+        resonances, away, families,
+    )  # fmt: skip
 
 
 def _ensembles(
@@ -194,7 +221,10 @@ def _ensembles(
 
 def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
     """Return the evidence for the verdicts."""
-    return Evidence(found.sets, chosen, found.bifurcations, found.panels, found.circles)
+    return Evidence(
+        found.sets, chosen, found.bifurcations, found.panels, found.circles, found.resonances,
+        found.families,
+    )  # fmt: skip
 
 
 def _parallel(
@@ -280,6 +310,14 @@ def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
     )
     for figure in plan.figures:
         makers[f"figure-{figure}"] = lambda figure=figure: _paper_figure(found, figure)  # type: ignore[misc]
+    for name, one in found.resonances.items():
+        makers[f"strong-{name}"] = lambda one=one: resonance_data(  # type: ignore[misc]
+            one, sets[one.set], plan, claims()
+        )
+    for name, one_family in found.families.items():
+        makers[f"families-{name}"] = lambda one=one_family: (  # type: ignore[misc]
+            family_data(one, sets[one.set], found.panels, plan),
+        )
     for figure, data in found.ensembles.items():
         makers[figure] = lambda data=data: (data,)  # type: ignore[misc]
     for name in sets:

@@ -16,6 +16,7 @@ from vibroimpact_papers.impact_damper.misprints import Misprint
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.story_circles import circle_blocks
 from vibroimpact_papers.impact_damper.story_ensembles import ensemble_blocks
+from vibroimpact_papers.impact_damper.story_resonances import strong_blocks
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors
 from vibroimpact_papers.impact_damper.verdicts import Judgement, plain, score
 from vibroimpact_papers.report import Figure, Page, Section, Table, Text, Verdict, Word
@@ -35,6 +36,8 @@ SECTIONS = (
     ("caption", "B", "Set B: captions of Figs. 3(a) and 4"),
     ("5.2", "C", "Section 5.2: set C, text"),
     ("caption", "C", "Set C: captions of Figs. 3(b) and 5"),
+    ("6", "", "Section 6: conclusion"),
+    ("6", "C", "Section 6: conclusion, set C"),
 )
 
 
@@ -99,6 +102,7 @@ def page(
             Section("figure-five", "Fig. 5: set C", _panels(found, pictures, "5", "C")),
             Section("diagrams", "Attractors along the frequency", _diagrams(found, pictures)),
             Section("planes", "Around the paper's frequencies", ensemble_blocks(found, pictures)),
+            Section("strong", "Strong resonance", strong_blocks(found, pictures)),
             Section("verdicts", "Every claim and its verdict", _verdicts(judgements)),
             Section("misprints", "Misprinted equations", _misprints(residuals)),
             Section("method", "How the figures were made", _method(found)),
@@ -334,7 +338,7 @@ def _verdicts(judgements: tuple[Judgement, ...]) -> list[Block]:
 
 def _readable(quote: str) -> str:
     """Turn the few TeX commands in the quotes into plain signs."""
-    signs = {"\\omega": "ω", "\\lambda": "λ", "\\neq": "≠", "\\pm": "±", "\\in": "∈", "$": "",
+    signs = {"\\omega": "ω", "\\lambda": "λ", "\\neq": "≠", "\\rightarrow": "→", "\\pm": "±", "\\in": "∈", "$": "",
              "_{1,2}": "₁,₂", "_{3,4}": "₃,₄", "_1": "₁", "_2": "₂", "^m": "ᵐ", "^2": "²",
              "^3": "³", "^4": "⁴", "\\mu": "μ", "\\theta": "θ", "\\varphi": "φ"}  # fmt: skip
     for command, sign in signs.items():

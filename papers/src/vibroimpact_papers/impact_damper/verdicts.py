@@ -13,6 +13,7 @@ from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper import judge_circles as circles
 from vibroimpact_papers.impact_damper import judge_motions as motions
 from vibroimpact_papers.impact_damper import judge_numbers as rules
+from vibroimpact_papers.impact_damper import judge_resonances as resonances
 from vibroimpact_papers.impact_damper.judged import Evidence, RuleResult
 from vibroimpact_papers.report import Word
 
@@ -36,6 +37,10 @@ RULES: Mapping[str, Rule] = {
     "modulus": rules.modulus,
     "inside": rules.inside,
     "resonance": rules.resonance,
+    "near_resonance": resonances.near_resonance,
+    "at_resonance": resonances.born_at_resonance,
+    "comparison": resonances.comparison,
+    "torus_doubling": resonances.torus_doubling,
     "multiplier_point": rules.multiplier_point,
     "multiplier_character": rules.multiplier_character,
     "stability_interval": rules.stability_interval,

@@ -1,0 +1,255 @@
+"""The true strong resonances of each set: bifurcation curves in the plane of two parameters.
+
+A resonance is a point in the plane (omega, half_clearance); along the frequency alone it is only
+passed nearby. The curves are those of the symmetric orbit, whose resonances are those of its half
+map, with multipliers nu.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.closed_forms.bifurcations import Bifurcation
+from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.sweeps.analyses.plane import plane
+from vibroimpact_papers.impact_damper import Claim, ParameterSet
+from vibroimpact_papers.impact_damper.datasets import attributes
+from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, damper_of
+from vibroimpact_papers.impact_damper.planes import REACH, START, frequencies
+
+AXES = ("omega", "half_clearance")
+FOLLOWED = ("NS", "SN", "BP")
+ANGLES = {"R1": 0.0, "R2": 180.0, "R3": 120.0, "R4": 90.0}  # of nu, in degrees
+SAME = 5e-4  # relative: two points of one kind at one clearance
+
+
+@dataclass(frozen=True, eq=False)
+class Resonances:
+    """Bifurcation curves of the symmetric orbit of a set, over a plane of simulated motions.
+
+    Attributes
+    ----------
+    set
+        Name of the set.
+    bounds
+        Ranges of omega and half_clearance.
+    curves
+        Neimark-Sacker, fold and symmetry-breaking curves that cross the clearance of the set.
+    plane
+        Motions on a grid of both parameters.
+    """
+
+    set: str
+    bounds: tuple[tuple[float, float], tuple[float, float]]
+    curves: tuple[BifurcationCurve, ...] = field(repr=False)
+    plane: xr.Dataset = field(repr=False)
+
+    @property
+    def torus(self) -> tuple[BifurcationCurve, ...]:
+        """Return the Neimark-Sacker curves."""
+        return tuple(c for c in self.curves if c.kind == "NS")
+
+    @cached_property
+    def strong(self) -> tuple[CodimensionTwoPoint, ...]:
+        """Return the strong resonances of the half map, on Neimark-Sacker curves."""
+        found = (p for c in self.torus for p in c.special_points if p.kind in ANGLES)
+        return tuple(sorted(found, key=lambda p: (p.kind, *p.parameters.values())))
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Return the least and the largest angle of nu on the curves, in degrees."""
+        every = np.concatenate([360.0 * c.angle[~c.neutral] for c in self.torus])
+        return float(np.nanmin(every)), float(np.nanmax(every))
+
+    def named(self, kind: str, omega: float) -> CodimensionTwoPoint | None:
+        """Return the strong resonance of a kind that is nearest to a frequency."""
+        of_kind = [p for p in self.strong if p.kind == kind]
+        return min(of_kind, key=lambda p: abs(p.parameters["omega"] - omega), default=None)
+
+
+@dataclass(frozen=True, slots=True)
+class Distance:
+    """Distance of a bifurcation point of the paper from the nearest strong resonance.
+
+    Attributes
+    ----------
+    set, what
+        Set, and "printed" or "computed".
+    omega, half_clearance
+        The point.
+    angle
+        Angle of nu there, in degrees; NaN where the pair is real.
+    nearest
+        The resonance that is nearest in relative parameters; None without one in the plane.
+    by_angle
+        "R1" to "R4", whose angle is nearest, and how far away it is, in degrees.
+    """
+
+    set: str
+    what: str
+    omega: float
+    half_clearance: float
+    angle: float
+    nearest: CodimensionTwoPoint | None
+    by_angle: tuple[str, float]
+
+    @property
+    def in_omega(self) -> float:
+        """Return omega of the resonance minus that of the point."""
+        return self.nearest.parameters["omega"] - self.omega if self.nearest else math.nan
+
+    @property
+    def in_clearance(self) -> float:
+        """Return half_clearance of the resonance minus that of the point."""
+        at = self.nearest.parameters["half_clearance"] if self.nearest else math.nan
+        return at - self.half_clearance
+
+    @property
+    def relative(self) -> float:
+        """Return the distance in both parameters, each relative to its value at the point."""
+        return math.hypot(self.in_omega / self.omega, self.in_clearance / self.half_clearance)
+
+
+def resonances_of(chosen: ParameterSet, plan: Plan) -> Resonances:
+    """Follow every curve of a set, and compute its plane. Cost: some 10 s."""
+    own = chosen.parameters.half_clearance
+    bounds = plan.strong[chosen.name], (REACH[0] * own, REACH[1] * own)
+    return Resonances(
+        chosen.name, bounds, tuple(_curves(chosen, bounds)), _plane(chosen, bounds, plan)
+    )
+
+
+def _curves(
+    chosen: ParameterSet, bounds: tuple[tuple[float, float], tuple[float, float]]
+) -> list[BifurcationCurve]:
+    """Follow a curve through each bifurcation point at the clearance of the set.
+
+    Folds that do not pass that clearance are followed from where they meet a Neimark-Sacker curve.
+    """
+    own = chosen.parameters.half_clearance
+    known = min(max(frequencies(chosen)), bounds[0][1])  # the orbit exists at the paper's sections
+    branch = continue_orbit(orbit_at(chosen, known, own), "omega", bounds[0])
+    found: list[BifurcationCurve] = []
+    for point in branch.special_points:
+        if point.kind not in FOLLOWED:
+            continue
+        passed = (w for c in found if c.kind == point.kind for w in _crossings(c, own))
+        if not any(abs(w / point.parameter - 1.0) < SAME for w in passed):
+            found.append(continue_bifurcation(point, AXES, bounds))
+    meetings = [p for c in found if c.kind == "NS" for p in c.special_points if p.kind == "LPNS"]
+    if meetings and not any(c.kind == "SN" for c in found):
+        found.append(continue_bifurcation(meetings[0], AXES, bounds, kind="SN"))
+    return found
+
+
+def _crossings(curve: BifurcationCurve, clearance: float) -> Iterable[float]:
+    """Yield the frequencies at which a curve passes a clearance, linear between its points."""
+    omega, at = curve.values.T
+    for i in np.flatnonzero((at[1:] - clearance) * (at[:-1] - clearance) <= 0.0):
+        share = (clearance - at[i]) / (at[i + 1] - at[i]) if at[i + 1] != at[i] else 0.0
+        yield float(omega[i] + share * (omega[i + 1] - omega[i]))
+
+
+def _plane(
+    chosen: ParameterSet, bounds: tuple[tuple[float, float], tuple[float, float]], plan: Plan
+) -> xr.Dataset:
+    across, up = plan.strong_points
+    return plane(
+        damper_of(chosen, bounds[0][0]),
+        over={"omega": np.linspace(*bounds[0], across),
+              "half_clearance": np.linspace(*bounds[1], up)},
+        start=START, settle=plan.plane_settle, periods=plan.plane_periods, progress=False,
+    )[["motion"]]  # fmt: skip
+
+
+# --- distances ------------------------------------------------------------------------------------
+
+
+def distances(
+    found: Resonances, chosen: ParameterSet, claims: Sequence[Claim],
+    points: Sequence[Bifurcation],
+) -> tuple[Distance, ...]:  # fmt: skip
+    """Return how far the printed and the computed bifurcation points of a set are from resonance."""
+    printed = [
+        float(value)
+        for c in claims
+        if c.kind == "neimark_sacker_omega" and c.set == chosen.name
+        and isinstance(value := c.printed["omega"], float)
+    ]  # fmt: skip
+    computed = [b.omega for b in points if b.kind == "NS" and b.admissible]
+    rows = [("printed", w) for w in printed] + [("computed", w) for w in computed]
+    return tuple(_distance(found, chosen, what, omega) for what, omega in rows)
+
+
+def _distance(found: Resonances, chosen: ParameterSet, what: str, omega: float) -> Distance:
+    own = chosen.parameters.half_clearance
+    angle = half_angle(orbit_at(chosen, omega, own))
+    here = np.array([omega, own])
+
+    def away(p: CodimensionTwoPoint) -> float:
+        at = np.array([p.parameters[name] for name in AXES])
+        return float(np.linalg.norm((at - here) / here))
+
+    nearest = min(found.strong, key=away, default=None)
+    kind = min(ANGLES, key=lambda k: abs(ANGLES[k] - angle))
+    by_angle = kind, abs(ANGLES[kind] - angle)
+    return Distance(found.set, what, omega, own, angle, nearest, by_angle)
+
+
+def orbit_at(chosen: ParameterSet, omega: float, clearance: float) -> SymmetricOrbit:
+    """Return the orbit of the paper's branch at a point of the plane."""
+    damper = replace(damper_of(chosen, omega), half_clearance=clearance)
+    return next(o for o in symmetric_orbits(damper) if o.sign == BRANCH)
+
+
+def half_angle(orbit: SymmetricOrbit) -> float:
+    """Return the angle of the outermost complex pair of nu, in degrees; NaN without a pair."""
+    upper = [complex(v) for v in orbit.half_multipliers if v.imag > 0.0]
+    return math.degrees(np.angle(max(upper, key=abs))) if upper else math.nan
+
+
+# --- data -----------------------------------------------------------------------------------------
+
+
+def resonance_data(
+    found: Resonances, chosen: ParameterSet, plan: Plan, claims: Sequence[Claim],
+) -> tuple[xr.Dataset, ...]:  # fmt: skip
+    """Return the plane with the frequencies of the paper, and one dataset for each curve."""
+    figure = f"strong-{found.set}"
+    data = found.plane.copy()
+    shown = [w for w in frequencies(chosen) if found.bounds[0][0] <= w <= found.bounds[0][1]]
+    data["paper_omega"] = "panel", shown
+    data["printed_omega"] = "claim", [
+        d for c in claims if c.kind == "neimark_sacker_omega" and c.set == found.set
+        and isinstance(d := c.printed["omega"], float)
+    ]  # fmt: skip
+    data.attrs = attributes(figure, chosen, plan) | {
+        "start_position": list(START.position),
+        "start_velocity": list(START.velocity),
+        "start_phase": START.phase,
+    }
+    return data, *(curve_data(c, f"{figure}-{i}", chosen, plan) for i, c in numbered(found.curves))
+
+
+def numbered(curves: Sequence[BifurcationCurve]) -> Iterable[tuple[str, BifurcationCurve]]:
+    """Yield the kind of each curve with its number among those of its kind."""
+    for i, curve in enumerate(curves):
+        number = sum(c.kind == curve.kind for c in curves[: i + 1])
+        yield f"{curve.kind}{number}", curve
+
+
+def curve_data(curve: BifurcationCurve, name: str, chosen: ParameterSet, plan: Plan) -> xr.Dataset:
+    """Return a curve as the library stores it, with the attributes of every file."""
+    data = curve.to_dataset()
+    kept = dict(data.attrs)
+    data.attrs = attributes(name, chosen, plan) | kept
+    return data

@@ -1,0 +1,205 @@
+"""The part of the report on strong resonance: curves over planes, true points, distances."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.tori.circle import Circle
+from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
+from vibroimpact_papers.report import Table, Text
+from vibroimpact_papers.report.page import Block, Cell
+
+if TYPE_CHECKING:
+    from vibroimpact_papers.impact_damper.reproduce import Findings
+    from vibroimpact_papers.impact_damper.story import Pictures
+
+
+def strong_blocks(found: Findings, pictures: Pictures) -> list[Block]:
+    """Return the section of the report."""
+    if not found.resonances:
+        return [Text(("Not computed in this run.",))]
+    blocks: list[Block] = [
+        Text(
+            (
+                "Two conditions must hold at a resonance: a pair of multipliers is on the unit "
+                "circle, and its angle is a fraction of a turn. So resonances are points in a "
+                "plane of two parameters. Along the frequency alone, as in the paper, one passes "
+                "beside them. The second parameter here is the half clearance.",
+                "The symmetric orbit is the square of its half map, so the multipliers ν of the "
+                "half map decide: 1:1 (ν = 1 twice), 1:2 (ν = −1 twice), 1:3 (ν at 120°) and "
+                "1:4 (ν = ±i). At ν = ±i the multipliers of the full map are both −1, with "
+                "λ² = 1. λ⁴ = 1 with λ = ±i has ν at 45° or 135°: a weak resonance 1:8 or 3:8 of "
+                "the half map, at which the symmetry leaves no strong term.",
+            )
+        )
+    ]
+    for name, one in found.resonances.items():
+        blocks += pictures.figure(
+            f"strong-{name}", f"Set {name} in the plane of both parameters", _caption(one),
+            f"Curves of bifurcations with strong resonances of set {name} over a plane of motions",
+        )  # fmt: skip
+    return [*blocks, _points(found), _distances(found), *_families(found, pictures)]
+
+
+def _caption(one: Resonances) -> str:
+    across, up = one.plane["motion"].shape
+    low, high = one.angles
+    here = ", ".join(dict.fromkeys(_name(p) for p in one.strong)) or "none"
+    return (
+        f"Colours: the motion on which each of {across} x {up} machines settles. Lines: "
+        "Neimark-Sacker, fold and symmetry-breaking curves of the symmetric orbit. White rings: "
+        "frequencies of the paper's sections; white triangles: its printed critical frequencies. "
+        f"On the Neimark-Sacker curve the angle of ν runs from {low:.2f}° to {high:.2f}°; strong "
+        f"resonances: {here}."
+    )
+
+
+def _name(p: CodimensionTwoPoint) -> str:
+    return f"1:{p.kind[1:]}"
+
+
+def _points(found: Findings) -> Table:
+    rows: list[list[Cell]] = [
+        [
+            one.set, _name(p), f"{p.parameters['omega']:.9f}",
+            f"{p.parameters['half_clearance']:.9f}", *coefficient(p), str(p.normal_form.meaning),
+        ]
+        for one in found.resonances.values()
+        for p in one.strong
+    ]  # fmt: skip
+    head = ("set", "resonance", "ω", "half clearance", "coefficient", "modulus", "meaning")
+    caption = (
+        "Every strong resonance of the symmetric orbit in the planes. Coefficient: A of 1:4, "
+        "negative real part: the circle attracts, modulus above 1: orbits of four half periods "
+        "are born in folds; of 1:3, Re(ν̄ c / |b|² − 1) / 3 and |b|; of 1:1 and 1:2 the two of "
+        "their normal forms."
+    )
+    return Table(head, rows, caption=caption, stacked=True)
+
+
+def coefficient(p: CodimensionTwoPoint) -> tuple[str, str]:
+    """Return the invariant coefficient of a strong resonance, and its modulus."""
+    scaled = getattr(p.normal_form, "scaled", None)
+    if isinstance(scaled, complex):
+        shown = abs(scaled) if p.kind == "R4" else None
+        return f"{scaled.real:.6f} {scaled.imag:+.6f}i", "\u2013" if shown is None else (
+            f"{shown:.6f}"
+        )  # fmt: skip
+    if scaled is None:
+        return "\u2013", "\u2013"
+    return ", ".join(f"{float(v):.6f}" for v in scaled), "\u2013"
+
+
+def _distances(found: Findings) -> Table:
+    rows = [_distance_row(d) for each in found.distances.values() for d in each]
+    head = ("set", "point", "ω", "angle of ν", "nearest strong resonance", "in ω",
+            "in half clearance", "relative", "nearest angle")  # fmt: skip
+    caption = (
+        "How far the bifurcation points of the paper are from a true strong resonance: printed "
+        "critical frequencies, and the computed ones at the same clearance. Relative: the length "
+        "of both differences, each over its value at the point."
+    )
+    return Table(head, rows, caption=caption, stacked=True)
+
+
+def _distance_row(d: Distance) -> list[Cell]:
+    angle = "real" if math.isnan(d.angle) else f"{d.angle:.3f}°"
+    kind, away = d.by_angle
+    by_angle = f"1:{kind[1:]} at {ANGLES[kind]:.0f}°, {away:.3f}° away"
+    if d.nearest is None:
+        return [d.set, d.what, f"{d.omega:.6f}", angle, "none in the plane", *["\u2013"] * 3,
+                by_angle]  # fmt: skip
+    at = d.nearest.parameters
+    return [
+        d.set, d.what, f"{d.omega:.6f}", angle,
+        f"{_name(d.nearest)} at ({at['omega']:.6f}, {at['half_clearance']:.6f})",
+        f"{d.in_omega:+.6f}", f"{d.in_clearance:+.6f}", f"{100.0 * d.relative:.2f}%", by_angle,
+    ]  # fmt: skip
+
+
+def _families(found: Findings, pictures: Pictures) -> list[Block]:
+    """Return the circles that were followed, where they break, and what locks them."""
+    if not found.families:
+        return []
+    blocks: list[Block] = [
+        Text(
+            (
+                "The closed curves of Figs. 2, 4 and 5 can be computed as curves: a circle is a "
+                "function u of its phase φ with H(u(φ)) = u(φ + ρ), where H is the half map and "
+                "ρ the rotation number in turns per half period. It is solved by Newton's "
+                "method and followed along the frequency, whether it attracts or not. Its normal "
+                "multipliers say how disturbances across it grow: 1 is a fold of circles, −1 a "
+                "doubling of the torus. Where the angle α between the circle and its stable "
+                "directions tends to zero, or its harmonics fall ever more slowly, it breaks.",
+            )
+        )
+    ]
+    for name in found.families:
+        blocks += pictures.figure(
+            f"families-{name}", f"Circles of set {name}",
+            "Sections: lines are computed circles, broad dots simulated points. Rotation number "
+            "along the family, with the locked motions of other panels. Last: the leading "
+            "normal multiplier and the sine of the least angle.",
+            f"Computed circles of set {name} over simulated points, with rotation numbers",
+        )  # fmt: skip
+    ends: list[list[Cell]] = []
+    for f in found.families.values():
+        low, high = f.span
+        least, most = float(f.leading.min()), float(f.leading.max())
+        ends.append([
+            f.set, f"{low:.6f} to {high:.6f}", f"{least:.4f} to {most:.4f}",
+            f"{float(f.least_angles.min()):.4f}", f.end,
+        ])  # fmt: skip
+    rows = [_circle_row(n, c, f.locked) for f in found.families.values()
+            for n, c in f.at_panels.items()]  # fmt: skip
+    return [
+        *blocks,
+        Table(("set", "ω of the family", "leading multiplier", "least sin α", "lower end"), ends,
+              caption="The families, and why each ends at its lowest frequency.", stacked=True),
+        Table(("panel", "ω", "ρ of the half map", "leading multiplier", "sin α", "what is found"),
+              rows, caption="The circle at each panel, from one start, or why there is none. "
+              "Locked p/q: a periodic motion of q half periods that goes round p times.",
+              stacked=True),
+    ]  # fmt: skip
+
+
+def _circle_row(name: str, c: Circle, locked: Mapping[str, tuple[int, int]]) -> list[Cell]:
+    omega = f"{c.value:.10g}" if c.parameter else f"{getattr(c.subject, 'omega', math.nan):.10g}"
+    if not c.converged:
+        p, q = locked.get(name, (0, 0))
+        end = f"; locked {p}/{q}" if q > 1 else ""
+        return [name, omega, *["\u2013"] * 3, c.status + end]
+    lead = complex(c.normal_multipliers[0])
+    return [name, omega, f"{c.rotation_number:.12f}", f"{abs(lead):.6f}", f"{c.least_angle:.4f}",
+            f"circle of {c.nodes} nodes, {'attracting' if c.attracting else 'repelling'}"]  # fmt: skip
+
+
+def strong_record(found: Findings) -> list[dict[str, object]]:
+    """Return the strong resonances and the distances from them as plain data."""
+    return [
+        {
+            "set": name,
+            "angle_range_degrees": list(one.angles),
+            "points": [
+                {"kind": p.kind, **p.parameters, "coefficient": coefficient(p)[0]}
+                for p in one.strong
+            ],
+            "distances": [
+                {
+                    "point": d.what,
+                    "omega": d.omega,
+                    "angle_of_nu_degrees": d.angle,
+                    "nearest": d.nearest.kind if d.nearest else "none",
+                    "in_omega": d.in_omega,
+                    "in_half_clearance": d.in_clearance,
+                    "nearest_angle": d.by_angle[0],
+                    "from_nearest_angle_degrees": d.by_angle[1],
+                }
+                for d in found.distances[name]
+            ],
+        }
+        for name, one in found.resonances.items()
+    ]
