@@ -56,6 +56,9 @@ SMALL = Plan(
     plane_periods=20.0,
     strong=MappingProxyType({"A": (0.9, 0.99)}),
     strong_points=(12, 9),
+    unfolded=(("A", 0.928),),
+    spectrum_points=3,
+    spectrum_impacts=1024,
     basin_points=10,
     basin_settle=1000.0,
     figures=("3", "5"),
@@ -118,7 +121,7 @@ def test_everything_is_written(out: Path) -> None:
     drawn = {path.stem for path in (out / "figures").iterdir()}
     assert {"mechanism", "history", "portrait", "figure-3", "figure-5"} <= drawn
     assert {"multipliers-A", "diagram-A", "diagram-B", "diagram-C", "circles"} <= drawn
-    assert {"plane-A", "plane-B", "plane-C", "strong-A"} <= drawn
+    assert {"plane-A", "plane-B", "plane-C", "strong-A", "unfolding-A-1", "spectra"} <= drawn
     for name in drawn:
         assert (out / "figures" / f"{name}.svg").stat().st_size > 0
         assert (out / "figures" / f"{name}.png").stat().st_size > 0

@@ -90,7 +90,7 @@ def family_of(
     branch = continue_circle(
         start, "omega", (min(shown), max(shown)), points=plan.family_points,
         most_nodes=plan.family_nodes, first=plan.family_step, least=plan.family_step / 10.0,
-        largest=5.0 * plan.family_step,
+        largest=4.0 * plan.family_step,
     )  # fmt: skip
     locked = {n: locked_at(chosen, results[n].omega) for n, c in found.items() if not c.converged}
     return Family(chosen.name, branch, found, {n: pq for n, pq in locked.items() if pq})

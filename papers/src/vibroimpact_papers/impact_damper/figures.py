@@ -214,6 +214,89 @@ def _smoothness(ax: Axes, data: xr.Dataset) -> None:
     ax.legend(fontsize=7.5, loc="upper left")
 
 
+def _unfolding(data: xr.Dataset) -> Figure:
+    """Draw the parameters of the sectors, and in each the portraits, predicted over simulated."""
+    count = data.sizes["sector"]
+    figure = Figure(figsize=(2.45 * (count + 1.25), 5.3), layout="constrained")
+    grid = figure.add_gridspec(2, count + 1, width_ratios=[1.35, *[1.0] * count])
+    _around(figure.add_subplot(grid[:, 0]), data)
+    for i in range(count):
+        pair = [figure.add_subplot(grid[row, i + 1]) for row in range(2)]
+        for ax, name in zip(pair, ("predicted", "simulated"), strict=True):
+            _portrait_of_z(ax, data.isel(sector=i), name, float(data.attrs["unit"]))
+            ax.set_ylabel(f"{name}\n$\\mathrm{{Im}}\\,z$" if i == 0 else "")
+        pair[0].set_title(f"({i + 1}) {data['words'].values[i]}", fontsize=8.5, loc="left")
+        pair[0].set_xlabel("")
+    return figure
+
+
+def _around(ax: Axes, data: xr.Dataset) -> None:
+    """Draw the curves that meet at the point, and where the portraits are."""
+    looks: dict[str, dict[str, Any]] = {
+        "torus": {"color": style.BLACK, "linewidth": 1.4, "label": "Neimark-Sacker"},
+        "folds": {"color": style.BLUE, "linewidth": 1.4, "label": "folds of 2-2-2"},
+        "half_lines": {"color": style.ORANGE, "linewidth": 1.2, "linestyle": "--",
+                       "label": "folds, predicted"},
+    }  # fmt: skip
+    for name, look in looks.items():
+        if np.isfinite(data[name].values).any():
+            ax.plot(*data[name].values.T, **look)
+    point = data.attrs["point_omega"], data.attrs["point_half_clearance"]
+    ax.plot(*point, marker="o", color=style.BLACK, markersize=5.5, linestyle="none", label="1:4")
+    at = data["sector_at"].values
+    ax.plot(*at.T, marker="s", color=style.VERMILION, markersize=4.5, linestyle="none",
+            label="portraits")  # fmt: skip
+    for i, (x, y) in enumerate(at):
+        ax.annotate(str(i + 1), (x, y), (6.0, -3.0), textcoords="offset points", fontsize=9.0,
+                    color=style.VERMILION)  # fmt: skip
+    reach = 1.6 * np.abs(at - point).max(axis=0)
+    ax.set(xlim=(point[0] - reach[0], point[0] + reach[0]),
+           ylim=(point[1] - reach[1], point[1] + reach[1]),
+           xlabel=r"forcing frequency $\omega$", ylabel=r"half clearance $\delta$")  # fmt: skip
+    ax.locator_params(axis="x", nbins=3)
+    ax.legend(fontsize=7.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1)
+
+
+def _portrait_of_z(ax: Axes, one: xr.Dataset, name: str, unit: float) -> None:
+    """Draw trajectories in the plane of z, coloured by the radius of their starts."""
+    x, y = one[f"{name}_real"].values, one[f"{name}_imag"].values
+    starts = np.hypot(one["predicted_real"].values[:, 0], one["predicted_imag"].values[:, 0])
+    radii = np.unique(np.round(starts / unit, 3))
+    for radius, colour in zip(radii, (style.BLUE, style.GREEN, style.ORANGE), strict=False):
+        chosen = np.round(np.hypot(x[:, 0], y[:, 0]) / unit, 3) == radius
+        gap = np.full((int(chosen.sum()), 1), np.nan)
+        u, v = (np.hstack([part[chosen], gap]).ravel() for part in (x, y))
+        if name == "predicted":
+            ax.plot(u, v, color=colour, linewidth=0.6, rasterized=True)
+        else:
+            style.points(ax, u, v, color=colour, markersize=1.0)
+    ax.plot(one["period_four_real"], one["period_four_imag"], linestyle="none", marker="o",
+            markersize=4.0, markerfacecolor="white", markeredgecolor=style.BLACK, zorder=4)  # fmt: skip
+    reach = 2.1 * unit
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=r"$\mathrm{Re}\,z$", aspect="equal")
+    ax.locator_params(nbins=4)
+
+
+def _spectra(*parts: xr.Dataset) -> Figure:
+    """Draw the exponents of each set over the frequency, with their errors."""
+    figure, axes = _grid(len(parts), (8.4, 2.5), 1)
+    for ax, data in zip(axes, parts, strict=True):
+        ax.axhline(0.0, color=style.GREY, linewidth=0.7)
+        for i, colour in zip(range(data.sizes["order"]), COLOURS, strict=False):
+            one = data.isel(order=i)
+            value = np.where(np.isfinite(one["exponent"].values), one["exponent"].values, np.nan)
+            ax.errorbar(one["omega"], value, one["error"].values, color=colour, marker=".",
+                        markersize=4.0, linewidth=0.7, elinewidth=0.7,
+                        label=rf"$\chi_{i + 1}$")  # fmt: skip
+        ax.set_title(f"set {data.attrs['set']}", loc="left")
+        ax.set(xlabel=r"forcing frequency $\omega$", ylabel=r"exponents $\chi_i$ per time")
+        ax.margins(x=0.01)
+    axes[0].legend(ncols=4, fontsize=8.0, loc="lower left", bbox_to_anchor=(0.7, 1.0))
+    for ax in axes[:-1]:
+        ax.set_xlabel("")
+    return figure
+
+
 def _basins(data: xr.Dataset) -> Figure:
     figure, axes = _grid(1, (6.0, 4.2), 1)
     plot_basins(data, ax=axes[0])
@@ -322,6 +405,8 @@ _DRAW: Mapping[str, Callable[..., Figure]] = {
     "circles": _circles,
     "plane": _plane,
     "strong": _strong,
+    "unfolding": _unfolding,
+    "spectra": _spectra,
     "families": _families,
     "basins": _basins,
 }

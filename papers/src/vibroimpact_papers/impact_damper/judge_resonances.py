@@ -126,10 +126,15 @@ def torus_doubling(claim: Claim, evidence: Evidence) -> RuleResult:
     doubled = [e for e in family.branch.special_points if e.kind == "PD"]
     leading = family.leading
     least = float(leading.min())
+    below = listed(
+        f"ω = {circle.subject.omega:.10g}: {circle.status}"  # type: ignore[union-attr]
+        for circle in family.at_panels.values()
+        if not circle.converged and circle.subject.omega < low  # type: ignore[union-attr]
+    )
     return rule_result(
         bool(doubled),
         f"circles for ω in [{low:.6f}, {high:.6f}]: leading normal multiplier between {least:.4f} "
-        f"and {float(leading.max()):.4f}, {len(doubled)} doublings; {family.end}",
+        f"and {float(leading.max()):.4f}, {len(doubled)} doublings. Below: {below}",
         "invariant circles as functions of their phase, with exact derivatives: a torus doubles "
         "where a normal multiplier passes −1",
         least_multiplier=least,

@@ -60,6 +60,10 @@ class Plan:
     family_nodes, family_points, family_step
         Most nodes of a circle of a family, most circles each way, and the first step, as a share
         of the range.
+    unfolded
+        Set and approximate frequency of the resonances 1:4 that are unfolded.
+    spectrum_points, spectrum_impacts
+        Frequencies along a route at which all Lyapunov exponents are estimated, and impacts.
     basin_points, basin_settle
         Starts along each side of the basins, and forcing periods settled.
     transient_starts, transient_periods
@@ -98,8 +102,11 @@ class Plan:
     )
     strong_points: tuple[int, int] = (200, 150)
     family_nodes: int = 255
-    family_points: int = 25
+    family_points: int = 14
     family_step: float = 0.03
+    unfolded: tuple[tuple[str, float], ...] = (("A", 0.978), ("A", 0.928))
+    spectrum_points: int = 28
+    spectrum_impacts: int = 1500
     basin_points: int = 120
     basin_settle: float = 2000.0
     transient_starts: tuple[int, int] = (20, 15)
@@ -135,6 +142,8 @@ class Plan:
             "family_nodes": self.family_nodes,
             "family_points": self.family_points,
             "family_step": self.family_step,
+            "spectrum_points": self.spectrum_points,
+            "spectrum_impacts": self.spectrum_impacts,
             "basin_points": self.basin_points,
             "basin_settle_periods": self.basin_settle,
             "transient_starts": "{} x {}".format(*self.transient_starts),

@@ -13,6 +13,7 @@ import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.progress import Progress
+from vibroimpact.bifurcations.curve import CodimensionTwoPoint
 from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.impact_damper import (
@@ -51,10 +52,12 @@ from vibroimpact_papers.impact_damper.resonances import (
     resonance_data,
     resonances_of,
 )
+from vibroimpact_papers.impact_damper.spectra import spectrum_data
 from vibroimpact_papers.impact_damper.story import Pictures, Residual, page
 from vibroimpact_papers.impact_damper.story_circles import point_record
 from vibroimpact_papers.impact_damper.story_resonances import strong_record
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors, survivors
+from vibroimpact_papers.impact_damper.unfolding import Unfolded, unfolded, unfolding_data
 from vibroimpact_papers.impact_damper.verdicts import Judgement, judge, score, to_json
 from vibroimpact_papers.report import Word, whole_folder
 
@@ -62,7 +65,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
-STAGES = 11
+STAGES = 13
 EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
 EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
 PORTRAIT_IMPACTS = 24
@@ -97,6 +100,8 @@ class Findings:
     resonances: Mapping[str, Resonances] = field(default_factory=dict)
     distances: Mapping[str, tuple[Distance, ...]] = field(default_factory=dict)
     families: Mapping[str, Family] = field(default_factory=dict)
+    unfolded: tuple[Unfolded, ...] = ()
+    spectra: tuple[xr.Dataset, ...] = ()
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
@@ -192,6 +197,20 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     followed_circles = _parallel(
         "families of circles", lambda name: family_of(sets[name], by_panel, plan), names, progress
     )
+    chosen_points = [
+        (resonances[name], point)
+        for name, omega in plan.unfolded
+        if name in resonances and (point := resonances[name].named("R4", omega))
+    ]
+
+    def around(pair: tuple[Resonances, CodimensionTwoPoint]) -> Unfolded:
+        return unfolded(sets[pair[0].set], pair[1])
+
+    unfoldings = _parallel("portraits around resonances", around, chosen_points, progress)
+    spectra = _parallel(
+        "Lyapunov spectra", lambda name: spectrum_data(sets[name], followed[name], plan), names,
+        progress,
+    )  # fmt: skip
     families = {one.set: one for one in followed_circles if one}
     away = {
         name: distances(one, sets[name], claims(), bifurcated[name])
@@ -199,7 +218,7 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     }
     return Findings(
         plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles, transient,
-        resonances, away, families,
+        resonances, away, families, tuple(unfoldings), tuple(spectra),
     )  # fmt: skip
 
 
@@ -318,6 +337,12 @@ def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
         makers[f"families-{name}"] = lambda one=one_family: (  # type: ignore[misc]
             family_data(one, sets[one.set], found.panels, plan),
         )
+    for i, each in enumerate(found.unfolded, 1):
+        makers[f"unfolding-{each.set}-{i}"] = lambda i=i, each=each: (  # type: ignore[misc]
+            unfolding_data(each, i, sets[each.set], plan),
+        )
+    if found.spectra:
+        makers["spectra"] = lambda: found.spectra
     for figure, data in found.ensembles.items():
         makers[figure] = lambda data=data: (data,)  # type: ignore[misc]
     for name in sets:

@@ -41,7 +41,10 @@ def strong_blocks(found: Findings, pictures: Pictures) -> list[Block]:
             f"strong-{name}", f"Set {name} in the plane of both parameters", _caption(one),
             f"Curves of bifurcations with strong resonances of set {name} over a plane of motions",
         )  # fmt: skip
-    return [*blocks, _points(found), _distances(found), *_families(found, pictures)]
+    return [
+        *blocks, _points(found), _distances(found), *_unfoldings(found, pictures),
+        *_families(found, pictures), *_spectra(pictures),
+    ]  # fmt: skip
 
 
 def _caption(one: Resonances) -> str:
@@ -118,6 +121,61 @@ def _distance_row(d: Distance) -> list[Cell]:
         f"{_name(d.nearest)} at ({at['omega']:.6f}, {at['half_clearance']:.6f})",
         f"{d.in_omega:+.6f}", f"{d.in_clearance:+.6f}", f"{100.0 * d.relative:.2f}%", by_angle,
     ]  # fmt: skip
+
+
+def _unfoldings(found: Findings, pictures: Pictures) -> list[Block]:
+    """Return the portraits around resonances 1:4."""
+    if not found.unfolded:
+        return []
+    blocks: list[Block] = [
+        Text(
+            (
+                "What happens at a resonance 1:4 is decided by one number, A. Near it, in a frame "
+                "that turns by a right angle each half period, the coordinate z of a motion on the "
+                "centre manifold moves by z\u2032 = μ z − i c z|z|² − i d z̄³, with "
+                "μ = log(ν / i). Below, this prediction stands above simulations of the damper "
+                "itself, started at the same z, at the parameters of the numbered squares, all "
+                "with the same |μ|.",
+            )
+        )
+    ]
+    for i, one in enumerate(found.unfolded, 1):
+        at = one.point.parameters
+        modulus = abs(one.form.scaled)
+        caption = (
+            f"ω = {at['omega']:.6f}, half clearance {at['half_clearance']:.6f}, |A| = "
+            f"{modulus:.4f}. Rings: points of period four by the normal form. Colours: radius of "
+            "the start. "
+        )
+        if one.form.folds_exist:
+            caption += (
+                "|A| > 1: between the two folds a node and a saddle of four half periods, 2-2-2, "
+                "lie on the circle and lock it; outside, the circle attracts. Solid blue: the "
+                "folds, computed on the orbits themselves; dashed: their directions by theory."
+            )
+        else:
+            caption += (
+                "|A| < 1: no folds. A saddle of four half periods bounds what is attracted, on "
+                "all sides of the point; far from the Neimark-Sacker curve nothing near it "
+                "attracts, and motions leave for a 2-2-2 orbit farther out, which the first terms "
+                "do not describe."
+            )
+        blocks += pictures.figure(
+            f"unfolding-{one.set}-{i}", f"Around a resonance 1:4 of set {one.set}", caption,
+            "Parameters around the resonance, and phase portraits predicted and simulated",
+        )  # fmt: skip
+    return blocks
+
+
+def _spectra(pictures: Pictures) -> list[Block]:
+    """Return the Lyapunov exponents along the routes."""
+    return pictures.figure(
+        "spectra", "All Lyapunov exponents along each route",
+        "From the states reached by following the attractor down, with statistical errors. All "
+        "below zero: a periodic motion; the largest zero: a circle; above zero: chaos. The time "
+        "shift, whose exponent is zero, is not counted.",
+        "Four Lyapunov exponents over the frequency, for each set",
+    )  # fmt: skip
 
 
 def _families(found: Findings, pictures: Pictures) -> list[Block]:
