@@ -24,6 +24,7 @@ SHOWN = [  # one claim of each kind for each parameter set
         "c-caption-5b",
         "c-caption-5f",
     ),
+    *("b-strong-case", "c-near-resonance", "s6-periodic", "s6-route"),
 ]
 
 
@@ -31,7 +32,7 @@ def row(verdict: dict[str, Any]) -> str:
     """One line of the table."""
     where = verdict["id"].split("-")[-1] if "caption" in verdict["id"] else verdict["section"]
     cells = [
-        f"{verdict['set']}, {where}",
+        f"{verdict['set'] or 'all'}, {where}",
         verdict["quote"],
         verdict["computed"],
         verdict["verdict"],

@@ -62,9 +62,10 @@ def test_outside_the_folds_motions_settle_on_a_circle_of_the_predicted_size() ->
 
 def test_between_the_folds_motions_settle_on_the_larger_orbit_of_period_four() -> None:
     s = sector(around(0.978), 3)
-    node = np.abs(s.period_four[-4:])  # the smaller is the saddle
-    assert last(s.predicted) == pytest.approx(np.full(len(s.predicted), node[0]), rel=1e-3)
-    assert last(s.simulated) == pytest.approx(np.full(len(s.simulated), node[0]), rel=0.08)
+    node = s.period_four[-4:]  # the smaller orbit is the saddle
+    for rows, error in ((s.predicted, 1e-3), (s.simulated, 0.1)):
+        away = np.abs(rows[:, -1][:, None] - node).min(axis=1)
+        assert away.max() < error * abs(node[0])
 
 
 def test_error_of_the_predicted_orbit_falls_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
