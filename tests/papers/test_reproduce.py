@@ -127,6 +127,14 @@ def test_everything_is_written(out: Path) -> None:
         assert (out / "figures" / f"{name}.png").stat().st_size > 0
 
 
+def test_exponents_along_a_route_add_up_to_the_contraction(out: Path) -> None:
+    data = figures.open_data(out / "data" / "spectra-A.nc")
+    p = parameter_sets()["A"].parameters
+    per_period = 4.0 * math.log(p.restitution)  # two impacts, each by R^2
+    expected = data["omega"] / (2.0 * math.pi) * per_period - 2.0 * p.zeta * p.omega_n
+    assert np.allclose(data["exponent"].sum("order"), expected, atol=2e-4)
+
+
 def test_every_claim_has_one_verdict(out: Path) -> None:
     rows = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))["verdicts"]
     assert [row["id"] for row in rows] == [claim.id for claim in claims()]

@@ -207,10 +207,12 @@ def compute(plan: Plan, progress: Progress) -> Findings:
         return unfolded(sets[pair[0].set], pair[1])
 
     unfoldings = _parallel("portraits around resonances", around, chosen_points, progress)
-    spectra = _parallel(
-        "Lyapunov spectra", lambda name: spectrum_data(sets[name], followed[name], plan), names,
-        progress,
-    )  # fmt: skip
+
+    def spectrum(name: str) -> xr.Dataset:
+        circles_begin = [p.omega for p in bifurcated[name] if p.kind == "NS" and p.admissible]
+        return spectrum_data(sets[name], followed[name], max(circles_begin), plan)
+
+    spectra = _parallel("Lyapunov spectra", spectrum, names, progress)
     families = {one.set: one for one in followed_circles if one}
     away = {
         name: distances(one, sets[name], claims(), bifurcated[name])

@@ -13,16 +13,20 @@ from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 from vibroimpact_papers.impact_damper.planes import frequencies
 
 EXPONENTS = 4  # of the impact map of the damper
-BESIDE = 0.1  # of the range of the paper's sections: how far beyond them the route is followed
+BESIDE = 0.1  # of the range: how far the route is followed beyond its ends
 
 
-def spectrum_data(chosen: ParameterSet, followed: Followed, plan: Plan) -> xr.Dataset:
+def spectrum_data(
+    chosen: ParameterSet, followed: Followed, highest: float, plan: Plan
+) -> xr.Dataset:
     """Return the spectrum on evenly chosen steps of the way down, from the states reached there.
+
+    The route goes from a little above ``highest``, where circles begin, to the lowest section of
+    the paper.
 
     Steps at which the motion sticks to a stop, or no longer impacts, have what is defined.
     """
-    shown = [w for w in frequencies(chosen) if w <= chosen.omega_range[1]] or frequencies(chosen)
-    low, high = min(shown), max(shown)
+    low, high = min(frequencies(chosen)), highest
     margin = BESIDE * (high - low)
     inside = np.flatnonzero((followed.omega >= low - margin) & (followed.omega <= high + margin))
     kept = inside[np.unique(np.linspace(0, len(inside) - 1, plan.spectrum_points).round()
