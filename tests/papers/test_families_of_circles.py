@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from vibroimpact_papers.impact_damper import claims, figures, panels, parameter_sets
-from vibroimpact_papers.impact_damper.families import Family, family_data, family_of, locked_at
+from vibroimpact_papers.impact_damper.families import (
+    Family,
+    circle_fold,
+    family_data,
+    family_of,
+    locked_at,
+)
 from vibroimpact_papers.impact_damper.judge_resonances import torus_doubling
 from vibroimpact_papers.impact_damper.judged import Evidence
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
@@ -67,3 +73,10 @@ def test_figure_of_a_family_shows_the_numbers_of_its_file() -> None:
     figure = figures.redraw(data)
     assert len(figure.axes) == 3
     assert np.array_equal(figure.axes[1].lines[0].get_ydata(), data["rotation"].values)
+
+
+def test_circles_born_next_to_a_strong_resonance_of_set_a_end_in_a_fold() -> None:
+    fold = circle_fold(SETS["A"], 0.9318453770651753, +1)
+    assert fold is not None
+    assert fold.parameter == pytest.approx(0.932061757, abs=2e-9)
+    assert abs(fold.circle.normal_multipliers[0] - 1.0) < 1e-4

@@ -13,9 +13,10 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact._core.types import Floats
+from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
 from vibroimpact.simulation.simulator import Simulator
-from vibroimpact.tori.branch import CircleBranch
+from vibroimpact.tori.branch import CircleBranch, CircleEvent
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.continue_circle import continue_circle
 from vibroimpact.tori.find import find_circle
@@ -24,8 +25,10 @@ from vibroimpact_papers.impact_damper.datasets import attributes
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, damper_of
 from vibroimpact_papers.impact_damper.planes import START, frequencies
+from vibroimpact_papers.impact_damper.resonances import orbit_at
 
 PHASES = 721  # of a circle in a file
+BORN = 5.4e-5  # relative: distance of the first circle from the point where it is born
 KEPT = 1500  # simulated points of a panel in a file
 SETTLED, LONGEST, REPEATS = 40_000, 64, 1e-7  # impacts; half periods of a locked motion; relative
 
@@ -121,6 +124,24 @@ def locked_at(chosen: ParameterSet, omega: float) -> tuple[int, int] | None:
     place = np.argsort(np.argsort(angles))
     steps = {int(step) for step in np.diff([*place, place[0]]) % q}
     return (min(p := steps.pop(), q - p), q) if len(steps) == 1 else None
+
+
+def circle_fold(chosen: ParameterSet, critical: float, side: int) -> CircleEvent | None:
+    """Return the fold in which circles born at a Neimark-Sacker point end, if they do nearby."""
+    reach = critical * BORN
+    low, high = critical - 80.0 * reach, critical + 80.0 * reach
+    orbit = orbit_at(chosen, high, chosen.parameters.half_clearance)
+    points = [p for p in continue_orbit(orbit, "omega", (low, high)).special_points
+              if p.kind == "NS"]  # fmt: skip
+    if not points:
+        return None
+    circle = find_circle(damper_of(chosen, critical + side * reach), points[0])
+    if not circle.converged:
+        return None
+    bounds = critical - 8.0 * reach, critical + 8.0 * reach
+    family = continue_circle(circle, "omega", bounds, points=14, first=0.05, largest=0.15,
+                             most_nodes=101)  # fmt: skip
+    return next((e for e in family.special_points if e.kind == "SN"), None)
 
 
 # --- data -----------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
 from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.simulation.simulate import simulate
+from vibroimpact.tori.branch import CircleEvent
 from vibroimpact_papers.impact_damper import (
     Claim,
     Panel,
@@ -27,7 +28,7 @@ from vibroimpact_papers.impact_damper import (
     parameter_sets,
 )
 from vibroimpact_papers.impact_damper.circles import Measured, measure
-from vibroimpact_papers.impact_damper.families import Family, family_data, family_of
+from vibroimpact_papers.impact_damper.families import Family, circle_fold, family_data, family_of
 from vibroimpact_papers.impact_damper.judged import Evidence
 from vibroimpact_papers.impact_damper.misprints import Misprint, default_case, misprints
 from vibroimpact_papers.impact_damper.normal_forms import critical_points
@@ -102,6 +103,7 @@ class Findings:
     families: Mapping[str, Family] = field(default_factory=dict)
     unfolded: tuple[Unfolded, ...] = ()
     spectra: tuple[xr.Dataset, ...] = ()
+    circle_folds: Mapping[str, CircleEvent] = field(default_factory=dict)
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
@@ -214,6 +216,14 @@ def compute(plan: Plan, progress: Progress) -> Findings:
 
     spectra = _parallel("Lyapunov spectra", spectrum, names, progress)
     families = {one.set: one for one in followed_circles if one}
+    folds = {
+        m.point.name: fold
+        for m in circles
+        if m.point.form.warnings
+        and m.point.form.attracting
+        and m.point.set in families
+        and (fold := circle_fold(sets[m.point.set], m.point.omega, m.point.form.side))
+    }
     away = {
         name: distances(one, sets[name], claims(), bifurcated[name])
         for name, one in resonances.items()
@@ -221,6 +231,7 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     return Findings(
         plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles, transient,
         resonances, away, families, tuple(unfoldings), tuple(spectra),
+        folds,
     )  # fmt: skip
 
 

@@ -213,8 +213,15 @@ def _families(found: Findings, pictures: Pictures) -> list[Block]:
         ])  # fmt: skip
     rows = [_circle_row(n, c, f.locked) for f in found.families.values()
             for n, c in f.at_panels.items()]  # fmt: skip
+    folds = tuple(
+        f"The circles that are born at {name}, next to a strong resonance, end in a fold at "
+        f"ω = {fold.parameter:.9f}: there an attracting and a repelling circle meet; beyond it "
+        "neither exists."
+        for name, fold in found.circle_folds.items()
+    )
     return [
         *blocks,
+        *([Text(folds)] if folds else []),
         Table(("set", "ω of the family", "leading multiplier", "least sin α", "lower end"), ends,
               caption="The families, and why each ends at its lowest frequency.", stacked=True),
         Table(("panel", "ω", "ρ of the half map", "leading multiplier", "sin α", "what is found"),
