@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.normal_forms.strong_resonance import OneToOne
 from vibroimpact.tori.circle import Circle
 from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
 from vibroimpact_papers.report import Table, Text
@@ -28,8 +29,8 @@ def strong_blocks(found: Findings, pictures: Pictures) -> list[Block]:
                 "circle, and its angle is a fraction of a turn. So resonances are points in a "
                 "plane of two parameters. Along the frequency alone, as in the paper, one passes "
                 "beside them. The second parameter here is the half clearance.",
-                "The symmetric orbit is the square of its half map, so the multipliers ν of the "
-                "half map decide: 1:1 (ν = 1 twice), 1:2 (ν = −1 twice), 1:3 (ν at 120°) and "
+                "The full map of the symmetric orbit is the square of its half map, so the "
+                "multipliers ν of the half map decide: 1:1 (ν = 1 twice), 1:2 (ν = −1 twice), 1:3 (ν at 120°) and "
                 "1:4 (ν = ±i). At ν = ±i the multipliers of the full map are both −1, with "
                 "λ² = 1. λ⁴ = 1 with λ = ±i has ν at 45° or 135°: a weak resonance 1:8 or 3:8 of "
                 "the half map, at which the symmetry leaves no strong term.",
@@ -77,20 +78,22 @@ def _points(found: Findings) -> Table:
     caption = (
         "Every strong resonance of the symmetric orbit in the planes. Coefficient: A of 1:4, "
         "negative real part: the circle attracts, modulus above 1: orbits of four half periods "
-        "are born in folds; of 1:3, Re(ν̄ c / |b|² − 1) / 3 and |b|; of 1:1 and 1:2 the two of "
-        "their normal forms."
+        "are born in folds; of 1:3, Re(ν̄ c / |b|² − 1) / 3, negative where the circle "
+        "attracts; of 1:1 and 1:2 the two of their normal forms."
     )
     return Table(head, rows, caption=caption, stacked=True)
 
 
 def coefficient(p: CodimensionTwoPoint) -> tuple[str, str]:
     """Return the invariant coefficient of a strong resonance, and its modulus."""
-    scaled = getattr(p.normal_form, "scaled", None)
+    form = p.normal_form
+    if isinstance(form, OneToOne):
+        return f"{form.a:.6f}, {form.b:.6f}", "\u2013"
+    scaled = getattr(form, "scaled", None)
+    if isinstance(scaled, complex) and p.kind == "R3":  # its imaginary part is not invariant
+        return f"{scaled.real:.6f}", "\u2013"
     if isinstance(scaled, complex):
-        shown = abs(scaled) if p.kind == "R4" else None
-        return f"{scaled.real:.6f} {scaled.imag:+.6f}i", "\u2013" if shown is None else (
-            f"{shown:.6f}"
-        )  # fmt: skip
+        return f"{scaled.real:.6f} {scaled.imag:+.6f}i", f"{abs(scaled):.6f}"
     if scaled is None:
         return "\u2013", "\u2013"
     return ", ".join(f"{float(v):.6f}" for v in scaled), "\u2013"
