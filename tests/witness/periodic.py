@@ -8,7 +8,7 @@
              its eigenvalues are the multipliers, of any section                                 (3)
     det M    = prod R_i^2 exp(-T tr(M^-1 C))                                                     (4)
 
-A special point has one more unknown, a parameter, and one more equation, a test function.
+A special point has one or two unknowns more, parameters, and as many test functions more.
 Equations are solved by Newton with a Jacobian of forward differences whose step is half the
 digits, so that every iteration gains that many digits until rounding is reached.
 """
@@ -149,21 +149,22 @@ def solve(
 
 
 def special(
-    build: Callable[[Real], Mechanism], signature: Sequence[Gap], cycles: int,
-    guess: Sequence[Real], times: Sequence[Real], parameter: Real,
-    test: Callable[[Orbit], Real],
-) -> tuple[Real, Orbit]:  # fmt: skip
-    """The parameter at which a test function of the orbit vanishes, and the orbit there."""
+    build: Callable[..., Mechanism], signature: Sequence[Gap], cycles: int,
+    guess: Sequence[Real], times: Sequence[Real], parameters: Sequence[Real],
+    tests: Sequence[Callable[[Orbit], Real]],
+) -> tuple[list[Real], Orbit]:  # fmt: skip
+    """The parameters at which as many test functions of the orbit vanish, and the orbit there."""
+    count = len(parameters)
 
     def at(z: Vector) -> tuple[Vector, Orbit]:
-        return unclosed(build(z[-1]), signature, cycles, z[:-1])
+        return unclosed(build(*z[-count:]), signature, cycles, z[:-count])
 
     def residual(z: Vector) -> Vector:
         equations, o = at(z)
-        return [*equations, test(o)]
+        return [*equations, *(test(o) for test in tests)]
 
-    z = newton(residual, [exact(x) for x in (*guess, *times, parameter)])
-    return z[-1], at(z)[1]
+    z = newton(residual, [exact(x) for x in (*guess, *times, *parameters)])
+    return list(z[-count:]), at(z)[1]
 
 
 def fold_test(o: Orbit) -> Real:

@@ -57,9 +57,11 @@ def one_sided(
     )
 
 
-def damper(name: str, omega: str) -> Mechanism:
+def damper(name: str, omega: Real, half_clearance: Real = None) -> Mechanism:
     """One of the paper's dampers: q = (x1, x2), u = x2 - x1, stop A where u is largest."""
     p = {key: exact(value) for key, value in PAPER_SETS[name].items()}
+    if half_clearance is not None:
+        p["half_clearance"] = exact(half_clearance)
     return Mechanism(
         mass=[[1, 0], [0, p["mass_ratio"]]],
         damping=[[2 * p["zeta"] * p["omega_n"], 0], [0, 0]],
@@ -126,8 +128,9 @@ class Special:
     test: Callable[[Orbit], Real]
 
     def found(self) -> tuple[Real, Orbit]:
-        return special(self.build, self.signature, self.cycles, self.guess, self.times,
-                       self.near, self.test)  # fmt: skip
+        (at,), orbit = special(self.build, self.signature, self.cycles, self.guess, self.times,
+                               (self.near,), (self.test,))  # fmt: skip
+        return at, orbit
 
 
 def specials() -> list[Special]:
