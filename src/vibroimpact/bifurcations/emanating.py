@@ -72,6 +72,7 @@ class Slice:
 def emanating(
     kind: str, origin: Origin, equations: Equations, z: Floats, a: Pair,
     bounds: tuple[Bounds, Bounds], steps: Steps | None, progress: CurveProgress | None,
+    share: float = SHARE,
 ) -> BifurcationCurve:  # fmt: skip
     """Curve of orbits of a multiple period, from a solution z at parameters a.
 
@@ -96,7 +97,7 @@ def emanating(
 
     def rule(unknowns: Floats, p: float) -> str:
         here = problem.parts(unknowns, p)[0]
-        return NEAR if distance(here) < SHARE * first else ""
+        return NEAR if distance(here) < share * first else ""
 
     curve = continue_curve(
         problem, guess, a[1], bounds[1], tangent=line, terminal=(BOUND,),

@@ -22,10 +22,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.emanating import (
@@ -53,6 +55,10 @@ PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method h
 TURN = 1e-4  # radians, for the direction of phi
 SPAN = 0.02  # of the range of the first parameter: its size on a slice
 APART = 1e-8  # of the range: folds that are nearer make equations that are nearly singular twice
+AT_TIP = (
+    0.8  # of the radius at which they were found: nearer to the tip both sides are one to rounding
+)
+SIDES = Steps(first=0.05, largest=1.0, tolerance=1e-6, points=600)
 ALONG = Steps(first=0.02, largest=0.5, points=200)
 
 
@@ -126,7 +132,7 @@ def tongue(
     bounds
         ((low, high), (low, high)) of both parameters; by default those of the curve.
     steps
-        Step lengths of the sides, number of points.
+        Step lengths of the sides, number of points. Points are exact whatever the tolerance, by default 1e-6.
     progress
         Called after every panel of a side with the number of points and the second parameter.
 
@@ -166,7 +172,7 @@ def tongue(
                 sides.append(
                     emanating(
                         "SN", origin, start.slice.equations, fold.z,
-                        start.slice.at(fold.parameter), inside, steps, progress,
+                        start.slice.at(fold.parameter), inside, steps or SIDES, progress, AT_TIP,
                     )
                 )  # fmt: skip
                 if interrupted(sides[-1].curve):
@@ -240,5 +246,15 @@ def _first_at(side: BifurcationCurve, tip: CodimensionTwoPoint, second: float) -
         return math.nan
     aside = np.array([tip.parameters[name] for name in side.names])
     nearest = at[int(np.argmin(np.linalg.norm(values[at] - aside, axis=1)))]
-    share = off[nearest] / (off[nearest] - off[nearest + 1]) if off[nearest] else 0.0
-    return float(values[nearest, 0] + share * (values[nearest + 1, 0] - values[nearest, 0]))
+    seconds, firsts = values[nearest : nearest + 2, 1], values[nearest : nearest + 2, 0]
+    tangents = side.curve.tangent[nearest : nearest + 2]
+    slopes = tangents[:, -2] / tangents[:, -1]
+    if not np.all(np.isfinite(slopes)) or seconds[0] == seconds[1]:
+        return float(firsts[0])
+    return float(CubicHermiteSpline(*_rising(seconds, firsts, slopes))(second))
+
+
+def _rising(x: Floats, y: Floats, slopes: Floats) -> tuple[Floats, Floats, Floats]:
+    """Two places in the order of x."""
+    order = np.argsort(x)
+    return x[order], y[order], slopes[order]
