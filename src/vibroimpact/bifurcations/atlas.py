@@ -26,10 +26,11 @@ from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import (
     continue_bifurcation,
     names_of_two,
+    of_solved_map,
     ranges,
 )
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.bifurcations.emanating import interrupted
+from vibroimpact.bifurcations.emanating import uninterrupted
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
 from vibroimpact.branches.branch import BifurcationPoint
@@ -284,14 +285,14 @@ class _Search:
     progress: AtlasProgress
     curves: list[BifurcationCurve] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
-    done: int = 0  # curves whose points have been looked at
+    done: int = 0  # curves whose points have been followed to other curves of the same orbit,
+    switched: int = 0  # and to those that begin there
 
     def from_orbit(self, orbit: Orbit) -> None:
         """Curves through the bifurcations of the branches along both parameters."""
         for name, pair in zip(self.names, self.bounds, strict=True):
             branch = continue_orbit(orbit, name, pair)
-            if interrupted(branch.curve):
-                raise KeyboardInterrupt
+            uninterrupted(branch.curve)
             for point in branch.special_points:
                 self._follow(point, "")
 
@@ -305,21 +306,19 @@ class _Search:
                     self._follow(point, kind)
         if left == 0:
             return
-        first = len(self.curves)
-        for curve in self.curves[:first]:
+        here = self.curves[self.switched :]
+        self.switched = len(self.curves)
+        for curve in here:
             for point in curve.special_points:
                 if point.kind in SWITCHED and not self._seen(point):
                     self._switch(point)
-        if len(self.curves) > first:
+        if len(self.curves) > self.switched:
             self.level(left - 1)
 
     def _follow(self, point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> None:
         """Follow one kind of curve through a point, unless there is one."""
-        wanted = kind or point.kind
-        symmetric = point.orbit.symmetric
-        if wanted == "PD" and symmetric:
-            wanted = "BP"
-        if wanted not in self.kinds or (wanted == "BP" and not symmetric):
+        wanted = of_solved_map(kind or point.kind, point.orbit)
+        if wanted not in self.kinds or (wanted == "BP" and not point.orbit.symmetric):
             return
         if any(curve.kind == wanted and _is_on(curve, point.orbit) for curve in self.curves):
             return
@@ -364,8 +363,7 @@ class _Search:
     def _add(self, curve: BifurcationCurve) -> None:
         self.curves.append(curve)
         self.progress(len(self.curves), f"{curve.kind} of {_symbol(curve)}, {len(curve)} points")
-        if interrupted(curve.curve):
-            raise KeyboardInterrupt
+        uninterrupted(curve.curve)
         if len(self.curves) >= self.most:
             raise _Enough
 

@@ -2,7 +2,7 @@
 
 Method      F(z, a) = 0 and a condition G(z, w, a) = 0 of conditions.py: d + k + 1 equations for as many unknowns and
             a parameter. Unknowns w are of size one already.
-            Test functions, analytic along the curve, are those of the kind (tests.py), the orbit's own touches, and
+            Test functions, analytic along the curve, are those of the kind (tests_along.py), the orbit's touches, and
                 bound   (a_1 - low) (high - a_1), which ends the curve                           (1)
 """
 
@@ -88,7 +88,7 @@ class Augmented:
         bound = (a[0] - low) * (high - a[0]) / (high - low) ** 2  # (1)
         touches = {
             name: value
-            for name, value in self.equations.own_tests(z, a).items()
+            for name, value in self.equations.touches(z, a).items()
             if name != self.condition.own
         }
         return {BOUND: bound, **self._tests(z, w, a), **touches}

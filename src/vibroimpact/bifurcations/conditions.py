@@ -17,6 +17,7 @@ Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 10.3; the
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -69,6 +70,25 @@ class Condition(Protocol):
         ...
 
 
+class _OneEquation(ABC):
+    """Condition without unknowns of its own: one equation, whose gradient has d + 2 entries."""
+
+    unknowns = 0
+
+    @abstractmethod
+    def gradient(self, z: Floats, a: Pair) -> Floats:
+        """Derivatives by z and by both parameters, shape (d + 2,)."""
+
+    def start(self, _z: Floats, _a: Pair, /) -> Floats:
+        """No unknowns."""
+        return np.empty(0)
+
+    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
+        """The gradient, by parts."""
+        row = self.gradient(z, a)[None]
+        return Derivatives(row[:, :-2], np.empty((1, 0)), row[:, -2:])
+
+
 # ---- SN, PD, BP ----------------------------------------------------------------------------------
 
 
@@ -118,33 +138,29 @@ def critical_pair(multipliers: Complexes) -> tuple[int, int]:
     return int(i[nearest]), int(j[nearest])
 
 
-class CriticalPair:
+class CriticalPair(_OneEquation):
     """Condition (2): the product of two multipliers is 1."""
 
-    unknowns, own = 0, ""
+    own = ""
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
 
-    def start(self, _z: Floats, _a: Pair, /) -> Floats:
-        """No unknowns."""
-        return np.empty(0)
+    def tau(self, z: Floats, a: Pair, without: tuple[int, int] | None = None) -> float:
+        """Tau of (2), without one pair if it is named."""
+        mu = self.equations.multipliers(z, a)
+        return products_of_pairs(mu, without) * self.equations.weight(z, a) ** (len(mu) - 1)
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """Tau."""
-        mu = self.equations.multipliers(z, a)
-        weight = self.equations.weight(z, a) ** (len(mu) - 1)
-        return np.array([weight * products_of_pairs(mu)])
+        return np.array([self.tau(z, a)])
 
-    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
+    def gradient(self, z: Floats, a: Pair) -> Floats:
         """Derivatives by (3)."""
-        eq, d = self.equations, len(z)
-        mu = eq.multipliers(z, a)
+        mu = self.equations.multipliers(z, a)
         i, j = critical_pair(mu)
-        rest = products_of_pairs(mu, without=(i, j)) * eq.weight(z, a) ** (len(mu) - 1)
         with np.errstate(over="ignore", invalid="ignore"):  # of iterates that run away
-            gradient = -rest * self._of_product(z, a, mu[[i, j]])  # (3)
-        return Derivatives(gradient[None, :d], np.empty((1, 0)), gradient[None, d:])
+            return -self.tau(z, a, (i, j)) * self._of_product(z, a, mu[[i, j]])  # (3)
 
     def _of_product(self, z: Floats, a: Pair, pair: Complexes) -> Floats:
         """D det S of (3), shape (d + 2,)."""
@@ -226,30 +242,24 @@ class Graze:
         return Derivatives(by_z, by_w, np.column_stack([rows[0][:, -1], rows[1][:, -1]]))
 
 
-class ClosingRate:
+class ClosingRate(_OneEquation):
     """Condition u' = 0 at the end of a flight: the impact there becomes a touch."""
-
-    unknowns = 0
 
     def __init__(self, plane: OrbitPlane, segment: int) -> None:
         self.plane, self.segment, self.own = plane, segment, f"{SPEED} {segment}"
-
-    def start(self, _z: Floats, _a: Pair, /) -> Floats:
-        """No unknowns."""
-        return np.empty(0)
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """The closing rate."""
         return np.array([self.plane.linearised(z, a).rate[self.segment]])
 
-    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
-        """Derivatives by second derivatives of the gap by time."""
+    def gradient(self, z: Floats, a: Pair) -> Floats:
+        """Second derivatives of the gap by time."""
         plane = self.plane
         along = np.zeros((len(plane.impacts), plane.size + 1))
         along[:, -1] = 1.0
         row = self.segment * (plane.size + 1) + plane.size  # of this segment's gap
-        gradient = plane.second(z, a, along.ravel())[row]
-        return Derivatives(gradient[None, :-2], np.empty((1, 0)), gradient[None, -2:])
+        gradient: Floats = plane.second(z, a, along.ravel())[row]
+        return gradient
 
 
 # ---- a level of a function -----------------------------------------------------------------------
@@ -258,24 +268,18 @@ Function = Callable[[Any, Any, Any], Any]
 """g(states, durations, parameters): arrays of floats or of jets, shapes (m, 2n + 1), (m,), (2,)."""
 
 
-class Level:
+class Level(_OneEquation):
     """A function of the orbit keeps a value: g(states, durations, parameters) = value."""
-
-    unknowns = 0
 
     def __init__(self, plane: OrbitPlane, function: Function, value: float, own: str = "") -> None:
         self.plane, self.function, self.level, self.own = plane, function, value, own
-
-    def start(self, _z: Floats, _a: Pair, /) -> Floats:
-        """No unknowns."""
-        return np.empty(0)
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """G minus its level."""
         return np.array([float(self.function(*self._arguments(z, a))) - self.level])
 
-    def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
-        """Derivatives by g on jets."""
+    def gradient(self, z: Floats, a: Pair) -> Floats:
+        """Derivatives of g, which is evaluated on jets."""
         numbers, d = [*z, *a], len(z)
         gradient = np.zeros(d + 2)
         for first in range(0, d + 2, 3):
@@ -284,7 +288,7 @@ class Level:
             if isinstance(moved, Jet):
                 count = min(3, d + 2 - first)
                 gradient[first : first + count] = [moved.coefficients[1 << k] for k in range(count)]
-        return Derivatives(gradient[None, :d], np.empty((1, 0)), gradient[None, d:])
+        return gradient
 
     def _arguments(self, z: Any, a: Sequence[Any]) -> tuple[Any, Any, Any]:
         rows = np.reshape(z, (len(self.plane.impacts), self.plane.size + 1))

@@ -33,7 +33,7 @@ from vibroimpact.bifurcations.conditions import (
     Graze,
     Level,
 )
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, is_admissible
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, is_motion
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_maps import MapPlane
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
@@ -98,7 +98,9 @@ class MapPoint:
         self.map.forms(self.x, self.p)
 
 
-class _Start(NamedTuple):
+class Start(NamedTuple):
+    """Bifurcation, or a guess of one, from which its curve is followed."""
+
     kind: str
     equations: Equations
     condition: Condition
@@ -173,13 +175,7 @@ def continue_bifurcation(
     check_kind("kind", kind, str, "the kind of a curve, or empty")
     start = _start(point, parameters, bounds, kind)
     inside = ranges(start.equations.names, start.a, bounds)
-    problem = Augmented(start.equations, start.condition, start.tests, inside)
-    w = start.condition.start(start.z, start.a)
-    curve = continue_curve(
-        problem, problem.packed(start.z, w, start.a), start.a[1], inside[1], both=both,
-        terminal=(BOUND,), steps=steps or STEPS, progress=progress,
-    )  # fmt: skip
-    return curve_of(start.kind, problem, curve)
+    return followed(start, inside, both=both, steps=steps, progress=progress)
 
 
 def continue_level(
@@ -240,14 +236,8 @@ def continue_level(
     level = Level(plane, function, 0.0)
     own = _value_at(level, z, a)
     level.level = own if value is None else real("value", value)
-    start = _Start("level", plane, level, nothing, z, a)
-    inside = ranges(start.equations.names, start.a, bounds)
-    problem = Augmented(plane, level, nothing, inside)
-    curve = continue_curve(
-        problem, problem.packed(z, np.empty(0), a), a[1], inside[1], both=both,
-        terminal=(BOUND,), steps=steps or STEPS, progress=progress,
-    )  # fmt: skip
-    return curve_of("level", problem, curve)
+    start = Start("level", plane, level, nothing, z, a)
+    return followed(start, ranges(names, a, bounds), both=both, steps=steps, progress=progress)
 
 
 def _value_at(level: Level, z: Floats, a: Pair) -> float:
@@ -264,6 +254,18 @@ def _value_at(level: Level, z: Floats, a: Pair) -> float:
             f"function = {shown(level.function)}: is {value} at the start; it must be finite there."
         )
     return value
+
+
+def followed(
+    start: Start, bounds: tuple[Bounds, Bounds], *, steps: Steps | None = None, **options: Any
+) -> BifurcationCurve:
+    """Curve from a start; ``options`` are those of ``continue_curve``."""
+    problem = Augmented(start.equations, start.condition, start.tests, bounds)
+    guess = problem.packed(start.z, start.condition.start(start.z, start.a), start.a)
+    curve = continue_curve(
+        problem, guess, start.a[1], bounds[1], terminal=(BOUND,), steps=steps or STEPS, **options
+    )
+    return curve_of(start.kind, problem, curve)
 
 
 def curve_of(kind: str, problem: Augmented, curve: Curve) -> BifurcationCurve:
@@ -287,7 +289,7 @@ def curve_of(kind: str, problem: Augmented, curve: Curve) -> BifurcationCurve:
         bounds=problem.bounds,
         values=np.array([a for _, _, a in parts]),
         multipliers=multipliers,
-        admissible=np.array([is_admissible(solution, kind) for solution in solutions]),
+        admissible=np.array([is_motion(solution, kind) for solution in solutions]),
         neutral=neutral,
         special_points=tuple(found),
         curve=curve,
@@ -322,7 +324,7 @@ def _explained(end: End, problem: Augmented, refused: str) -> End:
 # ---- the start -----------------------------------------------------------------------------------
 
 
-def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> _Start:
+def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> Start:
     allowed = (BifurcationPoint, CodimensionTwoPoint, MapPoint)
     check_kind("point", point, allowed, "a special point of a branch or a curve, or a MapPoint")
     names = names_of_two(parameters)
@@ -337,7 +339,7 @@ def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> _Start:
     wanted = _kind_at(point, kind)
     plane, z, a = _of_orbit(point.orbit, names, bounds)
     condition, tests = _condition(wanted, point, plane)
-    return _Start(wanted, plane, condition, tests, z, a)
+    return Start(wanted, plane, condition, tests, z, a)
 
 
 def _kind_at(point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> str:
@@ -346,21 +348,23 @@ def _kind_at(point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> str:
     wanted = kind or own
     if isinstance(point, BifurcationPoint):
         check_choice("kind", wanted, (own,))
-    symmetric = bool(point.orbit.symmetric)
     check_choice("kind", wanted, ("SN", "PD", "BP", "NS", "GR", "ZERO", "SIM"))
-    if wanted == "BP" and not symmetric:
+    if wanted == "BP" and not point.orbit.symmetric:
         raise InvalidParameterError(
             f"point = {point.label}: two branches cross there, which one more parameter undoes: there is no curve of "
             "such points. Take a point of a symmetric orbit, or follow the folds beside it."
         )
-    if wanted == "PD" and symmetric:
-        wanted = "BP"  # the half map's
     if wanted == "NS" and lossless(point.orbit.mechanism):
         raise InvalidParameterError(
             "kind = 'NS': without loss the products of multipliers are one everywhere. Add damping, or take "
             "restitution < 1."
         )
-    return wanted
+    return of_solved_map(wanted, point.orbit)
+
+
+def of_solved_map(kind: str, orbit: Orbit) -> str:
+    """Name of a kind for an orbit: period doubling of a half map is symmetry breaking."""
+    return "BP" if kind == "PD" and orbit.symmetric else kind
 
 
 def _condition(
@@ -375,7 +379,8 @@ def _condition(
 def on_multipliers(kind: str, equations: Equations) -> tuple[Condition, Tests]:
     """Condition and test functions of SN, PD, BP and NS."""
     if kind == "NS":
-        return CriticalPair(equations), AtPair(equations)
+        pair = CriticalPair(equations)
+        return pair, AtPair(pair)
     condition = CriticalMultiplier(equations, CRITICAL[kind])
     return condition, AtMultiplier(condition)
 
@@ -415,13 +420,13 @@ def _of_orbit(orbit: Orbit, names: tuple[str, str], bounds: Any) -> tuple[OrbitP
     return plane, plane.packed(orbit.states, orbit.durations), a
 
 
-def _of_map(point: MapPoint, names: tuple[str, str]) -> _Start:
+def _of_map(point: MapPoint, names: tuple[str, str]) -> Start:
     if names != point.map.parameters:
         raise InvalidParameterError(
             f"parameters = {names}: those of the map are {point.map.parameters}, in this order."
         )
     plane, z = MapPlane(point.map), np.array(point.x, dtype=float)
-    return _Start(point.kind, plane, *on_multipliers(point.kind, plane), z, point.p)
+    return Start(point.kind, plane, *on_multipliers(point.kind, plane), z, point.p)
 
 
 def _pairs(bounds: Any) -> tuple[Any, Any]:

@@ -15,7 +15,7 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.branches.branch import MEANINGS as BRANCH_MEANINGS
-from vibroimpact.branches.branch import TOUCHED
+from vibroimpact.branches.branch import is_admissible
 from vibroimpact.continuation import Curve, End
 from vibroimpact.normal_forms import codimension_two
 from vibroimpact.normal_forms.critical import Refusal, Status
@@ -93,7 +93,7 @@ class CodimensionTwoPoint:
     @property
     def admissible(self) -> bool:
         """Whether the orbit there is a motion of the machine, apart from rounding at a touch."""
-        return is_admissible(self.orbit, self.kind)
+        return is_motion(self.orbit, self.kind)
 
     @cached_property
     def normal_form(self) -> Any:
@@ -110,13 +110,9 @@ class CodimensionTwoPoint:
         return f"{self.label} at {at}: {self.meaning}{real}"
 
 
-def is_admissible(solution: Any, kind: str = "") -> bool:
-    """Whether an orbit is a motion, touches left aside; fixed points of maps always are."""
-    if not isinstance(solution, Orbit):
-        return True
-    if kind in ("GR", "ZERO", "SIM"):
-        return solution.converged and not solution.why_inadmissible(TOUCHED)
-    return solution.admissible
+def is_motion(solution: Any, kind: str = "") -> bool:
+    """Whether an orbit is admissible, touches left aside; fixed points of maps always are."""
+    return not isinstance(solution, Orbit) or is_admissible(solution, kind)
 
 
 @dataclass(frozen=True, eq=False)

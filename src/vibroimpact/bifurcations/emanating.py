@@ -12,30 +12,30 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds
-from vibroimpact.bifurcations.continue_bifurcation import STEPS, curve_of, on_multipliers, ranges
+from vibroimpact.bifurcations.augmented import Bounds
+from vibroimpact.bifurcations.continue_bifurcation import Start, followed, on_multipliers, ranges
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.equations import Equations, Pair
-from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
+from vibroimpact.continuation import Curve, SpecialPoint, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
 
 NEAR = "the point at which the curve begins is near"
 SHARE = 0.5  # of the distance at which it was found
 
 
-class Origin(NamedTuple):
-    """Orbit from which others are born: equations, solution and parameters."""
+class Solution(NamedTuple):
+    """Solution of equations over two parameters."""
 
     equations: Equations
     z: Floats
     a: Pair
 
 
-def origin_of(point: CodimensionTwoPoint) -> Origin:
+def solution_at(point: CodimensionTwoPoint) -> Solution:
     """The orbit at a point of codimension two."""
     equations = point.problem.equations
     z, _, a = point.problem.parts(point.z, point.parameters[equations.names[1]])
-    return Origin(equations, z, a)
+    return Solution(equations, z, a)
 
 
 class Slice:
@@ -48,6 +48,10 @@ class Slice:
     def at(self, p: float) -> Pair:
         """Both parameters."""
         return (p, self.held) if self.along == 0 else (self.held, p)
+
+    def solution(self, point: SpecialPoint) -> Solution:
+        """A special point of a curve on the slice."""
+        return Solution(self.equations, point.z, self.at(point.parameter))
 
     def residual(self, z: Floats, p: float) -> Floats:
         """F."""
@@ -70,11 +74,10 @@ class Slice:
 
 
 def emanating(
-    kind: str, origin: Origin, equations: Equations, z: Floats, a: Pair,
-    bounds: tuple[Bounds, Bounds], steps: Steps | None, progress: CurveProgress | None,
-    share: float = SHARE,
+    kind: str, origin: Solution, born: Solution, bounds: tuple[Bounds, Bounds],
+    steps: Steps | None, progress: CurveProgress | None, share: float = SHARE,
 ) -> BifurcationCurve:  # fmt: skip
-    """Curve of orbits of a multiple period, from a solution z at parameters a.
+    """Curve of orbits of a multiple period that are born at a point, from one of them.
 
     The start is corrected across the straight line from the point, where all these orbits are one.
 
@@ -83,9 +86,8 @@ def emanating(
     InvalidParameterError
         The start does not converge.
     """
+    equations, z, a = born
     condition, tests = on_multipliers(kind, equations)
-    problem = Augmented(equations, condition, tests, bounds)
-    guess = problem.packed(z, condition.start(z, a), a)
     changes = np.zeros((len(z) // len(origin.z), len(origin.z)))
     middle = origin.equations.unrolled(origin.z, changes)
     line = np.concatenate([z - middle, np.zeros(condition.unknowns), np.subtract(a, origin.a)])
@@ -95,15 +97,13 @@ def emanating(
 
     first = distance(z)
 
-    def rule(unknowns: Floats, p: float) -> str:
-        here = problem.parts(unknowns, p)[0]
-        return NEAR if distance(here) < share * first else ""
+    def rule(unknowns: Floats, _p: float) -> str:
+        return NEAR if distance(unknowns[: len(z)]) < share * first else ""
 
-    curve = continue_curve(
-        problem, guess, a[1], bounds[1], tangent=line, terminal=(BOUND,),
-        steps=steps or STEPS, progress=progress, stop_when=lambda: rule,
+    return followed(
+        Start(kind, equations, condition, tests, z, a), bounds, tangent=line, steps=steps,
+        progress=progress, stop_when=lambda: rule,
     )  # fmt: skip
-    return curve_of(kind, problem, curve)
 
 
 def checked_bounds(
@@ -115,19 +115,28 @@ def checked_bounds(
     return ranges(names, (point.parameters[names[0]], point.parameters[names[1]]), wanted)
 
 
-def interrupted(curve: Curve) -> bool:
-    """Whether an interruption ended a curve, which keeps its part: a search has to end, too."""
-    return any(end.reason is Stopped.INTERRUPTED for end in curve.ends)
+def uninterrupted(curve: Curve) -> Curve:
+    """The curve; an interruption, after which it keeps its part, is raised further: it ends a search."""
+    if any(end.reason is Stopped.INTERRUPTED for end in curve.ends):
+        raise KeyboardInterrupt
+    return curve
 
 
 def on_slice(piece: Slice, start: Floats, p: float, bounds: Bounds, **options: Any) -> Curve:
     """Curve of orbits on a slice; an interruption is raised further."""
-    curve = continue_curve(piece, start, p, bounds, **options)
-    if interrupted(curve):
-        raise KeyboardInterrupt
-    return curve
+    return uninterrupted(continue_curve(piece, start, p, bounds, **options))
 
 
 def width_of(pair: Bounds) -> float:
     """Length of a range."""
     return pair[1] - pair[0]
+
+
+def is_inside(a: Pair, bounds: tuple[Bounds, Bounds]) -> bool:
+    """Whether both parameters are in their ranges."""
+    return all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True))
+
+
+def flattest(da: Floats, bounds: tuple[Bounds, Bounds]) -> list[int]:
+    """Numbers of the parameters, first the one that a change moves least, relative to its range."""
+    return [int(i) for i in np.argsort(np.abs(da) / [width_of(pair) for pair in bounds])]

@@ -16,7 +16,6 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.continuation.problem import Image
 from vibroimpact.normal_forms.forms import Forms
 
 Pair = tuple[float, float]  # values of the two parameters
@@ -82,12 +81,8 @@ class Equations(Protocol):
         """Unknowns of :meth:`repeated` from z and the change of each iterate, shape (times, d)."""
         ...
 
-    def own_tests(self, z: Floats, a: Pair, /) -> Mapping[str, float]:
-        """Test functions that do not depend on the kind of the curve."""
-        ...
-
-    def images(self, z: Floats, a: Pair, along: Floats, near: Floats, /) -> list[Image]:
-        """Images of a solution and of a direction under symmetries, as in ``continuation.problem``."""
+    def touches(self, z: Floats, a: Pair, /) -> Mapping[str, float]:
+        """Test functions for touches of an orbit, whatever the kind of the curve."""
         ...
 
     def solution(self, z: Floats, a: Pair) -> Any:

@@ -9,8 +9,8 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.equations import Pair
-from vibroimpact.continuation.problem import Image
 from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, MapForms
+from vibroimpact.orbits.problem import latest
 
 
 @dataclass
@@ -25,6 +25,7 @@ class MapPlane:
         self.sizes = np.array(self.map.sizes[: self.map.dimension])
         self.rows = self.sizes
         self.closing = np.eye(self.map.dimension)
+        self._linearised: dict[tuple[bytes, Pair], tuple[Floats, Floats]] = {}
 
     def residual(self, z: Floats, a: Pair) -> Floats:
         """F(z, a) - z."""
@@ -32,7 +33,13 @@ class MapPlane:
 
     def by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
         """Derivatives by z, shape (d, d), and by both parameters, shape (d, 2)."""
-        return self.map.jacobian(z, a)
+        by_x, by_a = self.linearised(z, a)
+        return by_x - self.closing, by_a
+
+    def linearised(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
+        """Derivatives of the map itself; the latest ones are kept."""
+        key = z.tobytes(), a
+        return latest(self._linearised, key, lambda _: self.map.linearised(z, a))
 
     def by_first(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
         """Derivatives by z, shape (d, d), and by the first parameter, shape (d,)."""
@@ -46,10 +53,10 @@ class MapPlane:
 
     def multipliers(self, z: Floats, a: Pair) -> Complexes:
         """Multipliers, largest modulus first."""
-        by_z = self.map.linearised(z, a)[0]
-        if not np.all(np.isfinite(by_z)):
+        by_x = self.linearised(z, a)[0]
+        if not np.all(np.isfinite(by_x)):
             return np.full(len(z), complex(np.nan, np.nan))
-        values = np.linalg.eigvals(by_z).astype(np.complex128)
+        values = np.linalg.eigvals(by_x).astype(np.complex128)
         return values[np.argsort(-np.abs(values), kind="stable")]
 
     def weight(self, _z: Floats, _a: Pair, /) -> float:
@@ -73,13 +80,9 @@ class MapPlane:
         first: Floats = z + changes[0]
         return first
 
-    def own_tests(self, _z: Floats, _a: Pair, /) -> Mapping[str, float]:
+    def touches(self, _z: Floats, _a: Pair, /) -> Mapping[str, float]:
         """None."""
         return {}
-
-    def images(self, z: Floats, _a: Pair, along: Floats, _near: Floats, /) -> list[Image]:
-        """The point itself."""
-        return [(z, along)]
 
     def solution(self, z: Floats, a: Pair) -> FixedPoint:
         """Fixed point."""

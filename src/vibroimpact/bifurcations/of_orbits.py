@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
@@ -15,7 +13,7 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import later, mirrored
 from vibroimpact.orbits.maps import SegmentMap, solved_map
-from vibroimpact.orbits.multipliers import Pencil, pencil_of, solved_coordinate
+from vibroimpact.orbits.multipliers import solved_coordinate
 from vibroimpact.orbits.newton import rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
@@ -43,7 +41,7 @@ class OrbitPlane(OrbitFamily):
         self.rows = rows_of(self, sizes)
         self.closing = self._closing()
         self._by_second: dict[Value, Prescribed] = {}
-        self._pencils: dict[tuple[bytes, Value], Pencil] = {}
+        self._derivatives: dict[tuple[bytes, Value], tuple[Floats, Floats]] = {}
         self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
 
     @classmethod
@@ -71,7 +69,11 @@ class OrbitPlane(OrbitFamily):
         )
 
     def by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
-        """F_z, shape (d, d), and the derivatives by both parameters, shape (d, 2)."""
+        """F_z, shape (d, d), and the derivatives by both parameters, shape (d, 2); kept."""
+        key = z.tobytes(), a
+        return latest(self._derivatives, key, lambda _: self._by_both(z, a))
+
+    def _by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
         try:
             by_z, first = OrbitProblem.jacobian(self, z, a)
             parts = self.by_second(a).linearise(*self.unpacked(z), list(self.impacts))
@@ -104,23 +106,10 @@ class OrbitPlane(OrbitFamily):
         whole[:, :q, -1], whole[:, q, -1] = other[:, :q, -1], other_gap[:, -1]
         return whole.reshape(m * (q + 1), -1)
 
-    def pencil(self, z: Floats, a: Pair) -> Pencil:
-        """Pencil of the map's multipliers; the latest ones are kept."""
-        key = z.tobytes(), a
-        return latest(
-            self._pencils, key,
-            lambda _: pencil_of(self, self.compiled(a).mechanism, self.linearised(z, a), self._sizes),
-        )  # fmt: skip
-
     def multipliers(self, z: Floats, a: Pair) -> Complexes:
-        """Multipliers of the solved map, largest modulus first."""
+        """Multipliers of the solved map, largest modulus first; the latest ones are kept."""
         key = z.tobytes(), a
         return latest(self._multipliers, key, lambda _: self.pencil(z, a).eigenvalues())
-
-    def weight(self, z: Floats, a: Pair) -> float:
-        """Saturated product of the closing rates, (1) of family.py."""
-        rates = self.linearised(z, a).rate
-        return float(np.prod(rates / self.saturated(rates)))
 
     def forms(self, z: Floats, a: Pair) -> SegmentMap:
         """Half map of a symmetric orbit, full map of others, with the first parameter."""
@@ -150,10 +139,6 @@ class OrbitPlane(OrbitFamily):
             states.append(mirrored(here, j * turn) if back else later(here, j * turn))
             durations.append(times)
         return self.packed(np.vstack(states), np.concatenate(durations))
-
-    def own_tests(self, z: Floats, a: Pair) -> Mapping[str, float]:
-        """Closing rates, flight times and, for plastic impacts, accelerations."""
-        return self.touches(z, a)
 
     def solution(self, z: Floats, a: Pair) -> Orbit:
         """Orbit at a point of the plane."""

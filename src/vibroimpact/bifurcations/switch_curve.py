@@ -33,17 +33,20 @@ from vibroimpact.bifurcations.conditions import CriticalPair, critical_pair
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.emanating import (
-    Origin,
     Slice,
+    Solution,
     checked_bounds,
     emanating,
-    interrupted,
+    flattest,
+    is_inside,
     on_slice,
-    origin_of,
+    solution_at,
+    uninterrupted,
     width_of,
 )
 from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.bifurcations.unfold import Centre, centre
+from vibroimpact.branches.branch import NotFound
 from vibroimpact.continuation import SpecialPoint, Steps, switch
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.normal_forms.critical import Refusal
@@ -56,15 +59,11 @@ ALONG = Steps(first=0.02, largest=0.5, points=200)
 BOX = 0.1  # of the ranges: part of the curve of PD that is looked at
 
 
-@dataclass(frozen=True)
-class NoCurve:
+@dataclass(frozen=True, repr=False)
+class NoCurve(NotFound):
     """Reason why no other curve was found at a point of codimension two."""
 
     point: CodimensionTwoPoint
-    reason: str
-
-    def __repr__(self) -> str:
-        return f"NoCurve at {self.point.label}: {self.reason}"
 
 
 def switch_curve(
@@ -125,7 +124,7 @@ def _curves(
         return (
             continue_bifurcation(point, names, bounds, kind=other, steps=steps, progress=progress),
         )
-    origin = origin_of(point)
+    origin = solution_at(point)
     found = []
     if isinstance(form, OneToFour):
         manifold = centre(*origin, 1j)
@@ -144,17 +143,14 @@ def _curves(
     return tuple(curve for curve in found if curve is not None)
 
 
-Start = tuple[Any, Floats, Pair]  # equations, solution, parameters
-
-
 def _first(
-    origin: Origin, tries: Iterator[Start], kind: str,
+    origin: Solution, tries: Iterator[Solution], kind: str,
     bounds: tuple[Bounds, Bounds], steps: Steps | None, progress: CurveProgress | None,
 ) -> BifurcationCurve | None:  # fmt: skip
     """The first curve that can be followed."""
-    for equations, z, a in tries:
+    for born in tries:
         with suppress(InvalidParameterError):  # the start does not converge
-            return emanating(kind, origin, equations, z, a, bounds, steps, progress)
+            return emanating(kind, origin, born, bounds, steps, progress)
     return None
 
 
@@ -165,20 +161,17 @@ def _offsets(
     manifold: Centre, direction: complex, bounds: tuple[Bounds, Bounds]
 ) -> Iterator[Floats]:
     """Changes da of the parameters that move log nu in a direction, at the distances to try."""
-    rates = manifold.slopes / manifold.nu
-    matrix = np.array([rates.real, rates.imag])
-    da: Floats = np.linalg.solve(matrix, np.array([direction.real, direction.imag]))
+    da = manifold.offset(direction)
     unit = float(np.max(np.abs(da) / [width_of(pair) for pair in bounds]))
     for distance in DISTANCES:
         moved: Floats = da * (distance / unit)
-        a = np.array(manifold.a) + moved
-        if all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True)):
+        if is_inside(manifold.at(moved), bounds):
             yield moved
 
 
 def _folds_of_four(
     manifold: Centre, form: OneToFour, which: int, bounds: tuple[Bounds, Bounds]
-) -> Iterator[Start]:
+) -> Iterator[Solution]:
     """Folds of the orbits of (1), from inside their sector across the half-line."""
     edges = form.fold_directions
     turn = cmath.phase(edges[1 - which] / edges[which])
@@ -189,13 +182,12 @@ def _folds_of_four(
         for zeta in form.period_four(mu)[::4]:
             points = np.asarray(zeta * 1j ** np.arange(4), dtype=np.complex128)
             start = manifold.equations.unrolled(manifold.z, manifold.moved(points, da))
-            a = (manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1]))
-            yield from _zeros_near(equations, start, a, da, "SN", bounds)
+            yield from _folds_near(equations, start, manifold.at(da), da, bounds)
 
 
 def _saddles_of_three(
     manifold: Centre, form: OneToThree, bounds: tuple[Bounds, Bounds]
-) -> Iterator[Start]:
+) -> Iterator[Solution]:
     """Saddles (2) of period three on the tangent of the curve of NS."""
     equations = manifold.equations.repeated(3)
     for direction in (1j, -1j):
@@ -205,20 +197,19 @@ def _saddles_of_three(
             zeta = cmath.rect(1.0 / abs(push), cmath.phase(push) / 3.0)
             points = np.asarray(zeta * manifold.nu ** np.arange(3), dtype=np.complex128)
             start = manifold.equations.unrolled(manifold.z, manifold.moved(points, da))
-            yield equations, start, (manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1]))
+            yield Solution(equations, start, manifold.at(da))
 
 
-def _zeros_near(
-    equations: Any, start: Floats, a: Pair, da: Floats, kind: str, bounds: tuple[Bounds, Bounds]
-) -> Iterator[Start]:
-    """Bifurcations on the slice through a start, nearest first."""
-    shares = [abs(x) / width_of(pair) for x, pair in zip(da, bounds, strict=True)]
-    along = int(np.argmin(shares))
-    piece = _Watched(equations, along, a[1 - along], SPAN * width_of(bounds[along]), kind)
+def _folds_near(
+    equations: Any, start: Floats, a: Pair, da: Floats, bounds: tuple[Bounds, Bounds]
+) -> Iterator[Solution]:
+    """Folds on the slice through a start, nearest first."""
+    along = flattest(da, bounds)[0]
+    piece = Slice(equations, along, a[1 - along], SPAN * width_of(bounds[along]))
     with suppress(InvalidParameterError):
-        curve = on_slice(piece, start, a[along], bounds[along], terminal=(piece.name,), steps=ALONG)
-        found = sorted(curve.named(piece.name), key=lambda zero: abs(zero.parameter - a[along]))
-        yield from _as_starts(piece, found)
+        curve = on_slice(piece, start, a[along], bounds[along], terminal=("SN",), steps=ALONG)
+        for fold in sorted(curve.named("SN"), key=lambda fold: abs(fold.parameter - a[along])):
+            yield piece.solution(fold)
 
 
 class _Watched(Slice):
@@ -233,18 +224,14 @@ class _Watched(Slice):
         """Product over pairs of multipliers, for NS."""
         if self.name == "SN":
             return {}
-        return {self.name: float(self._pair.value(z, np.empty(0), self.at(p))[0])}
+        return {self.name: self._pair.tau(z, self.at(p))}
 
-
-def _as_starts(piece: _Watched, zeros: list[SpecialPoint]) -> Iterator[Start]:
-    """Zeros that are bifurcations of the kind: neutral saddles are left out."""
-    for zero in zeros:
-        a = piece.at(zero.parameter)
-        if piece.name == "torus":
-            mu = piece.equations.multipliers(zero.z, a)
-            if not mu[critical_pair(mu)[0]].imag:
-                continue
-        yield piece.equations, zero.z, a
+    def found(self, zero: SpecialPoint) -> bool:
+        """Whether a zero is a bifurcation of the kind: a neutral saddle is none."""
+        if self.name == "SN":
+            return True
+        mu = self.equations.multipliers(zero.z, self.at(zero.parameter))
+        return bool(mu[critical_pair(mu)[0]].imag)
 
 
 # ---- doubled orbits ------------------------------------------------------------------------------
@@ -252,7 +239,7 @@ def _as_starts(piece: _Watched, zeros: list[SpecialPoint]) -> Iterator[Start]:
 
 def _doubled(
     point: CodimensionTwoPoint, kind: str, bounds: tuple[Bounds, Bounds]
-) -> Iterator[Start]:
+) -> Iterator[Solution]:
     """SN or NS of doubled orbits (3), from points on the curve of PD on both sides."""
     equations = point.problem.equations
     names = equations.names
@@ -263,8 +250,7 @@ def _doubled(
         for x, w, (low, high) in zip(at, widths, bounds, strict=True)
     )
     flips = continue_bifurcation(point, names, (box[0], box[1]), kind="PD")
-    if interrupted(flips.curve):
-        raise KeyboardInterrupt
+    uninterrupted(flips.curve)
     away = np.max(np.abs(flips.values - at) / widths, axis=1)
     middle = int(np.argmin(away))
     twice = equations.repeated(2)
@@ -285,19 +271,18 @@ def _branching(
     kind: str,
     bounds: tuple[Bounds, Bounds],
     at: Floats,
-) -> Iterator[Start]:
+) -> Iterator[Solution]:
     """Bifurcations on the doubled branch at a point of the curve of PD."""
     equations = flips.problem.equations
     z, _, a = flips.problem.parts(flips.curve.z[k], float(flips.values[k, 1]))
-    direction = np.abs(flips.values[k] - at) / [width_of(pair) for pair in bounds]
-    for along in np.argsort(direction).tolist():
+    for along in flattest(flips.values[k] - at, bounds):
         yield from _along_branch(equations, twice, z, a, along, kind, bounds)
 
 
 def _along_branch(
     equations: Any, twice: Any, z: Floats, a: Pair, along: int, kind: str,
     bounds: tuple[Bounds, Bounds],
-) -> Iterator[Start]:  # fmt: skip
+) -> Iterator[Solution]:  # fmt: skip
     """Bifurcations on the doubled branch along one parameter, nearest first."""
     piece = _Watched(twice, along, a[1 - along], SPAN * width_of(bounds[along]), kind)
     by_z, by_a = equations.by_both(z, a)
@@ -313,4 +298,4 @@ def _along_branch(
             piece, found.z, found.parameter, bounds[along], tangent=found.tangent, both=False,
             steps=ALONG,
         )  # fmt: skip
-        yield from _as_starts(piece, list(curve.named(piece.name)))
+        yield from (piece.solution(zero) for zero in curve.named(piece.name) if piece.found(zero))

@@ -23,8 +23,7 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.conditions import CriticalMultiplier, CriticalPair, critical_pair
-from vibroimpact.bifurcations.equations import Equations, Pair
-from vibroimpact.branches.family import products_of_pairs
+from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.flip_fold import Flip, flip
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
@@ -58,7 +57,7 @@ class AtMultiplier:
 
     def __call__(self, z: Floats, w: Floats, a: Pair) -> Mapping[str, float]:
         """(1) to (4)."""
-        tests = {PAIR: float(self._pair.value(z, w, a)[0])}
+        tests = {PAIR: self._pair.tau(z, a)}
         if self.condition.multiplier == 1.0:
             tests[CUSP] = self._cusp(z, w, a)
             tests[FLIP] = self._determinant(z, a, -1.0)
@@ -90,9 +89,9 @@ class AtMultiplier:
 class AtPair:
     """Test functions of curves of NS."""
 
-    def __init__(self, equations: Equations) -> None:
-        self.equations = equations
-        self._multiplier = CriticalMultiplier(equations, 1.0)
+    def __init__(self, condition: CriticalPair) -> None:
+        self._pair, self.equations = condition, condition.equations
+        self._multiplier = CriticalMultiplier(condition.equations, 1.0)
 
     def __call__(self, z: Floats, _w: Floats, a: Pair) -> Mapping[str, float]:
         """(5) to (8)."""
@@ -102,9 +101,8 @@ class AtPair:
         tests = {name: kappa - cosine for name, cosine in RESONANCES.items()}
         for name, multiplier in ((FOLD, 1.0), (FLIP, -1.0)):
             tests[name] = float(np.linalg.det(self._multiplier.matrix(z, a, multiplier)))
-        weight = self.equations.weight(z, a) ** (len(mu) - 1)
         if len(mu) > 2:
-            tests[OTHERS] = weight * products_of_pairs(mu, without=(i, j))
+            tests[OTHERS] = self._pair.tau(z, a, (i, j))
         tests[CUBIC] = self._cubic(z, a) * (1.0 - kappa * kappa) if abs(kappa) < 1.0 else math.nan
         return tests
 

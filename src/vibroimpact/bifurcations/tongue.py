@@ -34,13 +34,16 @@ from vibroimpact.bifurcations.emanating import (
     Slice,
     checked_bounds,
     emanating,
-    interrupted,
+    flattest,
+    is_inside,
     on_slice,
-    origin_of,
+    solution_at,
+    uninterrupted,
     width_of,
 )
 from vibroimpact.bifurcations.equations import Equations
 from vibroimpact.bifurcations.unfold import Centre, centre
+from vibroimpact.branches.branch import NotFound
 from vibroimpact.continuation import SpecialPoint, Steps
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.normal_forms.critical import Refusal
@@ -55,22 +58,16 @@ PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method h
 TURN = 1e-4  # radians, for the direction of phi
 SPAN = 0.02  # of the range of the first parameter: its size on a slice
 APART = 1e-8  # of the range: folds that are nearer make equations that are nearly singular twice
-AT_TIP = (
-    0.8  # of the radius at which they were found: nearer to the tip both sides are one to rounding
-)
+AT_TIP = 0.8  # of the radius of the start: nearer to the tip both sides are one to rounding
 SIDES = Steps(first=0.05, largest=1.0, tolerance=1e-6, points=600)
 ALONG = Steps(first=0.02, largest=0.5, points=200)
 
 
-@dataclass(frozen=True)
-class NoTongue:
+@dataclass(frozen=True, repr=False)
+class NoTongue(NotFound):
     """Reason why no tongue was found at a weak resonance."""
 
     point: CodimensionTwoPoint
-    reason: str
-
-    def __repr__(self) -> str:
-        return f"NoTongue at {self.point.label}: {self.reason}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +156,7 @@ def tongue(
             f"point = {point.label}: tongues begin at weak resonances, such as curve['2/9_1']."
         )
     inside = checked_bounds(point, bounds)
-    origin = origin_of(point)
+    origin = solution_at(point)
     form = neimark_sacker(origin.equations.forms(origin.z, origin.a), parameter=False)
     if isinstance(form, Refusal):
         return NoTongue(point, form.reason)
@@ -171,12 +168,11 @@ def tongue(
             for fold in start.folds:
                 sides.append(
                     emanating(
-                        "SN", origin, start.slice.equations, fold.z,
-                        start.slice.at(fold.parameter), inside, steps or SIDES, progress, AT_TIP,
+                        "SN", origin, start.slice.solution(fold), inside, steps or SIDES, progress,
+                        AT_TIP,
                     )
                 )  # fmt: skip
-                if interrupted(sides[-1].curve):
-                    raise KeyboardInterrupt
+                uninterrupted(sides[-1].curve)
             first, second = sides
             if min(len(first), len(second)) > 1:
                 return Tongue(point, (first, second), start.radius)
@@ -213,14 +209,11 @@ def _slice(
 ) -> _Start | None:  # fmt: skip
     """The folds around a locked orbit at radius r; None where there is no such orbit, or no fold."""
     p, q = resonance
-    kappa = manifold.nu.conjugate() * manifold.slopes
-    matrix = np.array([kappa.real, kappa.imag])
-    da = -np.linalg.solve(matrix, [form.d.real, form.d.imag]) * r * r  # (1)
-    a = manifold.a[0] + float(da[0]), manifold.a[1] + float(da[1])
-    if not all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True)):
+    da = manifold.offset(-form.d) * r * r  # (1)
+    a = manifold.at(da)
+    if not is_inside(a, bounds):
         return None
-    shares = [abs(x) / width_of(pair) for x, pair in zip(da, bounds, strict=True)]
-    along = int(np.argmin(shares))  # across the tongue, whose axis is da
+    along = flattest(da, bounds)[0]  # across the tongue, whose axis is da
     piece = Slice(equations, along, a[1 - along], SPAN * width_of(bounds[along]))
     points = r * np.exp(2j * math.pi * (phase + p * np.arange(q)) / q)
     unroll = manifold.equations.unrolled

@@ -53,6 +53,17 @@ class Centre:
     drift: Floats
     slopes: Complexes
 
+    def offset(self, change: complex) -> Floats:
+        """Change da of both parameters that changes log nu by so much, to first order."""
+        rates = self.slopes / self.nu
+        matrix = np.array([rates.real, rates.imag])
+        da: Floats = np.linalg.solve(matrix, np.array([change.real, change.imag]))
+        return da
+
+    def at(self, da: Floats) -> Pair:
+        """Both parameters after a change."""
+        return self.a[0] + float(da[0]), self.a[1] + float(da[1])
+
     def moved(self, zeta: Complexes, da: Floats) -> Floats:
         """Changes (2) of the unknowns for each of some coordinates zeta, shape (len(zeta), d)."""
         linear = 2.0 * np.outer(zeta, self.v).real

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibroimpact._core.checks import check_choice, check_index
 from vibroimpact._core.deferred import deferred
@@ -36,6 +36,24 @@ TOUCHES = ("GR", "ZERO", "SIM")  # a gap, a speed or a time is zero: its sign th
 TOUCHED = 1e-7  # relative; square roots halve the digits there
 BREAKING = "symmetry breaking: two mirror images are born"
 WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
+
+
+def is_admissible(orbit: Orbit, kind: str = "") -> bool:
+    """Whether an orbit is a motion of the machine; at a touch, apart from rounding there."""
+    if kind in TOUCHES:
+        return orbit.converged and not orbit.why_inadmissible(TOUCHED)
+    return orbit.admissible
+
+
+@dataclass(frozen=True)
+class NotFound:
+    """Reason why nothing was found at a special point."""
+
+    point: Any
+    reason: str
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__} at {self.point.label}: {self.reason}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +111,7 @@ class BifurcationPoint:
     @property
     def admissible(self) -> bool:
         """Whether the orbit is admissible; at GR, ZERO and SIM, apart from rounding at the touch."""
-        if self.kind in TOUCHES:
-            return self.orbit.converged and not self.orbit.why_inadmissible(TOUCHED)
-        return self.orbit.admissible
+        return is_admissible(self.orbit, self.kind)
 
     @cached_property
     def normal_form(self) -> NormalForm | Refusal:

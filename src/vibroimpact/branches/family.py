@@ -32,7 +32,7 @@ from vibroimpact.continuation.problem import Image
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
-from vibroimpact.orbits.multipliers import pencil_of
+from vibroimpact.orbits.multipliers import Pencil, pencil_of
 from vibroimpact.orbits.newton import CONVERGED, FOUND, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
@@ -168,19 +168,25 @@ class OrbitFamily(OrbitProblem):
 
     def watch(self, z: Floats, p: Value) -> dict[str, float]:
         """Test functions (2)-(4)."""
-        parts = self.linearised(z, p)
-        saturated = self.saturated(parts.rate)
-        m = self.compiled(p).mechanism
-        pencil = pencil_of(self, m, parts, self._sizes)
-        weight = float(np.prod(parts.rate / saturated))
-        pairs = math.nan if lossless(m) else products_of_pairs(pencil.eigenvalues())
+        pencil, saturated = self.pencil(z, p), self._saturated(self.linearised(z, p).rate)
+        lossy = not lossless(self.compiled(p).mechanism)
+        pairs = products_of_pairs(pencil.eigenvalues()) if lossy else math.nan
         watched = {
             FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
-            TORUS: weight ** (pencil.finite - 1) * pairs,
+            TORUS: self.weight(z, p) ** (pencil.finite - 1) * pairs,
         }
         return watched | self.touches(z, p)
 
-    def saturated(self, rates: Floats) -> Floats:
+    def pencil(self, z: Floats, p: Value) -> Pencil:
+        """Pencil of the multipliers of the solved map."""
+        return pencil_of(self, self.compiled(p).mechanism, self.linearised(z, p), self._sizes)
+
+    def weight(self, z: Floats, p: Value) -> float:
+        """Product (1): zero where a multiplier is infinite."""
+        rates = self.linearised(z, p).rate
+        return float(np.prod(rates / self._saturated(rates)))
+
+    def _saturated(self, rates: Floats) -> Floats:
         """Denominators of (1)."""
         self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
         denominators: Floats = np.sqrt(rates**2 + self._reference**2)

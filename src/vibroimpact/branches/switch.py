@@ -23,7 +23,7 @@ import numpy as np
 from vibroimpact._core.checks import check_kind, range_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.branch import BifurcationPoint, Branch, NotFound
 from vibroimpact.branches.continue_orbit import STEPS, branch_of
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.stop_rules import RuleError, StopWhen, stop_rule
@@ -39,15 +39,11 @@ REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a si
 NUDGE = 1e-4  # step along a scaled tangent, to find the side on which the touching impact closes
 
 
-@dataclass(frozen=True)
-class NoBranch:
+@dataclass(frozen=True, repr=False)
+class NoBranch(NotFound):
     """Reason why no branch was found at a special point."""
 
     point: BifurcationPoint
-    reason: str
-
-    def __repr__(self) -> str:
-        return f"NoBranch at {self.point.label}: {self.reason}"
 
 
 class _Start(NamedTuple):
