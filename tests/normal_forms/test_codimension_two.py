@@ -9,20 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.planted import CHANGED, ROUNDING, TRACES, Change, Planted, driving, times
+from support.planted import CHANGED, ROUNDING, TRACES, Change, Planted, driving, point_of, times
 
 import vibroimpact.normal_forms as nf
 from vibroimpact._core.errors import InvalidParameterError
 
 
 def found(kind: str, forms: Any) -> Any:
-    form = nf.codimension_two(kind, forms)
-    assert not isinstance(form, nf.Refusal), form.reason
-    assert isinstance(form, nf.CodimensionTwo)
-    assert form.kind == kind
-    assert bool(form.switchable) != bool(form.why_not)
-    assert "  " not in form.meaning
-    return form
+    return point_of(kind, nf.codimension_two(kind, forms))
 
 
 def refused(kind: str, function: Any, dimension: int) -> nf.Refusal:
@@ -48,16 +42,6 @@ def forms_of(normal: Any, critical: int, stable: int, seed: int) -> tuple[nf.Map
     return change.map(function).forms(np.zeros(n), 0.0), change
 
 
-def real_length(change: Change, at: int) -> float:
-    """Length of what is the unit vector of coordinate ``at`` in the normal form."""
-    return float(np.linalg.norm(change.linear[:, at]))
-
-
-def complex_length(change: Change, at: int) -> float:
-    """The same of z = x_at + i x_(at + 1), where z = 1 is 2 Re(q size)."""
-    return float(np.linalg.norm(change.linear[:, at : at + 2] @ [1.0, -1j])) / 2.0
-
-
 # A coefficient that vanishes
 
 
@@ -66,7 +50,7 @@ def complex_length(change: Change, at: int) -> float:
 def test_planted_cusp_is_recovered_behind_a_change_of_coordinates(c: float, stable: int) -> None:
     forms, change = forms_of(lambda x: [x[0] + c * x[0] ** 3], 1, stable, seed=stable)
     form = found("CP", forms)
-    assert form.c * real_length(change, 0) ** 2 == pytest.approx(c, rel=CHANGED)
+    assert form.c * change.real_length(0) ** 2 == pytest.approx(c, rel=CHANGED)
     assert abs(form.a) <= CHANGED
     assert ("outer two attract" in form.meaning) == (c < 0.0)
     assert form.switchable == ()
@@ -144,7 +128,7 @@ def test_planted_fold_flip_is_recovered_behind_a_change_of_coordinates(
     forms, change = forms_of(fold_pd(b), 2, stable, seed)
     form = found("LPPD", forms)
     assert form.scaled[0] == pytest.approx(0.6 / 2.2, rel=CHANGED)
-    product = form.scaled[1] * real_length(change, 1) ** 2
+    product = form.scaled[1] * change.real_length(1) ** 2
     assert product == pytest.approx(b * 1.1 / 2.0, rel=CHANGED)
     assert bool(form.switchable) == (b > 0.0)
     assert ("saddle" in form.meaning) == (b < 0.0)
@@ -204,8 +188,8 @@ def test_planted_fold_neimark_sacker_is_recovered_behind_a_change_of_coordinates
     forms, change = forms_of(fold_ns(**LPNS), 3, stable, seed)
     form = found("LPNS", forms)
     f200, f011, g110 = LPNS["f200"], LPNS["f011"], LPNS["g110"]
-    size = complex_length(change, 1)
-    assert abs(form.f200) * real_length(change, 0) == pytest.approx(f200, rel=CHANGED)
+    size = change.complex_length(1)
+    assert abs(form.f200) * change.real_length(0) == pytest.approx(f200, rel=CHANGED)
     assert form.f200 * form.f011 * size**2 == pytest.approx(f200 * f011, rel=CHANGED)
     mixed = (NU.conjugate() * LPNS["g021"]).real
     top = f011 * LPNS["g210"] + g110 * (LPNS["f111"] / 2.0 + mixed) - f200 * LPNS["g021"]
@@ -269,7 +253,7 @@ def test_planted_flip_neimark_sacker_is_recovered_behind_a_change_of_coordinates
     form = found("PDNS", forms)
     bar = NU.conjugate()
     expected = np.array([[-f300, -f111], [(bar * g210).real, (bar * g021).real]])
-    scale = np.array([real_length(change, 0), complex_length(change, 1)]) ** 2
+    scale = np.array([change.real_length(0), change.complex_length(1)]) ** 2
     np.testing.assert_allclose(form.coefficients * scale, expected, rtol=10.0 * CHANGED)
     assert form.ratios == pytest.approx(
         (expected[0, 1] / expected[1, 1], expected[1, 0] / expected[0, 0]), rel=10.0 * CHANGED
@@ -288,7 +272,7 @@ def test_planted_double_neimark_sacker_is_recovered_behind_a_change_of_coordinat
     forms, change = forms_of(double_ns(nus), 4, stable, seed)
     form = found("NSNS", forms)
     expected = np.real(np.conj(nus)[:, None] * np.array(NSNS))
-    scale = np.array([complex_length(change, 0), complex_length(change, 2)]) ** 2
+    scale = np.array([change.complex_length(0), change.complex_length(2)]) ** 2
     if exchanged:  # the pair of smaller angle comes first
         expected, scale = expected[::-1, ::-1], scale[::-1]
     # the gap of nu1 conj(nu2) to the other multipliers is 0.2, and enters squared
@@ -394,6 +378,12 @@ def test_further_resonances_are_refused(kind: str, angle: float) -> None:
     resonant = refused(kind, function, 3)
     assert resonant.status is nf.Status.STRONG_RESONANCE
     assert "order four or less" in resonant.reason
+
+
+def test_flip_counts_as_a_factor_of_a_resonance() -> None:
+    # nu^4 = -1 takes five factors, and leaves no term of order three
+    fifth = refused("PDNS", lambda x, _: [-x[0], *turned(math.pi / 4.0, x[1:])], 3)
+    assert fifth.status is nf.Status.DEGENERATE
 
 
 @pytest.mark.parametrize("second", [2.0, 3.0, 0.5, -3.0])

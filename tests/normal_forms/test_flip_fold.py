@@ -64,7 +64,7 @@ def test_planted_flip_and_fold_are_recovered_behind_a_change_of_coordinates(n: i
         at = change.map(lambda x, p: np.array([normal(x[0], p), *(rest @ x[1:])]))
         return at.forms(np.zeros(n), 0.0)
 
-    unit = float(np.linalg.norm(change.linear[:, 0]))  # x1 = 1 is w = +-unit
+    unit = change.real_length(0)  # x1 = 1 is w = +-unit
     flip = found("PD", hidden(lambda x, p: (-1.0 - 0.8 * p) * x + 1.7 * x**3))
     assert flip.c * unit**2 == pytest.approx(1.7, rel=1e-12)
     assert flip.multiplier_slope == pytest.approx(-0.8, rel=1e-12)

@@ -8,7 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.planted import CHANGED, ROUNDING, TRACES, Change, driving, forms_at, henon, times
+from support.planted import (
+    CHANGED,
+    ROUNDING,
+    TRACES,
+    Change,
+    driving,
+    forms_at,
+    henon,
+    point_of,
+    times,
+)
 
 import vibroimpact.normal_forms as nf
 from vibroimpact._core.errors import InvalidParameterError
@@ -17,12 +27,7 @@ CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
 
 
 def found(kind: str, forms: Any) -> Any:
-    form = nf.strong_resonance(kind, forms)
-    assert not isinstance(form, nf.Refusal), form.reason
-    assert isinstance(form, nf.CodimensionTwo)
-    assert form.kind == kind
-    assert bool(form.switchable) != bool(form.why_not)
-    return form
+    return point_of(kind, nf.strong_resonance(kind, forms))
 
 
 # Exact coefficients
@@ -165,7 +170,7 @@ def test_planted_resonance_1_2_is_recovered_behind_a_change_of_coordinates(n: in
         return np.array([x[1] - x[0], cubic - x[1], *(0.4 * x[2:])])
 
     form = found("R2", change.map(normal).forms(np.zeros(n), 0.0))
-    scale = float(change.linear[:, 0] @ change.linear[:, 0])  # |q0| = 1
+    scale = change.real_length(0) ** 2  # |q0| = 1
     np.testing.assert_allclose([form.c * scale, form.d * scale], [1.3, -0.7], rtol=1e-10)
 
 
@@ -178,7 +183,7 @@ def test_planted_resonance_1_1_is_recovered_behind_a_change_of_coordinates(n: in
         return np.array([x[1] + x[0], square + x[1], *(0.4 * x[2:])])
 
     form = found("R1", change.map(normal).forms(np.zeros(n), 0.0))
-    scale = float(np.linalg.norm(change.linear[:, 0]))  # |q0| = 1
+    scale = change.real_length(0)  # |q0| = 1
     assert abs(form.a) * scale == pytest.approx(1.3, rel=CHANGED)
     assert form.b / form.a == pytest.approx(-0.7 / 1.3, rel=CHANGED)
 
@@ -196,8 +201,7 @@ def test_planted_resonance_1_3_is_recovered_behind_a_change_of_coordinates(n: in
     form = found("R3", change.map(normal).forms(np.zeros(n), 0.0))
     expected = (CUBE_ROOT.conjugate() * c / abs(b) ** 2 - 1.0) / 3.0
     assert form.scaled.real == pytest.approx(expected.real, abs=1e-10)  # the invariant part
-    size = float(np.linalg.norm(change.linear[:, :2] @ [1.0, -1j])) / 2.0  # z = 1 is 2 Re(q size)
-    assert abs(form.b) * size == pytest.approx(abs(b), rel=1e-10)
+    assert abs(form.b) * change.complex_length(0) == pytest.approx(abs(b), rel=1e-10)
 
 
 def fourth(nu: complex, c: complex, d: complex) -> Any:
@@ -217,8 +221,7 @@ def test_planted_resonance_1_4_is_recovered_behind_a_change_of_coordinates(n: in
     change, c, d = Change(n, seed=n), 0.8 - 0.3j, 0.2 + 0.4j
     form = found("R4", change.map(fourth(1j, c, d)).forms(np.zeros(n), 0.0))
     assert abs(form.scaled + 1j * c / abs(d)) <= CHANGED
-    size = float(np.linalg.norm(change.linear[:, :2] @ [1.0, -1j])) / 2.0
-    assert abs(form.d) * size**2 == pytest.approx(abs(d), rel=CHANGED)
+    assert abs(form.d) * change.complex_length(0) ** 2 == pytest.approx(abs(d), rel=CHANGED)
 
 
 # The dynamics that the coefficients stand for

@@ -38,6 +38,14 @@ class Change:
         self.second = rng.uniform(-0.5, 0.5, (n, n, n))
         self.third = rng.uniform(-0.5, 0.5, (n, n))
 
+    def real_length(self, at: int) -> float:
+        """Length of what is the unit vector of coordinate ``at`` in the normal form."""
+        return float(np.linalg.norm(self.linear[:, at]))
+
+    def complex_length(self, at: int) -> float:
+        """The same of z = x_at + i x_(at + 1), where z = 1 is 2 Re(q size)."""
+        return float(np.linalg.norm(self.linear[:, at : at + 2] @ [1.0, -1j])) / 2.0
+
     def _moved(self, x: Any, i: int, others: range) -> Any:
         quadratic = sum(self.second[i, j, k] * x[j] * x[k] for j in others for k in others)
         return quadratic + sum(self.third[i, j] * x[j] ** 3 for j in others)
@@ -144,6 +152,16 @@ def random_map(n: int, seed: int, angle: float = 1.9) -> Tensors:
 def found(kind: str, forms: Any, **keywords: Any) -> Any:
     form = nf.normal_form(kind, forms, **keywords)
     assert not isinstance(form, nf.Refusal), form.reason
+    return form
+
+
+def point_of(kind: str, form: Any) -> Any:
+    """The normal form of a point of codimension two, complete and not refused."""
+    assert not isinstance(form, nf.Refusal), form.reason
+    assert isinstance(form, nf.CodimensionTwo)
+    assert form.kind == kind
+    assert bool(form.switchable) != bool(form.why_not)
+    assert "  " not in form.meaning
     return form
 
 

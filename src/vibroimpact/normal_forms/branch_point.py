@@ -37,6 +37,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
+from vibroimpact.normal_forms.terms import along, sized
 
 FOLD = "the parameter acts along q (<p, F_p> is not zero): a fold, not a branch point."
 NO_CROSSING = "no two curves cross with different tangents"
@@ -149,7 +150,8 @@ def branch_point(forms: Forms) -> BranchPoint | Refusal:
         return critical
     at, q, p = Multilinear(forms), critical.q.real, critical.p.real
     push = at.real(with_parameter(np.zeros(len(q)), 1.0))
-    if abs(p @ push) > HALF_OF_THE_DIGITS * float(np.linalg.norm(p) * np.linalg.norm(push)):
+    drive = sized(p, 1.0, push)
+    if abs(drive.value) > HALF_OF_THE_DIGITS * drive.scale:
         return Refusal("BP", Status.NOT_CRITICAL, FOLD, critical.multipliers)
     form, a_scale, scales = _coefficients(at, A, critical, push)
     fork = abs(form.a) <= HALF_OF_THE_DIGITS * a_scale
@@ -166,29 +168,19 @@ def _coefficients(
 ) -> tuple[BranchPoint, float, tuple[float, float]]:
     """Normal form, and the sizes of the terms of a, and of b^2 - 4 a c and e."""
     q, p = critical.q.real, critical.p.real
-    drift = _complementary(A, q, p, push)
-    along = with_parameter(drift, 1.0)
-    aa, bb, cc = at.real(q, q), at.real(q, along), at.real(along, along)
-    a = float(p @ aa) / 2.0
-    cubic = at.real(q, q, q), 3.0 * at.real(q, _complementary(A, q, p, aa))
+    drift = along(A, 1.0, q, p, push)
+    X, bend = with_parameter(drift, 1.0), at.real(q, q)
+    a, b, c = sized(p, 2.0, bend), sized(p, 1.0, at.real(q, X)), sized(p, 2.0, at.real(X, X))  # (2)
+    e = sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, along(A, 1.0, q, p, bend)))  # (3)
     form = BranchPoint(
-        a=a,
-        b=float(p @ bb),
-        c=float(p @ cc) / 2.0,
-        e=float(p @ (cubic[0] + cubic[1])) / 6.0,
+        a=a.value.real,
+        b=b.value.real,
+        c=c.value.real,
+        e=e.value.real,
         q=q,
         p=p,
         drift=drift,
         multipliers=critical.multipliers,
         others_inside=critical.others_inside,
     )
-    length = float(np.linalg.norm(p))
-    sizes = [length * float(np.linalg.norm(v)) for v in (aa, bb, cc, *cubic)]
-    scales = (sizes[1] ** 2 + sizes[0] * sizes[2], (sizes[3] + sizes[4]) / 6.0)
-    return form, sizes[0] / 2.0, scales
-
-
-def _complementary(A: Floats, q: Floats, p: Floats, right: Floats) -> Floats:
-    """Solution x of (I - A) x = right - <p, right> q, <p, x> = 0."""
-    bordered = np.block([[np.eye(len(A)) - A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
-    return np.asarray(np.linalg.solve(bordered, np.append(right, 0.0))[:-1], np.float64)
+    return form, a.scale, (b.scale**2 + 4.0 * a.scale * c.scale, e.scale)

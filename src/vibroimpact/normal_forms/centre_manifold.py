@@ -89,7 +89,7 @@ def centre_manifold(forms: Forms) -> CentreManifold | Refusal:
     critical = critical_multiplier("NS", A, None)
     if isinstance(critical, Refusal):
         return critical
-    lam, H = critical.multiplier / abs(critical.multiplier), eigenbasis(critical)
+    lam, H = critical.on_circle, eigenbasis(critical)
     second, third = _partials(forms, H)
     rest = np.asarray(np.linalg.solve(H, A @ H)[2:, 2:], np.float64)
     w20, w11 = _graph(lam, rest, second)

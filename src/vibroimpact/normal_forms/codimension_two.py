@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from vibroimpact._core.checks import check_choice
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.degenerate import chenciner, cusp, generalised_flip
@@ -13,10 +15,9 @@ from vibroimpact.normal_forms.interactions import (
     fold_neimark_sacker,
 )
 from vibroimpact.normal_forms.special_points import CodimensionTwo
-from vibroimpact.normal_forms.strong_resonance import strong_resonance
+from vibroimpact.normal_forms.strong_resonance import STRONG
 
-STRONG = ("R1", "R2", "R3", "R4")
-ROUTES = {
+ROUTES: dict[str, Callable[[Forms], CodimensionTwo | Refusal]] = {
     "CP": cusp,
     "GPD": generalised_flip,
     "CH": chenciner,
@@ -24,6 +25,7 @@ ROUTES = {
     "LPNS": fold_neimark_sacker,
     "PDNS": flip_neimark_sacker,
     "NSNS": double_neimark_sacker,
+    **STRONG,
 }
 
 
@@ -70,7 +72,5 @@ def codimension_two(kind: str, forms: Forms) -> CodimensionTwo | Refusal:
     (1.199, ['SN of period 4', 'SN of period 4'])
     """
     check_forms(forms)
-    check_choice("kind", kind, (*ROUTES, *STRONG))
-    if kind in STRONG:
-        return strong_resonance(kind, forms)
+    check_choice("kind", kind, ROUTES)
     return ROUTES[kind](forms)

@@ -113,6 +113,11 @@ class Critical:
     multipliers: Complexes
     others: Complexes
 
+    @property
+    def on_circle(self) -> complex:
+        """The multiplier brought to the unit circle."""
+        return self.multiplier / abs(self.multiplier)
+
     def project(self, vector: Complexes | Floats) -> complex:
         """<p, vector>: the part of a vector along q."""
         return complex(np.vdot(self.p, vector))
@@ -123,7 +128,7 @@ class Critical:
         return bool(np.all(np.abs(self.others) < 1.0))
 
 
-def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critical | Refusal:
+def critical_multiplier(kind: str, A: Floats, target: float | None) -> Critical | Refusal:
     """Find the critical multiplier of a Jacobian.
 
     Parameters
@@ -141,20 +146,19 @@ def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critica
         Refused as NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has merged at 1 or -1)
         or OTHERS_CRITICAL.
     """
-    if not np.all(np.isfinite(A)):
-        unknown = np.full(len(A), np.nan, dtype=np.complex128)
-        return Refusal(kind, Status.NOT_SMOOTH, f"the Jacobian {NOT_FINITE}", unknown)
+    rough = rough_jacobian(kind, A)
+    if rough:
+        return rough
     values, left, right = scipy.linalg.eig(A, left=True, right=True)
-    at = _nearest(values, target)
-    if at is None:
+    off = distance(values, target)
+    at = int(np.argmin(off))
+    if not np.isfinite(off[at]):
         return _all_real(kind, values)
     nu = complex(values[at])
-    off = abs(abs(nu) - 1.0) if target is None else abs(nu - target)
-    if off > ON_CIRCLE:
-        wanted = "a pair on the unit circle" if target is None else f"a multiplier {target:+.0f}"
+    if off[at] > ON_CIRCLE:
         reason = (
-            f"{kind} needs {wanted}; the nearest is {nu:.9g}, off by {off:.2g} (allowed "
-            f"{ON_CIRCLE:g})."
+            f"{kind} needs {described(target)}; the nearest is {nu:.9g}, off by {off[at]:.2g} "
+            f"(allowed {ON_CIRCLE:g})."
         )
         return Refusal(kind, Status.NOT_CRITICAL, reason, values)
     others = np.delete(values, [at, partner(values, at)] if target is None else at)
@@ -165,12 +169,21 @@ def critical_multiplier(kind: str, A: Floats, target: complex | None) -> Critica
     return Critical(nu, q, p, values, others)
 
 
-def _nearest(values: Complexes, target: complex | None) -> int | None:
-    """Index of the multiplier nearest to critical; None where no pair exists."""
+def distance(values: Complexes, target: float | None) -> Floats:
+    """Distance of each multiplier from the one sought; infinite if it is of no pair sought."""
     if target is not None:
-        return int(np.argmin(np.abs(values - target)))
-    off = np.where(values.imag > 0.0, np.abs(np.abs(values) - 1.0), np.inf)
-    return int(np.argmin(off)) if np.any(values.imag > 0.0) else None
+        return np.asarray(np.abs(values - target), np.float64)
+    return np.where(values.imag > 0.0, np.abs(np.abs(values) - 1.0), np.inf)
+
+
+def described(target: float | None) -> str:
+    """The multiplier sought, in words."""
+    return "a pair on the unit circle" if target is None else f"a multiplier {target:+.0f}"
+
+
+def listed(values: Complexes) -> str:
+    """Multipliers, in words."""
+    return ", ".join(f"{value:.9g}" for value in values)
 
 
 def partner(values: Complexes, at: int) -> int:
@@ -198,12 +211,23 @@ def normalised(right: Complexes, left: Complexes) -> tuple[Complexes, Complexes]
 
 
 def _crowded(kind: str, nu: complex, crowd: Complexes, values: Complexes) -> Refusal:
-    named = ", ".join(f"{other:.9g}" for other in crowd)
     reason = (
         f"{kind} at nu = {nu:.9g} needs every other multiplier off the unit circle and nu simple; "
-        f"also critical: {named}. This is a point of higher codimension."
+        f"also critical: {listed(crowd)}. This is a point of higher codimension."
     )
     return Refusal(kind, Status.OTHERS_CRITICAL, reason, values)
+
+
+def not_smooth(kind: str, name: str, multipliers: Complexes) -> Refusal:
+    """Refuse what is not finite."""
+    return Refusal(kind, Status.NOT_SMOOTH, f"{name} {NOT_FINITE}", multipliers)
+
+
+def rough_jacobian(kind: str, A: Floats) -> Refusal | None:
+    """Refuse a Jacobian that is not finite: its multipliers are not known."""
+    if np.all(np.isfinite(A)):
+        return None
+    return not_smooth(kind, "the Jacobian", np.full(len(A), np.nan, dtype=np.complex128))
 
 
 def zero(
@@ -221,7 +245,7 @@ def zero(
         The normal form without the parts that depend on it.
     """
     if not math.isfinite(value):
-        return Refusal(form.kind, Status.NOT_SMOOTH, f"{name} {NOT_FINITE}", form.multipliers)
+        return not_smooth(form.kind, name, form.multipliers)
     if abs(value) > HALF_OF_THE_DIGITS * scale:
         return None
     reason = f"{name} = {value:.3g} is zero to half of the digits: {meaning}."

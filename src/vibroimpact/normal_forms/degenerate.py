@@ -22,10 +22,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.normal_forms.critical import NOT_FINITE, Refusal, Status
+from vibroimpact.normal_forms.critical import Refusal, Status, not_smooth
 from vibroimpact.normal_forms.flip_fold import Flip, flip_coefficient
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, ns_coefficient
@@ -33,11 +31,10 @@ from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
     NO_CURVES,
     NewCurve,
-    along,
     critical_multipliers,
-    sized,
     vanishing,
 )
+from vibroimpact.normal_forms.terms import along, sized
 
 FIFTH = "the coefficient of fifth order takes fifth derivatives, which are not computed"
 
@@ -184,10 +181,12 @@ def cusp(forms: Forms) -> Cusp | Refusal:
     (critical,) = found
     q, p = critical.q.real, critical.p.real
     bend = at.real(q, q)
-    h2 = np.asarray(along(A, critical, bend).real, np.float64)
+    h2 = along(A, critical.on_circle, critical.q, critical.p, bend).real
     a, c = sized(p, 2.0, bend), sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (1)
-    if not abs(a.value) <= AT_THE_POINT * a.scale:
-        return _not_zero("CP", "the quadratic coefficient a", a.value.real, critical.multipliers)
+    name = "the quadratic coefficient a"
+    generic = _not_zero("CP", name, a.value.real, a.scale, critical.multipliers)
+    if generic:
+        return generic
     form = Cusp(
         c=c.value.real,
         a=a.value.real,
@@ -207,9 +206,9 @@ def generalised_flip(forms: Forms) -> GeneralisedFlip | Refusal:
     if isinstance(found, Refusal):
         return found
     form, scale = flip_coefficient("PD", at, A, found[0])
-    if not abs(form.c) <= AT_THE_POINT * scale:
-        return _not_zero("GPD", "the cubic coefficient c", form.c, form.multipliers, form)
-    return GeneralisedFlip(
+    name = "the cubic coefficient c"
+    generic = _not_zero("GPD", name, form.c, scale, form.multipliers, form)
+    return generic or GeneralisedFlip(
         c=form.c,
         scale=scale,
         q=form.q,
@@ -227,10 +226,9 @@ def chenciner(forms: Forms) -> Chenciner | Refusal:
     if isinstance(found, Refusal):
         return found
     form, scale = ns_coefficient(at, A, found[0])
-    if not abs(form.d.real) <= AT_THE_POINT * scale:
-        name = "the first Lyapunov coefficient Re(d)"
-        return _not_zero("CH", name, form.d.real, form.multipliers, form)
-    return Chenciner(
+    name = "the first Lyapunov coefficient Re(d)"
+    generic = _not_zero("CH", name, form.d.real, scale, form.multipliers, form)
+    return generic or Chenciner(
         multiplier=form.multiplier,
         d=form.d,
         scale=scale,
@@ -247,10 +245,14 @@ def _not_zero(
     kind: str,
     name: str,
     value: float,
+    scale: float,
     multipliers: Complexes,
     form: Flip | NeimarkSacker | None = None,
-) -> Refusal:
+) -> Refusal | None:
+    """Refuse a coefficient that does not vanish next to the size of its terms, or is not finite."""
+    if abs(value) <= AT_THE_POINT * scale:
+        return None
     if not math.isfinite(value):
-        return Refusal(kind, Status.NOT_SMOOTH, f"{name} {NOT_FINITE}", multipliers)
+        return not_smooth(kind, name, multipliers)
     reason = f"{kind} needs {name} to vanish; it is {value:.6g}: a point of codimension one."
     return Refusal(kind, Status.NOT_CRITICAL, reason, multipliers, form)

@@ -182,7 +182,7 @@ class ExplicitMap:
     def __call__(self, x: ArrayLike, p: Values) -> Floats:
         """Return the image of x, shape (d,)."""
         image, values = self._place(x, p)
-        given = self._given([np.float64(value) for value in values])
+        given = self._given(values)
         for _ in range(self.iterate):
             image = np.array([_number(y) for y in self._image(image, given)])
         return image
@@ -258,8 +258,8 @@ class ExplicitMap:
         FixedPoint
             With its ``status``.
         """
-        x, values = np.array(vector("guess", guess, self.dimension)), self._place(guess, p)[1]
-        p = self._given(values.tolist())
+        x = np.array(vector("guess", guess, self.dimension))
+        p = self._given(self._values(p).tolist())
         steps, converged = 0, False
         while not converged and steps < MOST_STEPS:
             A, b = self.linearised(x, p)[0] - np.eye(self.dimension), self.residual(x, p)
@@ -328,11 +328,15 @@ class ExplicitMap:
         """A point and parameters as arrays; a point that a Newton step led to may be infinite."""
         if not (isinstance(x, np.ndarray) and x.dtype == float and x.shape == (self.dimension,)):
             x = np.array(vector("x", x, self.dimension))
-        if len(self.parameters) == 1:
-            return x, np.array([real("p", p)])
-        return x, np.array(vector("p", p, len(self.parameters)))
+        return x, self._values(p)
 
-    def _given(self, values: Sequence[Any]) -> Any:
+    def _values(self, p: Values) -> Floats:
+        """All parameters, shape (k,)."""
+        if len(self.parameters) == 1:
+            return np.array([real("p", p)])
+        return np.array(vector("p", p, len(self.parameters)))
+
+    def _given(self, values: Sequence[Any] | Floats) -> Any:
         """Parameters as the function takes them: one value, or a tuple of several."""
         return values[0] if len(self.parameters) == 1 else tuple(values)
 

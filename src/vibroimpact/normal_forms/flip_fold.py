@@ -37,6 +37,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
+from vibroimpact.normal_forms.terms import off, sized
 from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
 UNDECIDED = "the cubic term does not decide"
@@ -206,11 +207,10 @@ def flip_coefficient(
 ) -> tuple[Flip, float]:
     """Normal form without the parameter, and the size of the terms of c."""
     q, p = critical.q.real, critical.p.real
-    h2 = np.asarray(np.linalg.solve(np.eye(len(A)) - A, at.real(q, q)), np.float64)  # (1)
-    terms = at.real(q, q, q), 3.0 * at.real(q, h2)
-    c = float(p @ (terms[0] + terms[1])) / 6.0  # (2)
-    scale = float(np.linalg.norm(p)) * sum(float(np.linalg.norm(t)) for t in terms) / 6.0
-    return Flip(kind, c, q, p, h2, critical.multipliers, critical.others_inside, None), scale
+    h2 = off(A, 1.0, at.real(q, q))  # (1)
+    c = sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (2)
+    multipliers, inside = critical.multipliers, critical.others_inside
+    return Flip(kind, c.value.real, q, p, h2, multipliers, inside, None), c.scale
 
 
 def fold(forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
@@ -236,15 +236,12 @@ def fold(forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
     if isinstance(critical, Refusal):
         return critical
     at, q, p = Multilinear(forms), critical.q.real, critical.p.real
-    curvature = at.real(q, q)
-    a = float(p @ curvature) / 2.0  # (4)
-    form = Fold(a, q, p, critical.multipliers, critical.others_inside, None)
-    size = float(np.linalg.norm(p))
-    scale = size * float(np.linalg.norm(curvature)) / 2.0
-    flat = zero("a", a, scale, Status.DEGENERATE, FLAT, form)
+    a = sized(p, 2.0, at.real(q, q))  # (4)
+    form = Fold(a.value.real, q, p, critical.multipliers, critical.others_inside, None)
+    flat = zero("a", form.a, a.scale, Status.DEGENERATE, FLAT, form)
     if flat or not parameter:
         return flat or form
-    push = at.real(with_parameter(np.zeros(len(q)), 1.0))
-    drive, scale = float(p @ push), size * float(np.linalg.norm(push))
-    crossing = zero("<p, F_p>", drive, scale, Status.NOT_TRANSVERSAL, BRANCHES_CROSS, form)
+    s = sized(p, 1.0, at.real(with_parameter(np.zeros(len(q)), 1.0)))
+    drive = s.value.real
+    crossing = zero("<p, F_p>", drive, s.scale, Status.NOT_TRANSVERSAL, BRANCHES_CROSS, form)
     return crossing or replace(form, drive=drive)

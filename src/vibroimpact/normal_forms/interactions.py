@@ -11,7 +11,7 @@ Method      Fold-flip LPPD (q0 at 1, q1 at -1):
                 f111 = <p1, C(q1, q2, conj q2) + B(q1, h011) + 2 Re B(conj q2, h110)>,
                 g210 = <p2, C(q1, q1, q2) + 2 B(q1, h110) + B(q2, h200)> / 2,
                 g021 = <p2, C(q2, q2, conj q2) + 2 B(q2, h011) + B(conj q2, h020)> / 2,      (4)
-            with h200, h011, h110, h020 for w^2, |z|^2, w z, z^2 from (2), (3) of special_points.py.
+            with h200, h011, h110, h020 for w^2, |z|^2, w z, z^2 from (1) and (2) of terms.py.
             w -> w + alpha w^2 + beta |z|^2, z -> z + gamma w z change the cubic ones, and leave
                 s = sign(f200 f011),   a = g110 / f200,   c = f300 / f200^2,
                 b = (f011 g210 + g110 (f111 / 2 + Re(conj(nu) g021)) - f200 g021)
@@ -54,19 +54,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.normal_forms.critical import NOT_FINITE, Critical, Refusal, Status
+from vibroimpact.normal_forms.critical import Critical, Refusal, not_smooth
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.special_points import (
     NO_CURVES,
     NewCurve,
-    Sized,
-    along,
     critical_multipliers,
-    off,
-    on_circle,
-    sized,
     vanishing,
 )
+from vibroimpact.normal_forms.terms import Sized, along, cubic_alone, off, pair_alone, sized
 
 UNDECIDED = "terms of higher order decide"
 
@@ -276,10 +272,22 @@ def fold_flip(forms: Forms) -> FoldFlip | Refusal:
     (q0, p0), (q1, p1) = ((critical.q.real, critical.p.real) for critical in found)
     a, b = sized(p0, 1.0, at.real(q0, q0)), sized(p0, 1.0, at.real(q1, q1))
     e = sized(p1, 1.0, at.real(q0, q1))  # (2)
-    values = a.value.real, b.value.real, e.value.real
-    form = FoldFlip(*values, q0, q1, found[0].multipliers, found[0].others_inside)
-    checks = zip(("a", "b", "e"), values, (a.scale, b.scale, e.scale), strict=True)
-    return vanishing(form, *((*check, UNDECIDED) for check in checks)) or form
+    form = FoldFlip(
+        a=a.value.real,
+        b=b.value.real,
+        e=e.value.real,
+        q0=q0,
+        q1=q1,
+        multipliers=found[0].multipliers,
+        others_inside=found[0].others_inside,
+    )
+    degenerate = vanishing(
+        form,
+        ("a", form.a, a.scale, UNDECIDED),
+        ("b", form.b, b.scale, UNDECIDED),
+        ("e", form.e, e.scale, UNDECIDED),
+    )
+    return degenerate or form
 
 
 def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
@@ -293,10 +301,12 @@ def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
     square, circle, mixed = at.real(q1, q1), at(q2, bar).real, at(q1, q2)
     f200, f011 = sized(one.p, 2.0, square), sized(one.p, 1.0, circle)
     g110 = sized(pair.p, 1.0, mixed)
-    h200, h011, h110 = along(A, one, square).real, along(A, one, circle).real, along(A, pair, mixed)
+    h200 = along(A, one.on_circle, one.q, one.p, square).real
+    h011 = along(A, one.on_circle, one.q, one.p, circle).real
+    h110 = along(A, pair.on_circle, q2, pair.p, mixed)
     f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
     form = FoldNeimarkSacker(
-        multiplier=on_circle(pair),
+        multiplier=pair.on_circle,
         f200=f200.value.real,
         f011=f011.value.real,
         g110=g110.value,
@@ -318,8 +328,7 @@ def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
         ("Re(conj(nu) g110)", growth, g110.scale, UNDECIDED),
     )
     if degenerate is None and not math.isfinite(abs(form.b) + abs(form.c)):
-        reason = f"a cubic coefficient {NOT_FINITE}"
-        return Refusal("LPNS", Status.NOT_SMOOTH, reason, form.multipliers)
+        return not_smooth("LPNS", "a cubic coefficient", form.multipliers)
     return degenerate or form
 
 
@@ -329,12 +338,11 @@ def flip_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
     found = critical_multipliers("PDNS", A, (-1.0, None))
     if isinstance(found, Refusal):
         return found
-    q1, q2, nu = found[0].q.real, found[1].q, on_circle(found[1])
+    q1, q2 = found[0].q.real, found[1].q
     h200, h011 = off(A, 1.0, at(q1, q1)).real, off(A, 1.0, at(q2, q2.conj())).real
-    h110 = off(A, -nu, at(q1, q2))
+    h110 = off(A, -found[1].on_circle, at(q1, q2))
     f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
-    bar = nu.conjugate()
-    return _amplitudes("PDNS", found, ((-1.0, f300), (-1.0, f111)), ((bar, g210), (bar, g021)))
+    return _amplitudes("PDNS", found, (f300, f111), (g210, g021))
 
 
 def _cubic(
@@ -346,13 +354,12 @@ def _cubic(
     """(f300, f111, g210, g021) of (4)."""
     (one, pair), (h200, h011, h110) = found, second
     q1, q2, bar = one.q.real, pair.q, pair.q.conj()
-    h020 = off(A, on_circle(pair) ** 2, at(q2, q2))
+    h020 = off(A, pair.on_circle**2, at(q2, q2))
     f300 = sized(one.p, 6.0, at(q1, q1, q1), 3.0 * at(q1, h200))
     turning = 2.0 * at(bar, h110).real
     f111 = sized(one.p, 1.0, at(q1, q2, bar), at(q1, h011), turning)
     g210 = sized(pair.p, 2.0, at(q1, q1, q2), 2.0 * at(q1, h110), at(q2, h200))
-    g021 = sized(pair.p, 2.0, at(q2, q2, bar), 2.0 * at(q2, h011), at(bar, h020))
-    return f300, f111, g210, g021
+    return f300, f111, g210, cubic_alone(at, q2, pair.p, h020, h011)
 
 
 def double_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
@@ -362,37 +369,37 @@ def double_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
     if isinstance(found, Refusal):
         return found
     first, second = found
-    rows = [_pair_rows(at, A, first, second), _pair_rows(at, A, second, first)[::-1]]
-    bars = [on_circle(pair).conjugate() for pair in found]
-    parts = [((bar, a), (bar, b)) for bar, (a, b) in zip(bars, rows, strict=True)]
-    return _amplitudes("NSNS", found, *parts)
+    f2100, f1011 = _pair_row(at, A, first, second)
+    g0021, g1110 = _pair_row(at, A, second, first)
+    return _amplitudes("NSNS", found, (f2100, f1011), (g1110, g0021))
 
 
-def _pair_rows(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tuple[Sized, Sized]:
+def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tuple[Sized, Sized]:
     """(f2100, f1011) of (7) for the pair ``own``."""
-    q, r, nu, mu = own.q, other.q, on_circle(own), on_circle(other)
-    q_bar, r_bar = q.conj(), r.conj()
-    h20, h11 = off(A, nu**2, at(q, q)), off(A, 1.0, at(q, q_bar)).real
+    q, r, r_bar, nu, mu = own.q, other.q, other.q.conj(), own.on_circle, other.on_circle
+    _, _, alone = pair_alone(at, A, nu, q, own.p)
     both, circle = off(A, nu * mu, at(q, r)), off(A, 1.0, at(r, r_bar)).real
     turned = off(A, nu * mu.conjugate(), at(q, r_bar))
-    alone = sized(own.p, 2.0, at(q, q, q_bar), 2.0 * at(q, h11), at(q_bar, h20))
     mixed = sized(own.p, 1.0, at(q, r, r_bar), at(q, circle), at(r, turned), at(r_bar, both))
     return alone, mixed
 
 
 def _amplitudes(
-    kind: str, found: tuple[Critical, ...], *rows: tuple[tuple[complex, Sized], ...]
+    kind: str, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
 ) -> TwoAmplitudes | Refusal:
-    """The amplitude map (8) from (factor, coefficient) by rows, or the hypothesis that fails."""
-    p = np.array([[(factor * part.value).real for factor, part in row] for row in rows])
-    sizes = np.array([[max(part.scale for _, part in row)] * 2 for row in rows])
+    """The amplitude map (8) from the coefficients by rows, or the hypothesis that fails."""
     one, two = found
+    bars = one.on_circle.conjugate(), two.on_circle.conjugate()
+    p = np.array(
+        [[(bar * part.value).real for part in row] for bar, row in zip(bars, rows, strict=True)]
+    )
+    sizes = [max(part.scale for part in row) for row in rows]
     form = TwoAmplitudes(kind, p, one.q, two.q, one.multipliers, one.others_inside)
     checks = [
-        (f"p_{i + 1}{j + 1}", float(p[i, j]), float(sizes[i, j]), UNDECIDED)
+        (f"p_{i + 1}{j + 1}", float(p[i, j]), sizes[i], UNDECIDED)
         for i in range(2)
         for j in range(2)
     ]
-    scale = 2.0 * float(sizes[0, 0] * sizes[1, 1])
     determinant = float(p[0, 0] * p[1, 1] - p[0, 1] * p[1, 0])
-    return vanishing(form, *checks, ("det p", determinant, scale, UNDECIDED)) or form
+    checks.append(("det p", determinant, 2.0 * sizes[0] * sizes[1], UNDECIDED))
+    return vanishing(form, *checks) or form

@@ -48,6 +48,7 @@ from vibroimpact.normal_forms.resonance import (
     strong_resonances,
     warning,
 )
+from vibroimpact.normal_forms.terms import on_pair_manifold, pair_alone
 from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
 UNDECIDED = "the cubic term does not decide (a Chenciner point, or an area-preserving map)"
@@ -183,11 +184,10 @@ class NeimarkSacker:
 
     def on_manifold(self, z: Complexes, dp: float, *, order: int = 2) -> Floats:
         """Points of the centre manifold at z, shape (n,), as displacements (n, dimension)."""
-        first = 2.0 * np.real(np.outer(z, self.q))
         if order == 1:
-            return np.asarray(first)
-        quadratic = np.real(np.outer(z**2, self.h20)) + np.outer(np.abs(z) ** 2, self.h11)
-        return np.asarray(first + quadratic + self._unfolded().drift * dp)
+            return np.asarray(2.0 * np.real(np.outer(z, self.q)))
+        bent = on_pair_manifold(z, self.q, self.h20, self.h11)
+        return np.asarray(bent + self._unfolded().drift * dp)
 
     def _unfolded(self) -> Unfolding:
         return given("unfolding", self.unfolding)
@@ -243,19 +243,14 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
 
 def ns_coefficient(at: Multilinear, A: Floats, critical: Critical) -> tuple[NeimarkSacker, float]:
     """Normal form without the parameter, and the size of the terms of d."""
-    q, identity = critical.q, np.eye(len(A))
-    nu = critical.multiplier / abs(critical.multiplier)
-    h20 = np.asarray(np.linalg.solve(nu**2 * identity - A, at(q, q)), np.complex128)  # (2)
-    h11 = np.asarray(np.linalg.solve(identity - A, at(q, q.conj()).real), np.float64)
-    terms = (at(q, q, q.conj()), 2.0 * at(q, h11), at(q.conj(), h20))
-    d = nu.conjugate() * critical.project(terms[0] + terms[1] + terms[2]) / 2.0  # (3)
-    scale = float(np.linalg.norm(critical.p)) * sum(float(np.linalg.norm(t)) for t in terms) / 2.0
+    nu = critical.on_circle
+    h20, h11, cubic = pair_alone(at, A, nu, critical.q, critical.p)  # (2)
     radii = _resonant_radii(at, h20, critical)
     near = strong_resonances(float(np.angle(nu)))
     form = NeimarkSacker(
         multiplier=nu,
-        d=d,
-        q=q,
+        d=nu.conjugate() * cubic.value,  # (3)
+        q=critical.q,
         p=critical.p,
         h20=h20,
         h11=h11,
@@ -265,7 +260,7 @@ def ns_coefficient(at: Multilinear, A: Floats, critical: Critical) -> tuple[Neim
         warnings=tuple(warning(r, radii.get(r.q, math.inf)) for r in near),
         unfolding=None,
     )
-    return form, scale
+    return form, cubic.scale
 
 
 def _resonant_radii(at: Multilinear, h20: Complexes, critical: Critical) -> dict[int, float]:

@@ -1,12 +1,9 @@
-"""What all points of codimension two share: critical multipliers, solves, and what is born.
+"""What all points of codimension two share: critical multipliers, and what is born.
 
 Method      several critical multipliers nu_k at once, A q_k = nu_k q_k, A^T p_k = conj(nu_k) p_k,
             |q_k| = 1, <p_k, q_k> = 1, each with the sign or phase of critical.py            (1)
-            second-order terms h of the centre manifold, of a monomial with the factor mu:
-                (mu I - A) h = r              where mu is no multiplier,                     (2)
-                (mu I - A) h = r - <p, r> q,  <p, h> = 0   where mu is the one of q and p    (3)
 Assumes     nothing: hypotheses are checked
-Accuracy    rounding times |p_k|, and the conditions of (2) and of (3) bordered by q and p
+Accuracy    rounding times |p_k|
 Fails       a Refusal where a multiplier is missing, not simple, or another is critical
 Tolerance   an error delta of the parameters moves a double multiplier by its square root, and at
             a fold the fixed point with all of its multipliers: these are accepted to sqrt(1e-6),
@@ -28,14 +25,17 @@ import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
-    NOT_FINITE,
     ON_CIRCLE,
     Critical,
     NormalForm,
     Refusal,
     Status,
+    described,
+    distance,
+    listed,
     normalised,
     partner,
+    rough_jacobian,
     zero,
 )
 
@@ -96,44 +96,10 @@ class CodimensionTwo(NormalForm, Protocol):
         """A sentence where ``switchable`` is empty; else an empty string."""
 
 
-@dataclass(frozen=True)
-class Sized:
-    """A coefficient and the size of the terms whose sum it is."""
-
-    value: complex
-    scale: float
-
-
-def sized(p: Complexes | Floats, divisor: float, *terms: Complexes | Floats) -> Sized:
-    """Return <p, sum of the terms> / divisor with its scale."""
-    length = float(np.linalg.norm(p)) / divisor
-    scale = length * sum(float(np.linalg.norm(term)) for term in terms)
-    return Sized(complex(np.vdot(p, sum(terms))) / divisor, scale)
-
-
 def vanishing(form: NormalForm, *checks: tuple[str, float, float, str]) -> Refusal | None:
     """Refuse the first of (name, value, scale, meaning) that is zero to half of the digits."""
     refused = (zero(n, v, s, Status.DEGENERATE, why, form) for n, v, s, why in checks)
     return next((r for r in refused if r is not None), None)
-
-
-def off(A: Floats, mu: complex, right: Complexes | Floats) -> Complexes:
-    """The solution of (2)."""
-    return np.asarray(np.linalg.solve(mu * np.eye(len(A)) - A, right), np.complex128)
-
-
-def along(A: Floats, critical: Critical, right: Complexes | Floats) -> Complexes:
-    """The solution of (3), with mu = the multiplier of ``critical`` brought to the circle."""
-    n, q, p = len(A), critical.q, critical.p
-    bordered = np.zeros((n + 1, n + 1), dtype=np.complex128)
-    bordered[:n, :n] = on_circle(critical) * np.eye(n) - A
-    bordered[:n, n], bordered[n, :n] = q, p.conj()
-    return np.asarray(np.linalg.solve(bordered, np.append(right, 0.0))[:n], np.complex128)
-
-
-def on_circle(critical: Critical) -> complex:
-    """The critical multiplier brought to the unit circle."""
-    return critical.multiplier / abs(critical.multiplier)
 
 
 def critical_multipliers(
@@ -162,16 +128,17 @@ def critical_multipliers(
     -----
     Cost: one eigenvalue problem.
     """
-    if not np.all(np.isfinite(A)):
-        unknown = np.full(len(A), np.nan, dtype=np.complex128)
-        return Refusal(kind, Status.NOT_SMOOTH, f"the Jacobian {NOT_FINITE}", unknown)
+    rough = rough_jacobian(kind, A)
+    if rough:
+        return rough
     values, left, right = scipy.linalg.eig(A, left=True, right=True)
     places: list[int] = []
     allowed = AT_THE_POINT if 1.0 in wanted else ON_CIRCLE
     for target in wanted:
-        distance = _distance(values, target, places)
-        places.append(int(np.argmin(distance)))
-        if not distance[places[-1]] <= allowed:
+        off = distance(values, target)
+        off[places] = np.inf
+        places.append(int(np.argmin(off)))
+        if not off[places[-1]] <= allowed:
             return _missing(kind, target, values)
     reals = [at for at, target in zip(places, wanted, strict=True) if target is not None]
     pairs = sorted(set(places) - set(reals), key=lambda at: float(np.angle(values[at])))
@@ -186,20 +153,11 @@ def critical_multipliers(
     )
 
 
-def _distance(values: Complexes, target: float | None, taken: list[int]) -> Floats:
-    """Distance of each multiplier from the one wanted; infinite if it is taken."""
-    if target is None:
-        distance = np.where(values.imag > 0.0, np.abs(np.abs(values) - 1.0), np.inf)
-    else:
-        distance = np.abs(values - target)
-    distance[taken] = np.inf
-    return np.asarray(distance, np.float64)
-
-
 def _missing(kind: str, target: float | None, values: Complexes) -> Refusal:
-    wanted = "a pair on the unit circle" if target is None else f"a multiplier {target:+.0f}"
-    named = ", ".join(f"{value:.9g}" for value in values)
-    reason = f"{kind} needs {wanted} besides the other critical ones; the multipliers are {named}."
+    reason = (
+        f"{kind} needs {described(target)} besides the other critical ones; the multipliers are "
+        f"{listed(values)}."
+    )
     return Refusal(kind, Status.NOT_CRITICAL, reason, values)
 
 
@@ -213,8 +171,10 @@ def _crowded(
             near |= np.abs(others - target) <= AT_THE_POINT
     if not np.any(near):
         return None
-    named = ", ".join(f"{other:.9g}" for other in others[near])
-    reason = f"{kind} needs every other multiplier off the unit circle; also critical: {named}."
+    reason = (
+        f"{kind} needs every other multiplier off the unit circle; also critical: "
+        f"{listed(others[near])}."
+    )
     return Refusal(kind, Status.OTHERS_CRITICAL, reason, values)
 
 
@@ -222,21 +182,18 @@ def _resonant(
     kind: str, wanted: tuple[float | None, ...], values: Complexes, pairs: list[int]
 ) -> Refusal | None:
     """Refusal where (-1)^m nu1^k nu2^l = 1 with m + |k| + |l| <= 4: such terms do not go away."""
-    signs = (1.0, -1.0) if -1.0 in wanted else (1.0,)
     nus = [complex(values[at] / abs(values[at])) for at in pairs]
     reach = range(-STRONGEST_SUM, STRONGEST_SUM + 1)
-    for sign in signs:
-        room = STRONGEST_SUM - (sign < 0.0)
-        for powers in itertools.product(reach, repeat=len(nus)):
-            if not 0 < sum(map(abs, powers)) <= room:
-                continue
-            product = sign * math.prod((nu**k for nu, k in zip(nus, powers, strict=True)), start=1)
-            if abs(product - 1.0) <= ON_CIRCLE:
-                factors = [f"({nu:.6g})^{k}" for nu, k in zip(nus, powers, strict=True) if k]
-                text = " ".join((["-1"] if sign < 0.0 else []) + factors)
-                reason = (
-                    f"{kind} needs multipliers without a resonance of order four or less, but "
-                    f"{text} = 1 (off by {abs(product - 1.0):.2g}): the normal form has more terms."
-                )
-                return Refusal(kind, Status.STRONG_RESONANCE, reason, values)
+    for m, *powers in itertools.product(range(1 + (-1.0 in wanted)), *[reach] * len(nus)):
+        if not any(powers) or m + sum(map(abs, powers)) > STRONGEST_SUM:
+            continue
+        factors = [(nu, k) for nu, k in zip(nus, powers, strict=True) if k]
+        off = abs((-1.0) ** m * math.prod((nu**k for nu, k in factors), start=1) - 1.0)
+        if off <= ON_CIRCLE:
+            text = " ".join(["-1"] * m + [f"({nu:.6g})^{k}" for nu, k in factors])
+            reason = (
+                f"{kind} needs multipliers without a resonance of order four or less, but "
+                f"{text} = 1 (off by {off:.2g}): the normal form has more terms."
+            )
+            return Refusal(kind, Status.STRONG_RESONANCE, reason, values)
     return None

@@ -45,6 +45,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -52,21 +53,28 @@ import numpy as np
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
-    NOT_FINITE,
     ON_CIRCLE,
     Critical,
     Refusal,
     Status,
     critical_multiplier,
+    listed,
+    rough_jacobian,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
     NO_CURVES,
     NewCurve,
-    off,
-    sized,
     vanishing,
+)
+from vibroimpact.normal_forms.terms import (
+    along,
+    cubic_alone,
+    off,
+    on_pair_manifold,
+    pair_alone,
+    sized,
 )
 
 CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
@@ -150,7 +158,8 @@ class OneToTwo:
     @property
     def meaning(self) -> str:
         """What is born."""
-        circle = f"a Neimark-Sacker curve ends on the flip curve; its circle {self._circle}"
+        verdict = _verdict(self.scaled[1] < 0.0)
+        circle = f"a Neimark-Sacker curve ends on the flip curve; its circle {verdict}"
         if self.c < 0.0:
             return f"{circle}; a Neimark-Sacker curve of the doubled orbit begins."
         return f"{circle} and ends where it meets the doubled orbit, which is a saddle."
@@ -166,10 +175,6 @@ class OneToTwo:
         if self.c < 0.0:
             return ""
         return f"4 c = {4.0 * self.c:.6g} > 0: the doubled orbit is a saddle next to the point."
-
-    @property
-    def _circle(self) -> str:
-        return _verdict(self.scaled[1] < 0.0)
 
 
 @dataclass(frozen=True)
@@ -304,8 +309,7 @@ class OneToFour:
         2 Re(q z) + Re(h20 z^2) + h11 |z|^2, measured from the fixed point at the same parameters:
         for the z of :meth:`period_four` to an error of order |mu|^(3/2).
         """
-        first = 2.0 * np.real(np.outer(z, self.q)) + np.real(np.outer(z**2, self.h20))
-        return np.asarray(first + np.outer(np.abs(z) ** 2, self.h11), np.float64)
+        return on_pair_manifold(z, self.q, self.h20, self.h11)
 
     @property
     def meaning(self) -> str:
@@ -363,12 +367,8 @@ def strong_resonance(kind: str, forms: Forms) -> StrongResonance | Refusal:
     -----
     Cost: d first derivatives; second and third ones R1 2 and 0, R2 5 and 2, R3 and R4 9 and 4.
     """
-    check_choice("kind", kind, ("R1", "R2", "R3", "R4"))
-    if kind == "R1":
-        return _one_to_one(forms)
-    if kind == "R2":
-        return _one_to_two(forms)
-    return _one_to_three(forms) if kind == "R3" else _one_to_four(forms)
+    check_choice("kind", kind, STRONG)
+    return STRONG[kind](forms)
 
 
 def _one_to_one(forms: Forms) -> OneToOne | Refusal:
@@ -376,11 +376,11 @@ def _one_to_one(forms: Forms) -> OneToOne | Refusal:
     found = _double("R1", A, 1.0)
     if isinstance(found, Refusal):
         return found
-    q0, q1, p0, p1 = _chains(A, 1.0)
+    (q0, q1), (p0, p1), rest = found
     b00, b01 = at.real(q0, q0), at.real(q0, q1)
     a, mixed, turned = sized(p0, 2.0, b00), sized(p0, 1.0, b01), sized(p1, 1.0, b00)
     b = (mixed.value + turned.value).real  # (2)
-    form = OneToOne(a.value.real, b, q0, q1, *found)
+    form = OneToOne(a.value.real, b, q0, q1, *rest)
     size = mixed.scale + turned.scale + 2.0 * a.scale
     circle = ("b - 2 a", b - 2.0 * form.a, size, UNDECIDED)
     return vanishing(form, ("a", form.a, a.scale, "no simple fold"), circle) or form
@@ -391,52 +391,51 @@ def _one_to_two(forms: Forms) -> OneToTwo | Refusal:
     found = _double("R2", A, -1.0)
     if isinstance(found, Refusal):
         return found
-    q0, q1, p0, p1 = _chains(A, -1.0)
-    h20 = off(A, 1.0, at.real(q0, q0)).real
-    h11 = off(A, 1.0, at.real(q0, q1) + h20).real
+    (q0, q1), (p0, p1), rest = found
+    h20 = off(A, 1.0, at.real(q0, q0))
+    h11 = off(A, 1.0, at.real(q0, q1) + h20)
     cubic = at.real(q0, q0, q0), 3.0 * at.real(q0, h20)
     mixed = at.real(q0, q0, q1), 2.0 * at.real(q0, h11), at.real(q1, h20)
     c, first, second = sized(p0, 6.0, *cubic), sized(p0, 2.0, *mixed), sized(p1, 2.0, *cubic)
-    form = OneToTwo(c.value.real, (first.value + second.value).real, q0, q1, *found)  # (4)
+    form = OneToTwo(c.value.real, (first.value + second.value).real, q0, q1, *rest)  # (4)
     size = 2.0 * (first.scale + second.scale) + 6.0 * c.scale
     circle = ("2 d + 6 c", form.scaled[1], size, UNDECIDED)
     return vanishing(form, ("c", form.c, c.scale, UNDECIDED), circle) or form
 
 
-def _double(kind: str, A: Floats, target: float) -> tuple[Complexes, bool] | Refusal:
-    """All multipliers and whether the others are inside, if just two are ``target``."""
-    if not np.all(np.isfinite(A)):
-        unknown = np.full(len(A), np.nan, dtype=np.complex128)
-        return Refusal(kind, Status.NOT_SMOOTH, f"the Jacobian {NOT_FINITE}", unknown)
+def _double(
+    kind: str, A: Floats, target: float
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats], tuple[Complexes, bool]] | Refusal:
+    """(q0, q1), (p0, p1), and all multipliers with whether the others are inside.
+
+    Refused unless just two are ``target``, with one eigenvector.
+    """
+    rough = rough_jacobian(kind, A)
+    if rough:
+        return rough
     values = np.linalg.eigvals(A).astype(np.complex128)
     near = np.abs(values - target) <= AT_THE_POINT  # a double root splits by the square root
     others = values[~near]
     if np.count_nonzero(near) != 2 or np.any(np.abs(np.abs(others) - 1.0) <= ON_CIRCLE):
-        named = ", ".join(f"{value:.9g}" for value in values)
         reason = (
             f"{kind} needs exactly two multipliers {target:+.0f} and no other on the unit circle; "
-            f"they are {named}."
+            f"they are {listed(values)}."
         )
         return Refusal(kind, Status.NOT_CRITICAL, reason, values)
-    sizes = np.linalg.svd(A - target * np.eye(len(A)), compute_uv=False)
+    left, sizes, right = np.linalg.svd(A - target * np.eye(len(A)))
     if sizes[-2] <= ON_CIRCLE:
         reason = (
             f"{kind} needs one eigenvector of the double multiplier {target:+.0f}; there are two: "
             "a point of higher codimension, or a symmetry."
         )
         return Refusal(kind, Status.OTHERS_CRITICAL, reason, values)
-    return values, bool(np.all(np.abs(others) < 1.0))
-
-
-def _chains(A: Floats, target: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """(q0, q1, p0, p1) of the double multiplier ``target``."""
-    left, sizes, right = np.linalg.svd(A - target * np.eye(len(A)))
     q0, p0 = right[-1], left[:, -1]
     q0 = q0 * math.copysign(1.0, q0[np.argmax(np.abs(q0))])  # the sign of critical.py
     inverse = (right[:-1].T / sizes[:-1]) @ left[:, :-1].T  # without the null vectors
     q1, p1 = inverse @ q0, inverse.T @ p0
     p0, p1 = p0 / (p0 @ q1), p1 / (p0 @ q1)
-    return q0, q1, p0, p1 - (p1 @ q1) * p0
+    rest = values, bool(np.all(np.abs(others) < 1.0))
+    return (q0, q1), (p0, p1 - (p1 @ q1) * p0), rest
 
 
 def _pair(kind: str, A: Floats, target: complex, name: str) -> Critical | Refusal:
@@ -456,9 +455,9 @@ def _one_to_three(forms: Forms) -> OneToThree | Refusal:
     if isinstance(critical, Refusal):
         return critical
     q, bar = critical.q, critical.q.conj()
-    h11, h20 = off(A, 1.0, at(q, bar)).real, _resonant_h20(A, critical, at(q, q))
-    cubic = at(q, q, bar), 2.0 * at(q, h11), at(bar, h20)
-    b, c = sized(critical.p, 2.0, at(bar, bar)), sized(critical.p, 2.0, *cubic)  # (6)
+    h20 = along(A, CUBE_ROOT.conjugate(), bar, critical.p.conj(), at(q, q))
+    h11 = off(A, 1.0, at(q, bar)).real
+    b, c = sized(critical.p, 2.0, at(bar, bar)), cubic_alone(at, q, critical.p, h20, h11)  # (6)
     inside = critical.others_inside
     form = OneToThree(b.value, c.value, q, critical.p, critical.multipliers, inside)
     size, quadratic = abs(b.value) ** 2, b.scale + sized(critical.p, 2.0, at(q, q)).scale
@@ -470,22 +469,13 @@ def _one_to_three(forms: Forms) -> OneToThree | Refusal:
     return vanishing(form, real) or form
 
 
-def _resonant_h20(A: Floats, critical: Critical, right: Complexes) -> Complexes:
-    """The solution of (6), from the system bordered by the null vectors conj(q) and conj(p)."""
-    shifted = CUBE_ROOT.conjugate() * np.eye(len(A)) - A
-    column, row = critical.q.conj()[:, None], critical.p[None, :]
-    bordered = np.block([[shifted, column], [row, np.zeros((1, 1))]])
-    return np.asarray(np.linalg.solve(bordered, np.append(right, 0.0))[:-1], np.complex128)
-
-
 def _one_to_four(forms: Forms) -> OneToFour | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
     critical = _pair("R4", A, 1j, "i")
     if isinstance(critical, Refusal):
         return critical
     q, bar = critical.q, critical.q.conj()
-    h20, h11 = off(A, -1.0, at(q, q)), off(A, 1.0, at(q, bar)).real
-    c = sized(critical.p, 2.0, at(q, q, bar), 2.0 * at(q, h11), at(bar, h20))
+    h20, h11, c = pair_alone(at, A, 1j, q, critical.p)
     d = sized(critical.p, 6.0, at(bar, bar, bar), 3.0 * at(bar, h20.conj()))  # (8)
     form = OneToFour(
         c=c.value,
@@ -493,7 +483,7 @@ def _one_to_four(forms: Forms) -> OneToFour | Refusal:
         q=q,
         p=critical.p,
         h20=h20,
-        h11=np.asarray(h11, np.float64),
+        h11=h11,
         multipliers=critical.multipliers,
         others_inside=critical.others_inside,
     )
@@ -512,3 +502,11 @@ def _one_to_four(forms: Forms) -> OneToFour | Refusal:
         )
         or form
     )
+
+
+STRONG: dict[str, Callable[[Forms], StrongResonance | Refusal]] = {
+    "R1": _one_to_one,
+    "R2": _one_to_two,
+    "R3": _one_to_three,
+    "R4": _one_to_four,
+}

@@ -19,6 +19,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.normal_forms.critical import Critical
 from vibroimpact.normal_forms.forms import Multilinear, with_parameter
+from vibroimpact.normal_forms.terms import off, sized
 
 Part = TypeVar("Part")
 
@@ -55,7 +56,6 @@ class Unfolding:
 def unfold(at: Multilinear, A: Floats, critical: Critical) -> Unfolding:
     """Return (1) and (2). Cost: 1 first and at most 4 second derivatives."""
     parameter = with_parameter(np.zeros(len(A)), 1.0)
-    drift = np.asarray(np.linalg.solve(np.eye(len(A)) - A, at.real(parameter)), np.float64)  # (1)
-    terms = at(critical.q, parameter), at(critical.q, drift)
-    scale = float(np.linalg.norm(critical.p)) * sum(float(np.linalg.norm(t)) for t in terms)
-    return Unfolding(drift, critical.project(terms[0] + terms[1]), scale)  # (2)
+    drift = off(A, 1.0, at.real(parameter))  # (1)
+    slope = sized(critical.p, 1.0, at(critical.q, parameter), at(critical.q, drift))  # (2)
+    return Unfolding(drift, slope.value, slope.scale)
