@@ -48,7 +48,7 @@ from vibroimpact.simulation.lyapunov import (
     FEWEST_BLOCKS,
     parts_of,
 )
-from vibroimpact.simulation.simulate import RunEnd, Status, events_for, phases_of
+from vibroimpact.simulation.simulate import RunEnd, Status, events_for, phase_after, phases_of
 from vibroimpact.simulation.simulator import CHUNK, COUNTED, Simulator
 
 VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
@@ -446,9 +446,8 @@ class _Growth:
 
     def _events(self, part: Any) -> _Events:
         m, high, low = self.mechanism, part["high"], part["low"]
-        phase = part["phase"][:, 0] if m.forces else np.zeros(len(high))
-        if any((line.omega / m.omega) % 1.0 for line in m.forces):
-            phase = self.motion.start.phase + m.omega * (high + low)
+        folded = part["phase"][:, 0] if m.forces else np.zeros(len(high))
+        phase = phase_after(m, folded, self.motion.start.phase, high + low)
         return _Events(
             high, low, part["y"], part["mode"], part["status"], part["contact"], part["side"],
             part["after"], phase,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,8 @@ from vibroimpact.model.system import System, mechanism_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
 SILENT_PERIODS = 10_000  # forcing periods without an event after which a run is called silent
 SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forcing
@@ -252,8 +254,8 @@ def latest(span: float) -> float:
     return span + 4.0 * math.ulp(span)
 
 
-def phase_after(mechanism: Mechanism, phase: float, start: float, time: float) -> float:
-    """Phase of a later state: in [0, 2 pi), unless 2 pi is not a period of all lines."""
+def phase_after(mechanism: Mechanism, phase: Phase, start: float, time: Phase) -> Phase:
+    """Phase of later states: in [0, 2 pi), unless 2 pi is not a period of all lines."""
     lines = mechanism.forces
     if any((line.omega / lines[0].omega) % 1.0 for line in lines):
         return start + lines[0].omega * time
