@@ -380,9 +380,11 @@ def test_a_given_signature_decides_the_map() -> None:
     once = vi.find_circle(damper, REST, impacts="AB", cycles=1)
     twice = vi.find_circle(damper, REST, impacts="ABAB", cycles=2)
     other = vi.find_circle(damper, REST, impacts="BA", cycles=1)
+    listed = vi.find_circle(damper, REST, impacts=np.array([(0, -1), (0, 1)]), cycles=1)
     assert once.rotation_number == pytest.approx(1.0 - 2.0 * 0.258872793916, abs=1e-11)
     assert twice.rotation_number == pytest.approx(folded(2.0 * once.rotation_number), abs=1e-11)
     assert other.rotation_number == pytest.approx(once.rotation_number, abs=1e-11)
+    assert listed.rotation_number == other.rotation_number
     # The section of the lower stop sees the mirror image half a period later.
     assert other.radius == pytest.approx(once.radius, abs=1e-9)
     none = vi.find_circle(damper, REST, impacts="AAB", cycles=1)
@@ -436,6 +438,7 @@ def test_a_family_in_the_clearance_has_the_circles_that_motions_settle_on() -> N
     circle = vi.find_circle(paper_damper("A", 1.00314), REST)
     family = vi.continue_circle(circle, "half_clearance", (4.98, 5.02), points=4)
     direct = vi.find_circle(paper_damper("A", 1.00314, half_clearance=family.values[-1]), REST)
+    assert [c.subject.half_clearance for c in family.circles] == family.values.tolist()
     assert abs(family.rotation_numbers[-1] - direct.rotation_number) < 1e-11
 
 

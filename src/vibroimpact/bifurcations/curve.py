@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice, check_index
+from vibroimpact._core.checks import check_index
 from vibroimpact._core.deferred import deferred
+from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.branches.branch import MEANINGS as BRANCH_MEANINGS
@@ -159,9 +159,7 @@ class BifurcationCurve:
         return len(self.values)
 
     def __getitem__(self, label: str) -> CodimensionTwoPoint:
-        points = {point.label: point for point in self.special_points}
-        check_choice("label", label, points)
-        return points[label]
+        return labelled(self.special_points, label)
 
     @property
     def ends(self) -> tuple[End, End]:
@@ -194,8 +192,7 @@ class BifurcationCurve:
         return dataset
 
     def __repr__(self) -> str:
-        counts = Counter(point.kind for point in self.special_points)
-        found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no special point"
+        found = counted(point.kind for point in self.special_points)
         ranges = ", ".join(
             f"{name} {column.min():.8g} to {column.max():.8g}"
             for name, column in zip(self.names, self.values.T, strict=True)

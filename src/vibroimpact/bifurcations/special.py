@@ -9,12 +9,12 @@ Fails       ``Unresolved``: a zero whose orbit does not converge or that has no 
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.labels import numbered
 from vibroimpact._core.types import Complexes
 from vibroimpact.bifurcations.augmented import BOUND, Augmented
 from vibroimpact.bifurcations.conditions import Graze, critical_pair
@@ -56,14 +56,12 @@ def special_points(
         else:
             doubtful.append(item)
     found.sort(key=lambda item: item.arclength)
-    counts: Counter[str] = Counter()
-    points = []
-    for item in found:
-        word = (
-            "{}/{}".format(*item.resonance) if item.kind == "WEAK" and item.resonance else item.kind
-        )
-        counts[word] += 1
-        points.append(_point(kind, problem, item, f"{word}_{counts[word]}"))
+    words = [
+        "{}/{}".format(*item.resonance) if item.kind == "WEAK" and item.resonance else item.kind
+        for item in found
+    ]
+    labels = numbered(words, "_")
+    points = [_point(kind, problem, item, label) for item, label in zip(found, labels, strict=True)]
     return points, doubtful
 
 

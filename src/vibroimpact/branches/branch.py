@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from vibroimpact._core.checks import check_choice, check_index
+from vibroimpact._core.checks import check_index
 from vibroimpact._core.deferred import deferred
+from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.continuation import Curve
@@ -168,9 +168,7 @@ class Branch:
         return len(self.values)
 
     def __getitem__(self, label: str) -> BifurcationPoint:
-        points = {point.label: point for point in self.special_points}
-        check_choice("label", label, points)
-        return points[label]
+        return labelled(self.special_points, label)
 
     def orbit(self, index: int) -> Orbit:
         """Return the orbit at a point of the branch; the last has the index -1."""
@@ -207,8 +205,7 @@ class Branch:
         return dataset
 
     def __repr__(self) -> str:
-        counts = Counter(point.kind for point in self.special_points)
-        found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no special point"
+        found = counted(point.kind for point in self.special_points)
         low, high = self.extent
         lines = [
             f"Branch of {self.symbol} orbits, {self.parameter} {low:.8g} to {high:.8g}, "

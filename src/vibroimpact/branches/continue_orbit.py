@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.checks import check_flag, range_of, vector
+from vibroimpact._core.labels import numbered
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter
@@ -120,6 +120,7 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     located = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
     doubtful = [item for item in located if isinstance(item, Unresolved)]
     found = sorted((item for item in located if isinstance(item, _At)), key=lambda at: at.arclength)
+    labels = numbered(at.point["kind"] for at in found)
     curve = replace(curve, unresolved=(*curve.unresolved, *doubtful))
     return Branch(
         parameter=family.parameter,
@@ -130,7 +131,10 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         stable=np.array([o.stable for o in orbits]),
         clearance=np.array([o.clearance_to_grazing for o in orbits]),
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
-        special_points=tuple(_labelled(found, bounds)),
+        special_points=tuple(
+            BifurcationPoint(label=label, bounds=bounds, **at.point)
+            for at, label in zip(found, labels, strict=True)
+        ),
         curve=curve,
         family=family,
     )
@@ -147,14 +151,6 @@ class _At(NamedTuple):
 
     arclength: float
     point: dict[str, Any]
-
-
-def _labelled(found: list[_At], bounds: tuple[float, float]) -> Iterator[BifurcationPoint]:
-    counts: Counter[str] = Counter()
-    for _, point in found:
-        counts[point["kind"]] += 1
-        label = f"{point['kind']}{counts[point['kind']]}"
-        yield BifurcationPoint(label=label, bounds=bounds, **point)
 
 
 def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolved]:

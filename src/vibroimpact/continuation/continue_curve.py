@@ -17,6 +17,7 @@ from vibroimpact.continuation.walk import (
     BeginRule,
     CurveProgress,
     Steps,
+    no_progress,
     reversed_node,
     turns_back,
     walk,
@@ -90,7 +91,7 @@ def continue_curve(
     inside = scaled(problem, bounds)
     start = _start(inside, np.asarray(z, dtype=float), float(p), tangent)
     _check_names(inside, start, terminal)
-    report = progress or _no_progress
+    report = progress or no_progress
     forward = walk(inside, start, steps, terminal, report, stop_when)
     backward = None
     if both and not forward.final and not turns_back(inside, start.y, start.direction):
@@ -98,10 +99,6 @@ def continue_curve(
         if backward.closed:
             forward.end = backward.end
     return assemble(inside, forward, backward)
-
-
-def _no_progress(points: int, parameter: float) -> None:
-    """Report nothing."""
 
 
 def _check_names(problem: Scaled, start: Node, terminal: Collection[str]) -> None:

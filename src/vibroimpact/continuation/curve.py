@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+from vibroimpact._core.labels import counted
 from vibroimpact._core.types import Floats, Integers
 
 
@@ -152,11 +152,9 @@ class Curve:
         return (point for point in self.special if point.name == name)
 
     def __repr__(self) -> str:
-        found = ", ".join(
-            f"{n} {name}" for name, n in Counter(p.name for p in self.special).items()
-        )
+        found = counted(point.name for point in self.special)
         return (
             f"Curve of {len(self)} points, parameter {self.parameter.min():.8g} to "
-            f"{self.parameter.max():.8g}, {found or 'no special point'}\n"
+            f"{self.parameter.max():.8g}, {found}\n"
             f"  before the start: {self.ends[0]}\n  after the start: {self.ends[1]}"
         )

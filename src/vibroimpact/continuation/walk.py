@@ -103,6 +103,10 @@ def check_steps(steps: object, progress: object) -> None:
     check_function("progress", progress)
 
 
+def no_progress(points: int, parameter: float) -> None:
+    """Report nothing."""
+
+
 def reversed_node(node: Node) -> Node:
     """Node of the curve in the other direction."""
     return replace(node, direction=-node.direction)

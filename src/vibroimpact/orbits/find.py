@@ -101,7 +101,7 @@ def find_orbit(
     >>> vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0))).symbol
     '1-1-1'
     """
-    sequence = None if impacts is None else _sequence(impacts)
+    sequence = None if impacts is None else stops_of(impacts)
     if cycles is not None:
         check_count("cycles", cycles, 0)
     if symmetric is not None:
@@ -124,7 +124,8 @@ def find_orbit(
     return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
 
 
-def _sequence(impacts: Any) -> tuple[Stop, ...]:
+def stops_of(impacts: Any) -> tuple[Stop, ...]:
+    """Stops of a sequence that the user gives as ``impacts``."""
     if not isinstance(impacts, Sequence) and not (isinstance(impacts, np.ndarray) and impacts.ndim):
         raise refusal("impacts", impacts, "a sequence of stops")
     return tuple(impact_of("impacts", given) for given in impacts)

@@ -59,13 +59,16 @@ def coordinate_label(name: str, units: Units, after_impact: bool = True) -> str:
 
 def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.float64]:
     """Coordinate of a section by its name, the value of an argument."""
-    degrees = section.position.shape[1]
-    names = {f"{kind}{i + 1}": (kind, i) for kind in "xv" for i in range(degrees)}
-    check_choice(argument, name, [*names, "phase"])
+    names = coordinate_names(section.position.shape[1])
+    check_choice(argument, name, names)
     if name == "phase":
         return section.phase
-    kind, i = names[name]
-    return (section.position if kind == "x" else section.velocity)[:, i]
+    return (section.position if name[0] == "x" else section.velocity)[:, int(name[1:]) - 1]
+
+
+def coordinate_names(degrees: int) -> list[str]:
+    """Names of the entries of a state (x, v, theta)."""
+    return [*(f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)), "phase"]
 
 
 def symbol(name: str, after_impact: bool = True) -> str:

@@ -11,7 +11,7 @@ from vibroimpact._core.checks import check_choice, check_kind, shown
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.labels import Labels
-from vibroimpact.plotting.sections import coordinate_label
+from vibroimpact.plotting.sections import coordinate_label, coordinate_names
 from vibroimpact.plotting.units import of_coordinate, units_of
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
@@ -46,9 +46,8 @@ def plot_invariant_circle(
     phi = np.linspace(0.0, 1.0, SMOOTH * circle.nodes)
     machine = circle.signature is not None
     rows = circle.states(phi) if machine else circle.at(phi)
-    n = rows.shape[1] // 2 if machine else rows.shape[1]
-    names = [f"x{i + 1}" for i in range(n)]
-    names += [*(f"v{i + 1}" for i in range(n)), "phase"] if machine else []
+    size = rows.shape[1]
+    names = coordinate_names(size // 2) if machine else [f"x{i + 1}" for i in range(size)]
     if not machine and shown(y) == "'v1'":  # the default
         y = names[-1]
     columns = {}

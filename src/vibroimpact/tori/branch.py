@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice
 from vibroimpact._core.deferred import deferred
+from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.normal import Bundle
@@ -120,9 +119,7 @@ class CircleBranch:
         return len(self.circles)
 
     def __getitem__(self, label: str) -> CircleEvent:
-        points = {point.label: point for point in self.special_points}
-        check_choice("label", label, points)
-        return points[label]
+        return labelled(self.special_points, label)
 
     @property
     def values(self) -> Floats:
@@ -185,8 +182,7 @@ class CircleBranch:
         )
 
     def __repr__(self) -> str:
-        counts = Counter(point.kind for point in self.special_points)
-        found = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "no event"
+        found = counted((point.kind for point in self.special_points), "no event")
         values, rhos = self.values, self.rotation_numbers
         lines = [
             f"Family of {len(self)} circles, {self.parameter} {values.min():.8g} to "

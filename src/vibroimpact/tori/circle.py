@@ -18,7 +18,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.admissibility import PLAY, Nearest, Place, amplitudes, least_gaps
+from vibroimpact.orbits.admissibility import PLAY, Nearest, amplitudes, least_gaps
 from vibroimpact.orbits.problem import Signature
 from vibroimpact.tori.fourier import (
     at_phases,
@@ -32,7 +32,7 @@ from vibroimpact.tori.fourier import (
 from vibroimpact.tori.maps import CircleMap, Images, SignatureMap
 from vibroimpact.tori.normal import (
     Bundle,
-    Leading,
+    NormalDirection,
     NormalStability,
     leading_direction,
     least_angle,
@@ -46,10 +46,7 @@ if TYPE_CHECKING:
 
 FINEST = 129  # phases at which the gaps are taken at least
 ZOOMS, ZOOM = 8, 9  # around the least gap: points per zoom; each zoom is by a factor of four
-RESOLVED, FINER = (
-    1e-12,
-    3,
-)  # derivatives along the circle: their tail, at most so many times the nodes
+RESOLVED, FINER = 1e-12, 3  # derivatives along it: their tail, or so many times the nodes
 NEUTRAL = 1e-9  # a normal exponent so near to 0 is neither stable nor unstable
 LARGEST_Q = 64  # of the resonances that are named
 
@@ -195,11 +192,12 @@ class Circle:
     @cached_property
     def normal(self) -> NormalStability:
         """Exponents and bundles normal to the circle."""
-        return normal_stability(*self._resolved)
+        points, by_point, noise = self._resolved
+        return normal_stability(points, by_point, self.rotation_number, noise)
 
     @cached_property
-    def _resolved(self) -> tuple[Floats, Floats, float, float]:
-        """Scaled points and derivatives on nodes that resolve both, rotation, and the error left."""
+    def _resolved(self) -> tuple[Floats, Floats, float]:
+        """Scaled points and derivatives on nodes that resolve both, and the error left."""
         sizes, count = self.map.sizes, self.nodes
         while True:  # derivatives have more harmonics than the circle
             count = 2 * count + 1
@@ -207,12 +205,12 @@ class Circle:
             by_point = self.map.images(points, self.value, times).by_point * sizes / sizes[:, None]
             noise = tail(by_point)
             if noise <= RESOLVED or count >= FINER * self.nodes:
-                return points / sizes, by_point, self.rotation_number, noise
+                return points / sizes, by_point, noise
 
-    def leading_direction(self) -> Leading:
+    def leading_direction(self) -> NormalDirection:
         """Normal direction of the largest exponent along the circle, for switching."""
-        points, by_point, rotation, _ = self._resolved
-        return leading_direction(points, by_point, rotation)
+        points, by_point, _ = self._resolved
+        return leading_direction(points, by_point, self.rotation_number)
 
     @property
     def normal_exponents(self) -> Floats:
@@ -269,21 +267,17 @@ class Circle:
         return least._replace(phi=least.phi % 1.0)
 
     def _least_gap(self, phi: Floats) -> Approach:
-        found = self._gaps(phi)
-        if not found:
+        """Least gap in the flights from some phases; ``segment`` counts within one iterate."""
+        problem, times = self._impacting.problem, at_phases(self.times, phi)
+        states = self._impacting.departures(self.at(phi), self.value, times)
+        ends = problem.impacts * len(phi)
+        begun = problem.signature.impacts[: len(problem.impacts)] * len(phi)
+        gaps = least_gaps(problem.compiled(self.value), states, times.ravel(), ends, begun)
+        if not gaps:
             return Approach(math.inf, 0.0, None)
-        here = min(found.values(), key=lambda nearest: nearest.gap)
-        return _approach(here, phi, self.times.shape[1])
-
-    def _gaps(self, phi: Floats) -> dict[Place, Nearest]:
-        impacting = self._impacting
-        compiled = impacting.problem.compiled(self.value)
-        times = at_phases(self.times, phi)
-        _, states = impacting.flights(self.at(phi), self.value, times)
-        ends = list(impacting.problem.impacts)
-        begun = list(impacting.signature.impacts[: len(ends)])
-        repeated = len(phi)
-        return dict(least_gaps(compiled, states, times.ravel(), ends * repeated, begun * repeated))
+        here = min(gaps.values(), key=lambda nearest: nearest.gap)
+        node, segment = divmod(here.segment, len(problem.impacts))
+        return Approach(here.gap, float(phi[node]), here._replace(segment=segment))
 
     @property
     def clearance_to_grazing(self) -> float:
@@ -366,9 +360,3 @@ class Circle:
             f"{self.rotation_number:.12g}\n"
             f"  {self.nodes} nodes, residual {self.residual:.1e}, normal exponents {values}{why}"
         )
-
-
-def _approach(here: Nearest, phi: Floats, flights: int) -> Approach:
-    """Approach with its flight counted within one iterate."""
-    node, segment = divmod(here.segment, flights)
-    return Approach(here.gap, float(phi[node]), here._replace(segment=segment))

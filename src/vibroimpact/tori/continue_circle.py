@@ -18,9 +18,8 @@ Reference   [schilder2005]; theory.md, "Invariant circles"
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,7 +33,9 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact._core.labels import numbered
+from vibroimpact.continuation.walk import CurveProgress, no_progress
+from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.problem import asymmetry
 from vibroimpact.tori.branch import CircleBranch, CircleEnd, CircleEvent, CircleStop
@@ -53,11 +54,10 @@ from vibroimpact.tori.solve import (
     Trial,
     matrix_of,
     nodes_needed,
+    radius,
     solve,
     tangent,
 )
-
-CircleProgress = Callable[[int, float], None]
 
 LARGEST_TURN = 0.8  # cosine between neighbouring tangents
 FASTER, SLOWER = 1.6, 0.5
@@ -88,7 +88,7 @@ def continue_circle(
     points: int = 100,
     tolerance: float = TOLERANCE,
     most_nodes: int = MOST_NODES,
-    progress: CircleProgress | None = None,
+    progress: CurveProgress | None = None,
 ) -> CircleBranch:
     """Follow an invariant circle in a parameter, with its bifurcations and where it grazes.
 
@@ -156,28 +156,26 @@ def continue_circle(
     steps = _Steps(first, least, largest, points, positive("tolerance", tolerance), most_nodes)
     value = _value(circle, parameter)
     low, high = range_of("bounds", bounds, parameter, value)
-    family = _Family(circle, parameter, (low, high), steps)
-    begin = family.begun(circle, value)
+    circle_map = _map_along(circle, parameter, (low, high))
+    family = _Family(circle_map, parameter, (low, high), steps)
+    begin = family.solved(replace(circle.trial, p=value), None)
     if begin.status != FOUND:
         raise refusal("circle", circle, f"a solution at the tolerance {tolerance}", begin.status)
-    report = progress or _no_progress
-    forward = _walk(family, begin.trial, begin.residual, 1.0, report)
-    backward = _Walked([forward.circles[0]], [], CircleEnd(CircleStop.NOT_FOLLOWED))
+    start, report = family.circle(begin), progress or no_progress
+    forward = _walk(family, start, 1.0, report)
+    backward = _Walked([start], [], CircleEnd(CircleStop.NOT_FOLLOWED))
     if both and forward.end.reason is not CircleStop.INTERRUPTED:
-        backward = _walk(family, begin.trial, begin.residual, -1.0, report)
+        backward = _walk(family, start, -1.0, report)
     found = [*reversed(backward.events), *forward.events]
+    labels = numbered(event.kind for event in found)
     return CircleBranch(
         parameter,
         (low, high),
         (*reversed(backward.circles[1:]), *forward.circles),
-        tuple(_labelled(found)),
+        tuple(replace(event, label=label) for event, label in zip(found, labels, strict=True)),
         (backward.end, forward.end),
         len(backward.circles) - 1,
     )
-
-
-def _no_progress(points: int, parameter: float) -> None:
-    """Report nothing."""
 
 
 def _value(circle: Circle, parameter: str) -> float:
@@ -191,53 +189,36 @@ def _value(circle: Circle, parameter: str) -> float:
     return circle.value if circle.parameter == parameter else value
 
 
-def _labelled(found: list[CircleEvent]) -> Iterator[CircleEvent]:
-    counts: Counter[str] = Counter()
-    for event in found:
-        counts[event.kind] += 1
-        yield replace(event, label=f"{event.kind}{counts[event.kind]}")
+def _map_along(circle: Circle, parameter: str, bounds: tuple[float, float]) -> CircleMap:
+    """The map of a circle with its derivative by the parameter, which must keep its symmetry."""
+    circle_map, system = circle.map, circle.subject
+    if isinstance(system, ExplicitMap) or not isinstance(circle_map, SignatureMap):
+        return circle_map
+    circle_map = replace(circle_map, system=system, parameter=parameter)
+    circle_map.problem.compiled(parameter_value(system, parameter))
+    if circle_map.signature.symmetric:
+        m = circle_map.problem.compiled(sum(bounds) / 2.0).mechanism
+        if why := asymmetry(m, circle_map.signature.cycles):
+            raise InvalidParameterError(
+                f"parameter = {parameter!r}: breaks the symmetry of the circle: {why}. Find it "
+                "with find_circle(..., symmetric=False)."
+            )
+    return circle_map
 
 
 @dataclass(frozen=True)
 class _Family:
     """The equations along the parameter, and circles made from their solutions."""
 
-    origin: Circle
+    map: CircleMap
     parameter: str
     bounds: tuple[float, float]
     steps: _Steps
-    map: CircleMap = field(init=False)
-
-    def __post_init__(self) -> None:
-        circle_map, subject = self.origin.map, self.origin.subject
-        if isinstance(circle_map, SignatureMap) and not isinstance(subject, ExplicitMap):
-            circle_map = SignatureMap(
-                subject, circle_map.signature, self.parameter, circle_map.sizes
-            )
-            circle_map.problem.compiled(parameter_value(subject, self.parameter))
-            self._check_symmetry(circle_map)
-        object.__setattr__(self, "map", circle_map)
-
-    def _check_symmetry(self, circle_map: SignatureMap) -> None:
-        signature = circle_map.signature
-        if not signature.symmetric:
-            return
-        middle = sum(self.bounds) / 2.0
-        m = circle_map.problem.compiled(middle).mechanism
-        if why := asymmetry(m, signature.cycles):
-            raise InvalidParameterError(
-                f"parameter = {self.parameter!r}: breaks the symmetry of the circle: {why}. Find it "
-                "with find_circle(..., symmetric=False)."
-            )
 
     @property
     def unit(self) -> float:
         """Unit of the parameter: the length of its range."""
         return self.bounds[1] - self.bounds[0]
-
-    def begun(self, circle: Circle, value: float) -> Solved:
-        """The first circle."""
-        return self.solved(replace(circle.trial, p=value), None)
 
     def solved(self, guess: Trial, along: Direction | None) -> Solved:
         """Circle near a guess."""
@@ -246,12 +227,9 @@ class _Family:
             most_nodes=self.steps.most_nodes,
         )  # fmt: skip
 
-    def circle(self, trial: Trial, residual: float) -> Circle:
+    def circle(self, found: Solved) -> Circle:
         """Circle from a solution."""
-        subject = self.origin.subject
-        if not isinstance(subject, ExplicitMap):
-            subject = with_parameter(subject, self.parameter, trial.p)
-        return circle_of(subject, self.map, trial, residual, FOUND)
+        return circle_of(self.map, found.trial, found.residual, found.status)
 
     def tangent(self, found: Solved, previous: Direction) -> Direction:
         """Unit tangent at a solution."""
@@ -269,27 +247,25 @@ class _Walked:
     end: CircleEnd
 
 
-def _walk(
-    family: _Family, start: Trial, residual: float, sense: float, report: CircleProgress
-) -> _Walked:
-    """Follow the family in one direction."""
-    done = _Walked([family.circle(start, residual)], [], CircleEnd(CircleStop.POINTS))
-    images = family.map.images(start.points, start.p, start.times)
-    found = Solved(start, residual, FOUND, images)
-    zero = np.zeros_like(start.points)
+def _walk(family: _Family, start: Circle, sense: float, report: CurveProgress) -> _Walked:
+    """Follow the family in one direction from a circle."""
+    done, trial = _Walked([start], [], CircleEnd(CircleStop.POINTS)), start.trial
+    images = family.map.images(trial.points, trial.p, trial.times)
+    found = Solved(trial, start.residual, FOUND, images)
+    zero = np.zeros_like(trial.points)
     along = family.tangent(found, Direction(zero, 0.0, sense, family.unit))
     length = family.steps.first
     try:
         while len(done.circles) < family.steps.points:
             step = _step(family, found, along, length)
-            if isinstance(step, CircleEnd):
-                done.end = step
+            if isinstance(step, str):
+                done.end = _ended(family, done.circles[-1], step)
                 break
             after, along, taken, at_bound = step
             if _passed_centre(found.trial, after.trial):
                 done.end = _birth(family, done.circles, after.trial)
                 break
-            done.circles.append(family.circle(after.trial, after.residual))
+            done.circles.append(family.circle(after))
             done.events += _events(family, *done.circles[-2:])
             report(len(done.circles), after.trial.p)
             if at_bound:
@@ -306,8 +282,11 @@ def _walk(
 
 def _step(
     family: _Family, found: Solved, along: Direction, length: float
-) -> tuple[Solved, Direction, float, bool] | CircleEnd:
-    """Predict and correct (1), (2): the next circle, its tangent, the step taken, at a bound."""
+) -> tuple[Solved, Direction, float, bool] | str:
+    """Predict and correct (1), (2): the next circle, its tangent, the step taken, at a bound.
+
+    Or the reason why even the shortest step fails.
+    """
     sizes, why = family.map.sizes, ""
     most = family.steps.most_nodes
     count = min(nodes_needed(found.trial.points, sizes, family.steps.tolerance), most)
@@ -330,10 +309,9 @@ def _step(
             why = "the family turns"
         else:
             why = after.status
-        length *= (
-            SLOWER**3 if count > most / 2 else SLOWER
-        )  # such circles are dear, and about to end
-    return _ended(family, found, why)
+        # Circles of so many nodes are dear, and about to end.
+        length *= SLOWER**3 if count > most / 2 else SLOWER
+    return why
 
 
 def _moved(trial: Trial, along: Direction, length: float, family: _Family) -> Trial:
@@ -363,18 +341,16 @@ def _passed_centre(before: Trial, after: Trial) -> bool:
 
 def _birth(family: _Family, circles: list[Circle], after: Trial) -> CircleEnd:
     """End (5), with the parameter of the Neimark-Sacker point."""
-    last = circles[-1]
-    beyond = family.circle(after, 0.0)
-    (r1, p1), (r2, p2) = ((c.radius**2, c.value) for c in (last, beyond))
+    r1, p1 = circles[-1].radius ** 2, circles[-1].value
+    r2, p2 = radius(after.points, family.map.sizes) ** 2, after.p
     if len(circles) > 1 and abs(r1 - r2) < 0.1 * max(r1, r2):
         r2, p2 = circles[-2].radius ** 2, circles[-2].value
     p = p1 - r1 * (p2 - p1) / (r2 - r1) if r1 != r2 else p1
     return CircleEnd(CircleStop.BORN, f"{family.parameter} = {p:.9g}", p)
 
 
-def _ended(family: _Family, found: Solved, why: str) -> CircleEnd:
+def _ended(family: _Family, last: Circle, why: str) -> CircleEnd:
     """End where the step became too short: the circle breaks, or the iteration fails."""
-    last = family.circle(found.trial, found.residual)
     p, q = last.resonance
     detail = (
         f"{family.parameter} = {last.value:.9g}, {why}; rotation number {last.rotation_number:.9g} "
@@ -421,19 +397,16 @@ def _located(
     family: _Family, before: Circle, after: Circle, test: Callable[[Circle], float]
 ) -> tuple[float, Circle, float]:
     """Zero (4) of a test function: share of the way, circle, and last change of the parameter."""
-    between = _Between(family, before, after)
     a, b, fa, fb = 0.0, 1.0, test(before), test(after)
-    best, error = (before, abs(after.value - before.value)) if abs(fa) < abs(fb) else (
-        after, abs(after.value - before.value)
-    )  # fmt: skip
-    share = 0.0 if best is before else 1.0
+    share, best = (0.0, before) if abs(fa) < abs(fb) else (1.0, after)
+    error = abs(after.value - before.value)
     for _ in range(SEARCHES):
         c = b - fb * (b - a) / (fb - fa) if np.isfinite(fb - fa) else (a + b) / 2.0
-        circle = between(c)
+        circle = _between(family, before, after, c)
         if circle is None:
             break
         fc, error = test(circle), abs(circle.value - best.value)
-        best, share = circle, c
+        share, best = c, circle
         if fc == 0.0 or (error <= LOCATED * family.unit and abs(b - a) < 1.0):
             break
         if fc * fb < 0.0:
@@ -444,25 +417,14 @@ def _located(
     return share, best, error
 
 
-@dataclass(frozen=True)
-class _Between:
-    """Circles on the family between two neighbours, at a share of the way."""
-
-    family: _Family
-    before: Circle
-    after: Circle
-
-    def __call__(self, share: float) -> Circle | None:
-        """The circle in the plane perpendicular to the chord, or None."""
-        count = max(self.before.nodes, self.after.nodes)
-        one, other = (c.trial.at_nodes(count) for c in (self.before, self.after))
-        sizes, unit = self.family.map.sizes, self.family.unit
-        chord = Direction(
-            (other.points - one.points) / sizes, other.rotation - one.rotation,
-            (other.p - one.p) / unit, unit,
-        )  # fmt: skip
-        guess = _moved(one, chord, share, self.family)
-        found = self.family.solved(guess, chord.scaled(1.0 / chord.norm()))
-        if found.status != FOUND:
-            return None
-        return self.family.circle(found.trial, found.residual)
+def _between(family: _Family, before: Circle, after: Circle, share: float) -> Circle | None:
+    """Circle at a share of the way, in the plane perpendicular to the chord; None where it fails."""
+    count = max(before.nodes, after.nodes)
+    one, other = (c.trial.at_nodes(count) for c in (before, after))
+    chord = Direction(
+        (other.points - one.points) / family.map.sizes, other.rotation - one.rotation,
+        (other.p - one.p) / family.unit, family.unit,
+    )  # fmt: skip
+    guess = _moved(one, chord, share, family)
+    found = family.solved(guess, chord.scaled(1.0 / chord.norm()))
+    return family.circle(found) if found.status == FOUND else None

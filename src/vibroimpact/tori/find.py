@@ -27,13 +27,13 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker
-from vibroimpact.orbits.find import impact_of
+from vibroimpact.orbits.find import stops_of
 from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.problem import Signature, check_signature
 from vibroimpact.simulation.sections import SectionPoints
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.fourier import shifted
-from vibroimpact.tori.maps import CircleMap, FormulaMap, SignatureMap
+from vibroimpact.tori.maps import CircleMap, FormulaMap, SignatureMap, impact_map
 from vibroimpact.tori.motion import Started, from_iterates, from_motion, nothing
 from vibroimpact.tori.solve import (
     FEWEST_NODES,
@@ -145,38 +145,33 @@ def find_circle(
         mechanism_of(subject)
         signature = _signature(subject, impacts, cycles, symmetric)
         started = _of_system(subject, start, signature, symmetric, settle, points)
-    circle = _solved(subject, started, tolerance, most_nodes)
-    if isinstance(start, BifurcationPoint) and started.trial and not circle.converged:
+    if started.trial is None or started.map is None:
+        return _missing(subject, started)
+    circle = _solved(started.map, started.trial, tolerance, most_nodes)
+    if isinstance(start, BifurcationPoint) and not circle.converged:
         advice = f"find one nearer to {start.label} at {start.parameter:.9g}, and continue_circle"
         return replace(circle, status=f"{circle.status}; {advice}")
     return circle
 
 
-def _solved(
-    subject: System | ExplicitMap, started: Started, tolerance: float, most_nodes: int
-) -> Circle:
-    """Circle from a guess, or one that is not converged, with the reason."""
-    if started.trial is None or started.map is None:
-        return _missing(subject, started)
-    found = solve(started.map, started.trial, tolerance=tolerance, most_nodes=most_nodes)
-    count = nodes_needed(found.trial.points, started.map.sizes, tolerance)
+def _solved(circle_map: CircleMap, guess: Trial, tolerance: float, most_nodes: int) -> Circle:
+    """Circle from a guess, with no more nodes than it needs."""
+    found = solve(circle_map, guess, tolerance=tolerance, most_nodes=most_nodes)
+    count = nodes_needed(found.trial.points, circle_map.sizes, tolerance)
     if found.status == FOUND and count < FEWER * len(found.trial.points):
         fewer = found.trial.at_nodes(count)
-        found = solve(started.map, fewer, tolerance=tolerance, most_nodes=most_nodes)
-    circle = circle_of(subject, started.map, found.trial, found.residual, found.status)
-    return oriented(circle)
+        found = solve(circle_map, fewer, tolerance=tolerance, most_nodes=most_nodes)
+    return oriented(circle_of(circle_map, found.trial, found.residual, found.status))
 
 
-def circle_of(
-    subject: System | ExplicitMap, circle_map: CircleMap, trial: Trial, residual: float, status: str
-) -> Circle:
+def circle_of(circle_map: CircleMap, trial: Trial, residual: float, status: str) -> Circle:
     """Circle from the solution of its equations."""
     impacting = circle_map if isinstance(circle_map, SignatureMap) else None
     arrays = trial.points.copy(), trial.times.copy()
     for array in arrays:
         array.flags.writeable = False
     return Circle(
-        subject, impacting.signature if impacting else None,
+        circle_map.subject(trial.p), impacting.signature if impacting else None,
         impacting.parameter if impacting else "", float(trial.p), *arrays,
         float(trial.rotation) % 1.0, float(residual), status, circle_map,
     )  # fmt: skip
@@ -204,31 +199,31 @@ def _missing(subject: System | ExplicitMap, started: Started) -> Circle:
         nowhere = SignatureMap(subject, signature, "", np.ones(q - 1))
         d, m = q - 1, 1
     trial = Trial(np.full((FEWEST_NODES, d), np.nan), np.nan, 0.0, np.ones((FEWEST_NODES, m)))
-    return replace(
-        circle_of(subject, nowhere, trial, np.inf, started.status), signature=started.signature
-    )
+    circle = circle_of(nowhere, trial, np.inf, started.status)
+    return replace(circle, signature=started.signature)
 
 
 # ---- second iterates -----------------------------------------------------------------------------
 
 
-def second_iterate(circle: Circle) -> tuple[System | ExplicitMap, CircleMap]:
-    """Subject and map of the second iterate; that of the half map is the full map."""
+def second_iterate(circle: Circle) -> CircleMap:
+    """Map of the second iterate; that of the half map is the full map."""
     if isinstance(circle.subject, ExplicitMap):
-        formula = replace(circle.subject, iterate=2 * circle.subject.iterate)
-        return formula, FormulaMap(formula)
+        return FormulaMap(replace(circle.subject, iterate=2 * circle.subject.iterate))
     assert isinstance(circle.map, SignatureMap)
-    known = circle.map.signature
-    once, twice = replace(known, symmetric=False), Signature(known.impacts * 2, known.cycles * 2)
-    return circle.subject, replace(circle.map, signature=once if known.symmetric else twice)
+    return replace(circle.map, signature=_twice(circle.map.signature))
 
 
-def of_second_iterate(circle: Circle, circle_map: CircleMap, count: int) -> Trial:
+def _twice(known: Signature) -> Signature:
+    if known.symmetric:
+        return replace(known, symmetric=False)
+    return Signature(known.impacts * 2, known.cycles * 2)
+
+
+def of_second_iterate(circle: Circle, count: int) -> Trial:
     """The circle as one of the second iterate."""
     trial, rho = circle.trial.at_nodes(count), circle.rotation_number
-    times = trial.times
-    if isinstance(circle_map, SignatureMap):
-        times = np.column_stack([times, shifted(times, rho)])
+    times = np.column_stack([trial.times, shifted(trial.times, rho)])
     return replace(trial, rotation=2.0 * rho, times=times)
 
 
@@ -283,10 +278,7 @@ def _signature(
     if cycles is None:
         raise InvalidParameterError("cycles = None: must be given together with impacts.")
     check_count("cycles", cycles, 0)
-    if not isinstance(impacts, Sequence):
-        raise refusal("impacts", impacts, "a sequence of stops")
-    stops = tuple(impact_of("impacts", given) for given in impacts)
-    signature = Signature(stops, cycles, bool(symmetric))
+    signature = Signature(stops_of(impacts), cycles, bool(symmetric))
     check_signature(mechanism_of(system), signature)
     return signature
 
@@ -308,14 +300,11 @@ def _of_system(
     if isinstance(start, BifurcationPoint):
         return _from_point(system, start)
     if isinstance(start, Circle) and isinstance(start.map, SignatureMap):
+        signature, guess = start.map.signature, start.trial
         if symmetric is False and start.symmetric:
-            full = second_iterate(start)[1]
-            assert isinstance(full, SignatureMap)
-            guess = of_second_iterate(start, full, start.nodes)
-            return Started(replace(full, system=system, parameter=""), full.signature, guess)
-        return Started(
-            replace(start.map, system=system, parameter=""), start.signature, start.trial
-        )
+            signature, guess = _twice(signature), of_second_iterate(start, start.nodes)
+        here = replace(start.map, system=system, signature=signature, parameter="")
+        return Started(here, signature, guess)
     raise refusal("start", start, "a State, a section, a Neimark-Sacker point or a circle")
 
 
@@ -339,11 +328,7 @@ def _from_point(system: System, point: BifurcationPoint) -> Started:
         return nothing(status, signature)
     orbit = point.orbit
     z = orbit.problem.packed(orbit.states, orbit.durations)
-    size = orbit.problem.size
-    sizes = scale_of(orbit.problem, z)[:size]
-    circle_map = SignatureMap(system, signature, "", np.ones(size - 1))
-    kept = list(circle_map.kept)
-    circle_map = replace(circle_map, sizes=sizes[kept])
-    curve = orbit.states[0, kept] + form.circle(dp, PREDICTED)
+    circle_map = impact_map(system, signature, scale_of(orbit.problem, z)[: orbit.problem.size])
+    curve = circle_map.coordinates(orbit.states[:1]) + form.circle(dp, PREDICTED)
     times = np.tile(orbit.durations, (PREDICTED, 1))
     return Started(circle_map, signature, Trial(curve, form.rotation_number(dp), 0.0, times))

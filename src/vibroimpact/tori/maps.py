@@ -18,7 +18,7 @@ Reference   theory.md, "Periodic orbits" and "Invariant circles"
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
@@ -56,12 +56,11 @@ class CircleMap(Protocol):
     """A map with derivatives, evaluated at many points."""
 
     @property
-    def dimension(self) -> int:
-        """Number d of coordinates."""
-
-    @property
     def sizes(self) -> Floats:
         """Size of each coordinate, shape (d,)."""
+
+    def subject(self, p: float) -> System | ExplicitMap:
+        """The system at the parameter p, or the formula."""
 
     def images(self, points: Floats, p: float, times: Floats) -> Images:
         """Images of points (N, d) at the parameter p, from guesses of the flight times (N, m)."""
@@ -74,14 +73,13 @@ class FormulaMap:
     formula: ExplicitMap
 
     @property
-    def dimension(self) -> int:
-        """Number of coordinates."""
-        return self.formula.dimension
-
-    @property
     def sizes(self) -> Floats:
         """Sizes of the formula's coordinates."""
         return np.array(self.formula.sizes[:-1])
+
+    def subject(self, p: float) -> ExplicitMap:  # noqa: ARG002 - it is no part of it
+        """The formula, at any p."""
+        return self.formula
 
     def images(self, points: Floats, p: float, times: Floats) -> Images:
         """Images of points, one after the other."""
@@ -110,16 +108,11 @@ class SignatureMap:
         """Entries of (x, v, theta) that are the coordinates."""
         return tuple(i for i in range(self.problem.size) if i != self._left_out)
 
-    @property
-    def dimension(self) -> int:
-        """Number of coordinates."""
-        return self.problem.size - 1
-
-    @property
+    @cached_property
     def _left_out(self) -> int:
         return solved_coordinate(self.problem.mechanism, self.signature.impacts[0])
 
-    def at(self, p: float) -> System:
+    def subject(self, p: float) -> System:
         """The system at a value of the parameter."""
         return with_parameter(self.system, self.parameter, p) if self.parameter else self.system
 
@@ -160,29 +153,31 @@ class SignatureMap:
             ends, mirror[:, None] * by_point[:, kept], mirror * by_parameter[:, kept], spent, rates
         )
 
-    def flights(self, points: Floats, p: float, times: Floats) -> tuple[Linearised, Floats]:
-        """All flights of all points, in rows n m + k, and their states at the start."""
-        compiled, states = self.problem.compiled(p), self.states(points, p)
-        count = len(self.problem.impacts)
-        begun = np.empty((len(points), count, states.shape[1]))
-        for k, stop in enumerate(self.problem.impacts):
-            begun[:, k] = states
-            states = compiled.linearise(states, times[:, k], [stop] * len(points)).after
-        rows = begun.reshape(-1, states.shape[1])
-        ends = list(self.problem.impacts) * len(points)
-        return compiled.linearise(rows, times.ravel(), ends), rows
+    def departures(self, points: Floats, p: float, times: Floats) -> Floats:
+        """States at the start of all flights of all points, in rows n m + k."""
+        compiled, impacts = self.problem.compiled(p), self.problem.impacts
+        begun = [self.states(points, p)]
+        for k, stop in enumerate(impacts[:-1]):
+            begun.append(compiled.linearise(begun[k], times[:, k], [stop] * len(points)).after)
+        return np.stack(begun, axis=1).reshape(-1, begun[0].shape[1])
 
     def _section_moves(self, states: Floats, p: float) -> Floats:
         """Derivative of (3) by the parameter, at fixed other coordinates."""
         if not self.parameter:
             return np.zeros(len(states))
         first, j = self.signature.impacts[0], self._left_out
-        varied = expanded(self.at(p), self.parameter)
+        varied = expanded(self.subject(p), self.parameter)
         row = varied.contacts[first.contact].row
         slopes = np.array([_slope(r) for r in row])
         fixed = self.problem.compiled(p).mechanism.contacts[first.contact].row[j]
         limit = _slope(first.limit(varied.contacts))
         return np.asarray((limit - states[:, : len(row)] @ slopes) / fixed, dtype=np.float64)
+
+
+def impact_map(system: System, signature: Signature, scale: Floats) -> SignatureMap:
+    """Map of one system, from the sizes of x, v and theta."""
+    unscaled = SignatureMap(system, signature, "", scale)
+    return replace(unscaled, sizes=scale[list(unscaled.kept)])
 
 
 def _slope(x: object) -> float:

@@ -35,7 +35,7 @@ from vibroimpact.orbits.problem import Signature, asymmetry, forcing_repeats
 from vibroimpact.simulation.simulate import RunEnd, Status
 from vibroimpact.simulation.simulator import Impacts, Simulator
 from vibroimpact.tori.fourier import values_of
-from vibroimpact.tori.maps import CircleMap, FormulaMap, SignatureMap
+from vibroimpact.tori.maps import CircleMap, FormulaMap, impact_map
 from vibroimpact.tori.solve import FEWEST_NODES, Trial
 
 LONGEST_WORD = 64  # impacts
@@ -156,9 +156,7 @@ def _from_record(system: System, record: Impacts, signature: Signature) -> tuple
     if rows is None:
         return nothing(f"the impacts of the motion do not follow {signature.impacts}"), True
     states, times = rows
-    scale = _sizes(states)
-    impacting = SignatureMap(system, signature, "", scale)
-    impacting = replace(impacting, sizes=impacting.coordinates(scale[None, :])[0])
+    impacting = impact_map(system, signature, _sizes(states))
     points = impacting.coordinates(states)
     kind = classify_points(points / impacting.sizes)
     if kind.kind is not Kind.QUASIPERIODIC or kind.curve is None:

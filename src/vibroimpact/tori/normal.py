@@ -86,40 +86,43 @@ def normal_stability(
             record = np.vstack([record, frames.rates() / STRIDE])
         found = _steady(record, tolerance, last=len(record) >= MOST_STEPS)
     exponents, paired = found
-    kinds = [Bundle.PAIR if pair else cocycle.bundle(frames, i) for i, pair in enumerate(paired)]
+    there = cocycle.carried(frames)
+    kinds = [
+        Bundle.PAIR if pair else cocycle.direction(frames, there, i).bundle
+        for i, pair in enumerate(paired)
+    ]
     order = np.argsort(-exponents, kind="stable")
     return NormalStability(exponents[order], tuple(kinds[i] for i in order))
 
 
-class Leading(NamedTuple):
-    """Leading normal direction at the nodes, modulo the tangent.
+class NormalDirection(NamedTuple):
+    """A normal direction, modulo the tangent and those before it.
 
-    ``reversed`` where it comes back so; ``field`` then covers two turns. ``sign`` is that of its
-    multiplier; in a reversed one, of the multiplier to the continuation of the field.
+    ``reversed`` where it comes back so (4); ``field`` then covers two turns. ``sign`` is that of
+    its multiplier; in a reversed one, of the multiplier to the continuation of the field.
     """
 
     field: Floats
     reversed: bool
     sign: float
 
+    @property
+    def bundle(self) -> Bundle:
+        """Kind of the direction."""
+        if self.reversed:
+            return Bundle.ONE_SIDED
+        return Bundle.POSITIVE if self.sign > 0.0 else Bundle.NEGATIVE
 
-def leading_direction(points: Floats, by_point: Floats, rotation: float) -> Leading:
-    """Direction of the largest normal exponent, from frames carried until they are steady."""
+
+def leading_direction(points: Floats, by_point: Floats, rotation: float) -> NormalDirection:
+    """Direction of the largest normal exponent at the nodes, from frames carried until steady."""
     cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
     frames = cocycle.frames()
     for _ in range(STEPS_OF_DIRECTION // STRIDE):
         frames = cocycle.carried(frames, STRIDE)
-    there = cocycle.carried(frames)
-    normals, images = frames.vectors[:, :, 1], there.vectors[:, :, 1]
-    signs, closes = _oriented(normals)
-    field = normals * signs[:, None]
-    pushed = images * (signs * np.sign(there.growth[:, 0]))[:, None]
-    if not closes:  # over two turns it does
-        field, pushed = (np.concatenate([part, -part]) for part in (field, pushed))
-    turns = 1.0 if closes else 2.0
-    sign = float(np.sign((pushed * shifted(field, rotation / turns)).sum()))
-    back = shifted(field, -frames.steps * rotation / turns)
-    return Leading(back, not closes, sign)
+    found = cocycle.direction(frames, cocycle.carried(frames), 0)
+    turns = 2.0 if found.reversed else 1.0
+    return found._replace(field=shifted(found.field, -frames.steps * rotation / turns))
 
 
 class _Frames(NamedTuple):
@@ -158,16 +161,16 @@ class _Cocycle:
             vectors = values_of(self.series * turn[:, None, None], len(self.slope)) @ vectors
         return self._framed(vectors, frames.steps + steps)
 
-    def bundle(self, frames: _Frames, i: int) -> Bundle:
-        """Kind (4) of the i-th normal direction."""
-        normals = frames.vectors[:, :, i + 1]
+    def direction(self, frames: _Frames, there: _Frames, i: int) -> NormalDirection:
+        """The i-th normal direction (4) of frames, from those one step later."""
+        normals, images = (f.vectors[:, :, i + 1] for f in (frames, there))
         signs, closes = _oriented(normals)
-        if not closes:
-            return Bundle.ONE_SIDED
-        there = self.carried(frames)
-        images = there.vectors[:, :, i + 1] * (signs * np.sign(there.growth[:, i]))[:, None]
-        same = float((images * shifted(normals * signs[:, None], self.rotation)).sum())
-        return Bundle.POSITIVE if same > 0.0 else Bundle.NEGATIVE
+        field = normals * signs[:, None]
+        pushed = images * (signs * np.sign(there.growth[:, i]))[:, None]
+        if not closes:  # over two turns it does
+            field, pushed = (np.concatenate([part, -part]) for part in (field, pushed))
+        along = shifted(field, self.rotation / (1.0 if closes else 2.0))
+        return NormalDirection(field, not closes, float(np.sign((pushed * along).sum())))
 
     def _framed(self, vectors: Floats, steps: int) -> _Frames:
         """Orthonormal frames that begin with the tangents."""

@@ -167,11 +167,8 @@ def newton(circle_map: CircleMap, guess: Trial, along: Direction | None) -> Solv
     """Iterate on (1), (2), and (3) if a direction is given, at the nodes of the guess."""
     trial, sizes = guess, circle_map.sizes
     images = circle_map.images(trial.points, trial.p, trial.times)
-    error, least, before = (
-        _error(images, trial, sizes),
-        COLLAPSED * radius(guess.points, sizes),
-        np.inf,
-    )
+    error, before = _error(images, trial, sizes), np.inf
+    least = COLLAPSED * radius(guess.points, sizes)
     for _ in range(NEWTON_STEPS):
         if not np.isfinite(error):
             return Solved(trial, np.inf, "no convergence: a flight from the guess fails", images)
@@ -184,17 +181,21 @@ def newton(circle_map: CircleMap, guess: Trial, along: Direction | None) -> Solv
             break
         if radius(trial.points, sizes) < least:
             return Solved(trial, error, "the iteration collapsed onto a fixed point", images)
-        small = error <= SMALL_RESIDUAL and (size <= SMALL_STEP or size > before / 2.0)
-        if small:
+        if error <= SMALL_RESIDUAL and (size <= SMALL_STEP or size > before / 2.0):
             return Solved(trial, error, FOUND, images)
         before = size
     status = f"no convergence with {len(trial.points)} nodes: the residual stays at {error:.1e}"
     return Solved(trial, error, status, images)
 
 
+def _residual(images: Images, trial: Trial, sizes: Floats) -> Floats:
+    """Left side of (1) at the nodes, (N, d)."""
+    return np.asarray((images.points - shifted(trial.points, trial.rotation)) / sizes)
+
+
 def _error(images: Images, trial: Trial, sizes: Floats) -> float:
     """Largest residual of (1) at the nodes."""
-    return float(np.abs((images.points - shifted(trial.points, trial.rotation)) / sizes).max())
+    return float(np.abs(_residual(images, trial, sizes)).max())
 
 
 def _newton_step(
@@ -203,16 +204,13 @@ def _newton_step(
     n, d = trial.points.shape
     unit = along.unit if along else 1.0
     matrix = matrix_of(images, trial, guess, sizes, unit)
-    residual = np.empty(n * d + 1)
-    residual[:-1] = ((images.points - shifted(trial.points, trial.rotation)) / sizes).ravel()
-    moved = np.append(
-        ((trial.points - guess.points) / sizes).ravel(), trial.rotation - guess.rotation
-    )
-    residual[-1] = matrix[-1, :-2] @ moved[:-1]
+    moved = ((trial.points - guess.points) / sizes).ravel()
+    residual = np.append(_residual(images, trial, sizes), matrix[-1, :-2] @ moved)
     if along:
         row = along.row(n)
+        others = [trial.rotation - guess.rotation, (trial.p - guess.p) / unit]
         matrix = np.vstack([matrix, row])
-        residual = np.append(residual, row @ np.append(moved, (trial.p - guess.p) / unit))
+        residual = np.append(residual, row @ np.append(moved, others))
     else:
         matrix = matrix[:, :-1]
     try:

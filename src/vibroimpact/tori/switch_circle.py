@@ -22,8 +22,6 @@ from dataclasses import replace
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_kind, positive, refusal, share
-from vibroimpact.model.parameters import with_parameter
-from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.tori.branch import CircleEvent
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.find import circle_of, of_second_iterate, oriented, second_iterate
@@ -88,16 +86,15 @@ def switch_circle(
     circle = event.circle
     if abs(circle.normal_exponents[0]) > CRITICAL:
         status = "the critical direction is not the leading one: the circle was unstable before"
-        return circle_of(circle.subject, circle.map, circle.trial, np.inf, status)
+        return circle_of(circle.map, circle.trial, np.inf, status)
     leading, sizes = circle.leading_direction(), circle.map.sizes
     if leading.reversed:
-        subject, circle_map = circle.subject, circle.map
+        circle_map = circle.map
         across = resampled(leading.field, len(leading.field) + 1)  # odd
         guess = _twice_as_long(circle, len(across), leading.sign)
     else:
-        subject, circle_map = second_iterate(circle)
-        across = leading.field
-        guess = of_second_iterate(circle, circle_map, len(across))
+        circle_map, across = second_iterate(circle), leading.field
+        guess = of_second_iterate(circle, len(across))
     across = across / float(np.sqrt((across**2).sum(axis=1).mean()))
     start = replace(guess, points=guess.points + distance * circle.radius * across * sizes)
     unit = abs(circle.value) or 1.0
@@ -105,9 +102,7 @@ def switch_circle(
         circle_map, start, along=Direction(across, 0.0, 0.0, unit), tolerance=tolerance,
         most_nodes=most_nodes,
     )  # fmt: skip
-    if not isinstance(subject, ExplicitMap):
-        subject = with_parameter(subject, event.name, found.trial.p)
-    return oriented(circle_of(subject, circle_map, found.trial, found.residual, found.status))
+    return oriented(circle_of(circle_map, found.trial, found.residual, found.status))
 
 
 def _twice_as_long(circle: Circle, count: int, sign: float) -> Trial:
