@@ -44,8 +44,9 @@ class Format(NamedTuple):
         """What to give."""
         return f"Give what {self.method} or {self.writer} wrote."
 
-    def check(self, data: object) -> None:
-        """Refuse what is no dataset, and a dataset of another format."""
+    @contextmanager
+    def reading(self, data: object) -> Iterator[None]:
+        """Refuse what is no dataset of this format; say what is missing or damaged in one that is read inside."""
         import xarray as xr
 
         check_kind("data", data, xr.Dataset, f"a Dataset, as {self.method} gives")
@@ -54,10 +55,6 @@ class Format(NamedTuple):
             raise InvalidParameterError(
                 f"data: format {data.attrs.get('format')!r} must be {self.name!r}. {self.advice}"
             )
-
-    @contextmanager
-    def reading(self) -> Iterator[None]:
-        """Say what is missing or damaged in a dataset that is read inside."""
         try:
             yield
         except InvalidParameterError:

@@ -174,13 +174,12 @@ def curve_from_dataset(data: xr.Dataset, system: System | None = None) -> Bifurc
     InvalidParameterError
         A dataset of another kind or an incomplete one, one of a map, no system or another one.
     """
-    FORMAT.check(data)
-    if data.attrs.get("symbol") == "map":
-        raise InvalidParameterError(
-            "data: a curve of fixed points of a map, which is code and not in the data. Follow it again with "
-            "continue_bifurcation."
-        )
-    with FORMAT.reading():
+    with FORMAT.reading(data):
+        if data.attrs.get("symbol") == "map":
+            raise InvalidParameterError(
+                "data: a curve of fixed points of a map, which is code and not in the data. Follow it again with "
+                "continue_bifurcation."
+            )
         return _built(data, system)
 
 

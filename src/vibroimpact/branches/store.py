@@ -151,8 +151,7 @@ def branch_from(data: xr.Dataset, system: System | None = None) -> Branch:
     InvalidParameterError
         A dataset of another kind or an incomplete one, no system or another one.
     """
-    FORMAT.check(data)
-    with FORMAT.reading():
+    with FORMAT.reading(data):
         return _built(data, system)
 
 
