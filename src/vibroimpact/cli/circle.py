@@ -104,7 +104,7 @@ def _family(
     progress.stage(f"along {parameter}")
     family = continue_circle(
         circle, parameter, bounds,
-        progress=lambda count, value: progress.note(f"{count} circles, {parameter} = {value:.6g}"),
+        progress=common.counted(progress, "circles", parameter),
         **common.given(arguments, LIMITS),
     )  # fmt: skip
     common.check_interrupted(family)

@@ -129,7 +129,7 @@ def _followed(
     (first, a), (second, b) = bounds.items()
     return continue_bifurcation(
         point, (first, second), (a, b), kind=kind,
-        progress=lambda count, value: progress.note(f"{count} points, {second} = {value:.6g}"),
+        progress=common.counted(progress, "points", second),
     )  # fmt: skip
 
 

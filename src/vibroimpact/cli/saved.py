@@ -1,9 +1,11 @@
-"""Options of commands that begin at a point of a curve that ``vibroimpact curve`` has written."""
+"""Parts of the commands that begin at a point of a curve that ``vibroimpact curve`` has written."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple, TypeVar
 
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,15 +13,28 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.augmented import Bounds
-from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.store import load_curve
+from vibroimpact.bifurcations.switch_curve import NoCurve
+from vibroimpact.bifurcations.tongue import NoTongue
 from vibroimpact.cli import common
 from vibroimpact.cli.curve import add_behind, plane_in
 from vibroimpact.cli.members import RANGE, ranges_of
-from vibroimpact.continuation.walk import CurveProgress
+from vibroimpact.cli.output import write_each
 from vibroimpact.plotting import plot_curves, plot_plane
 
 Both = tuple[Bounds, Bounds]
+Found = TypeVar("Found")
+
+
+class Asked(NamedTuple):
+    """What is asked for: the files, the curve with its point, both ranges, a plane for behind the curves."""
+
+    targets: list[Path]
+    curve: BifurcationCurve
+    point: CodimensionTwoPoint
+    bounds: Both
+    behind: xr.Dataset | None
 
 
 def add_point(parser: argparse.ArgumentParser, example: str) -> None:
@@ -37,14 +52,17 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
     common.add_out(parser)
 
 
-def curve_of(arguments: argparse.Namespace) -> BifurcationCurve:
-    """The curve; the point is one of its points."""
+def asked_of(arguments: argparse.Namespace) -> Asked:
+    """What is asked for, checked before anything is computed."""
+    targets = common.targets_of(arguments)
     curve = load_curve(arguments.curve)
     check_choice("at", arguments.at, [point.label for point in curve.special_points])
-    return curve
+    bounds = _bounds_of(arguments, curve)
+    behind = None if arguments.behind is None else plane_in(arguments.behind, curve.names)
+    return Asked(targets, curve, curve[arguments.at], bounds, behind)
 
 
-def bounds_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> Both:
+def _bounds_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> Both:
     """Ranges of both parameters, in the order of the curve."""
     over = ranges_of(arguments.over, "over")
     for name in over:
@@ -55,23 +73,33 @@ def bounds_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> Both:
     return first, second
 
 
-def behind_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> xr.Dataset | None:
-    """Plane behind the curves."""
-    return None if arguments.behind is None else plane_in(arguments.behind, curve.names)
+def followed(asked: Asked, stage: str, follow: Callable[..., Found | NoCurve | NoTongue]) -> Found:
+    """What begins at the point; a failure with the reason where nothing does."""
+    progress = Progress(1)
+    progress.stage(f"{stage} {asked.point.label}")
+    found = follow(
+        asked.point, asked.bounds,
+        progress=common.counted(progress, "points", asked.curve.names[1]),
+    )  # fmt: skip
+    progress.close()
+    if isinstance(found, NoCurve | NoTongue):
+        raise common.Failure(f"{found!r}.")
+    return found
 
 
-def noted(progress: Progress, curve: BifurcationCurve) -> CurveProgress:
-    """What is shown after every panel."""
-    return lambda count, value: progress.note(f"{count} points, {curve.names[1]} = {value:.6g}")
-
-
-def picture_of(curves: Sequence[BifurcationCurve], bounds: Both, behind: xr.Dataset | None) -> Axes:
+def picture_of(asked: Asked, curves: Sequence[BifurcationCurve]) -> Axes:
     """Curves in the ranges of the command, or over the plane."""
-    if behind is not None:
-        return plot_curves(curves, ax=plot_plane(behind))
-    return plot_curves(curves, bounds=bounds)
+    if asked.behind is not None:
+        return plot_curves(curves, ax=plot_plane(asked.behind))
+    return plot_curves(curves, bounds=asked.bounds)
 
 
-def datasets_of(curves: Sequence[BifurcationCurve]) -> list[Callable[[], xr.Dataset]]:
-    """What makes the data of each curve."""
-    return [curve.to_dataset for curve in curves]
+def report(
+    asked: Asked, said: Sequence[str], curves: Sequence[BifurcationCurve],
+    picture: Callable[[], Axes],
+) -> str:  # fmt: skip
+    """Write the curves, and describe the system, what was found, and the files."""
+    written = write_each(
+        asked.targets, data=[curve.to_dataset for curve in curves], picture=picture
+    )
+    return "\n".join([str(asked.point.orbit.system), *said]) + common.listed(written)

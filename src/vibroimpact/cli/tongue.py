@@ -5,23 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 
-import xarray as xr
-from matplotlib.axes import Axes
-
-from vibroimpact._core.progress import Progress
-from vibroimpact.bifurcations.curve import BifurcationCurve
-from vibroimpact.bifurcations.tongue import NoTongue, Tongue, tongue
+from vibroimpact.bifurcations.tongue import Tongue, tongue
 from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.cli import common, saved
 from vibroimpact.cli.curve import described
-from vibroimpact.cli.output import write_each
 
 EXAMPLE = (
     "  vibroimpact tongue curve.nc --at 2/9_1 --over omega=0.81:0.83 --over half_clearance=7.7:7.8 "
     "--out side.nc --out tongue.svg"
 )
 WIDTHS = (0.25, 0.5, 0.75, 0.99)  # shares of the way from the tip to where a side ends or turns
-
 SHORTEST = 2  # points of a side
 
 
@@ -32,35 +25,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe both sides."""
-    targets = common.targets_of(arguments)
-    curve = saved.curve_of(arguments)
-    bounds, behind = saved.bounds_of(arguments, curve), saved.behind_of(arguments, curve)
-    progress = Progress(1)
-    progress.stage(f"sides of the tongue at {arguments.at}")
-    found = tongue(curve[arguments.at], bounds, progress=saved.noted(progress, curve))
-    progress.close()
-    if isinstance(found, NoTongue):
-        raise common.Failure(f"{found!r}.")
+    asked = saved.asked_of(arguments)
+    found = saved.followed(asked, "sides of the tongue at", tongue)
     common.check_interrupted(*found.sides)
     if all(len(side) < SHORTEST for side in found.sides):
         raise common.Failure(
             f"{found.tip.label}: the sides were found, but cannot be followed. Give other ranges --over."
         )
-    written = write_each(
-        targets,
-        data=saved.datasets_of(found.sides),
-        picture=lambda: _picture(curve, found, bounds, behind),
-    )
     p, q = found.resonance
-    system = curve[arguments.at].orbit.system
-    said = [str(system), f"Tongue {p}/{q} from {found.tip!r}", *map(described, found.sides)]
-    return "\n".join([*said, *_widths(found)]) + common.listed(written)
-
-
-def _picture(
-    curve: BifurcationCurve, found: Tongue, bounds: saved.Both, behind: xr.Dataset | None
-) -> Axes:
-    return found.plot(ax=saved.picture_of([curve], bounds, behind))
+    said = [f"Tongue {p}/{q} from {found.tip!r}", *map(described, found.sides), *_widths(found)]
+    return saved.report(
+        asked, said, found.sides,
+        picture=lambda: found.plot(ax=saved.picture_of(asked, [asked.curve])),
+    )  # fmt: skip
 
 
 def _widths(found: Tongue) -> list[str]:
