@@ -14,7 +14,6 @@ import xarray as xr
 
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact.tori.branch import CircleBranch, CircleEvent
 from vibroimpact.tori.circle import Circle
@@ -23,7 +22,7 @@ from vibroimpact.tori.find import find_circle
 from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
-from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, damper_of
+from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 from vibroimpact_papers.impact_damper.planes import START, frequencies
 from vibroimpact_papers.impact_damper.resonances import orbit_at
 
@@ -117,7 +116,7 @@ def locked_at(chosen: ParameterSet, omega: float) -> tuple[int, int] | None:
     if not returns.size or returns[0] == 0:
         return None
     q = int(returns[0]) + 1
-    state = next(o for o in symmetric_orbits(damper) if o.sign == BRANCH).state
+    state = orbit_at(chosen, omega, damper.half_clearance).state
     middle = np.array([state.position[0], state.velocity[0]])
     size = np.ptp(x[:q], axis=0)
     angles = np.arctan2(*((x[:q] - middle) / size).T)

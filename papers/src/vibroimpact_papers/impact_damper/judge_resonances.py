@@ -20,7 +20,7 @@ from vibroimpact_papers.impact_damper.judged import (
     number,
     rule_result,
 )
-from vibroimpact_papers.impact_damper.resonances import Resonances
+from vibroimpact_papers.impact_damper.resonances import Resonances, nearest_by_angle
 
 NOT_COMPUTED = "curves in two parameters were not computed"
 STRONG_HALF = {1: ("R1", "R2"), 2: ("R4",), 3: ("R3",), 4: ("R4",)}
@@ -101,7 +101,10 @@ def comparison(_: Claim, evidence: Evidence) -> RuleResult:
         return rule_result(None, "not computed", NOT_COMPUTED)
     near = {m.point.name: m.point.form.resonance.angle for m in evidence.circles
             if m.point.form.warnings}  # fmt: skip
-    away = {m.point.name: _to_strong(math.degrees(m.point.form.angle)) for m in evidence.circles}
+    away = {
+        m.point.name: nearest_by_angle(math.degrees(m.point.form.angle))[1]
+        for m in evidence.circles
+    }
     words = listed(f"{name}: {degrees:.2f}°" for name, degrees in away.items())
     return rule_result(
         None,
@@ -111,10 +114,6 @@ def comparison(_: Claim, evidence: Evidence) -> RuleResult:
         "the cases",
         degrees=away,
     )
-
-
-def _to_strong(degrees: float) -> float:
-    return min(abs(abs(degrees) - at) for at in (0.0, 90.0, 120.0, 180.0))
 
 
 def torus_doubling(claim: Claim, evidence: Evidence) -> RuleResult:

@@ -13,7 +13,6 @@ import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.progress import Progress
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
 from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact.tori.branch import CircleEvent
@@ -200,15 +199,13 @@ def compute(plan: Plan, progress: Progress) -> Findings:
         "families of circles", lambda name: family_of(sets[name], by_panel, plan), names, progress
     )
     chosen_points = [
-        (resonances[name], point)
+        (sets[name], point)
         for name, omega in plan.unfolded
         if name in resonances and (point := resonances[name].named("R4", omega))
     ]
-
-    def around(pair: tuple[Resonances, CodimensionTwoPoint]) -> Unfolded:
-        return unfolded(sets[pair[0].set], pair[1])
-
-    unfoldings = _parallel("portraits around resonances", around, chosen_points, progress)
+    unfoldings = _parallel(
+        "portraits around resonances", lambda pair: unfolded(*pair), chosen_points, progress
+    )
 
     def spectrum(name: str) -> xr.Dataset:
         circles_begin = [p.omega for p in bifurcated[name] if p.kind == "NS" and p.admissible]

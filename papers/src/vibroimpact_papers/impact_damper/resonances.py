@@ -179,15 +179,18 @@ def distances(
     points: Sequence[Bifurcation],
 ) -> tuple[Distance, ...]:  # fmt: skip
     """Return how far the printed and the computed bifurcation points of a set are from resonance."""
-    printed = [
-        float(value)
-        for c in claims
-        if c.kind == "neimark_sacker_omega" and c.set == chosen.name
-        and isinstance(value := c.printed["omega"], float)
-    ]  # fmt: skip
     computed = [b.omega for b in points if b.kind == "NS" and b.admissible]
-    rows = [("printed", w) for w in printed] + [("computed", w) for w in computed]
+    rows = [("printed", w) for w in printed_omegas(chosen.name, claims)]
+    rows += [("computed", w) for w in computed]
     return tuple(_distance(found, chosen, what, omega) for what, omega in rows)
+
+
+def printed_omegas(name: str, claims: Sequence[Claim]) -> list[float]:
+    """Return the printed critical frequencies of a set."""
+    printed = (
+        c.printed["omega"] for c in claims if c.kind == "neimark_sacker_omega" and c.set == name
+    )
+    return [omega for omega in printed if isinstance(omega, float)]
 
 
 def _distance(found: Resonances, chosen: ParameterSet, what: str, omega: float) -> Distance:
@@ -200,9 +203,14 @@ def _distance(found: Resonances, chosen: ParameterSet, what: str, omega: float) 
         return float(np.linalg.norm((at - here) / here))
 
     nearest = min(found.strong, key=away, default=None)
-    kind = min(ANGLES, key=lambda k: abs(ANGLES[k] - angle))
-    by_angle = kind, abs(ANGLES[kind] - angle)
-    return Distance(found.set, what, omega, own, angle, nearest, by_angle)
+    return Distance(found.set, what, omega, own, angle, nearest, nearest_by_angle(angle))
+
+
+def nearest_by_angle(degrees: float) -> tuple[str, float]:
+    """Return the strong resonance whose angle is nearest to one of nu, and how far away it is, in degrees."""
+    away = {kind: abs(abs(degrees) - angle) for kind, angle in ANGLES.items()}
+    kind = min(away, key=away.__getitem__)
+    return kind, away[kind]
 
 
 def orbit_at(chosen: ParameterSet, omega: float, clearance: float) -> SymmetricOrbit:
@@ -228,10 +236,7 @@ def resonance_data(
     data = found.plane.copy()
     shown = [w for w in frequencies(chosen) if found.bounds[0][0] <= w <= found.bounds[0][1]]
     data["paper_omega"] = "panel", shown
-    data["printed_omega"] = "claim", [
-        d for c in claims if c.kind == "neimark_sacker_omega" and c.set == found.set
-        and isinstance(d := c.printed["omega"], float)
-    ]  # fmt: skip
+    data["printed_omega"] = "claim", printed_omegas(found.set, claims)
     data.attrs = attributes(figure, chosen, plan) | {
         "start_position": list(START.position),
         "start_velocity": list(START.velocity),
