@@ -47,8 +47,7 @@ def main(argv: list[str] | None = None) -> int:
     flights = double_roots.construct(SET_A, options.double_roots, rng)
     rows = comparison.check(METHODS, REFERENCE, starts, flights)
     comparison.measure(rows, BASELINE, starts, options.impacts, options.rounds)
-    about = machine.describe()
-    print("\n".join(f"{key}: {value}" for key, value in about.items()))
+    about = machine.show()
     print(comparison.table(list(rows.values()), len(flights)))
     print("\n".join(f"  {row.method}: {row.settings}" for row in rows.values()))
     if options.json:

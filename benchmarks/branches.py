@@ -7,7 +7,6 @@ branch against its closed form, determinant identities everywhere.
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -144,7 +143,7 @@ def main(argv: list[str] | None = None) -> int:
     for n in DEGREES:
         start = vi.State((0.0,) * n, (0.0,) * n)
         rows.append(row_of("chain", vi.find_orbit(chain(n), start), options.rounds))
-    print("\n".join(f"{key}: {value}" for key, value in machine.describe().items()))
+    about = machine.show()
     heads = f"{'orbit':20} {'degrees':>7} {'impacts':>7} {'points':>7}"
     print(f"{heads} {'s / 200 points':>15} {'normal form ms':>15}")
     for row in rows:
@@ -152,9 +151,7 @@ def main(argv: list[str] | None = None) -> int:
             f"{row.what:20} {row.degrees:7} {row.impacts:7} {row.points:7} "
             f"{row.branch_seconds_per_200:15.2f} {row.normal_form_milliseconds:15.2f}"
         )
-    if options.json:
-        content = {"machine": machine.describe(), "rows": [asdict(row) for row in rows]}
-        options.json.write_text(json.dumps(content, indent=2) + "\n")
+    machine.write(options.json, about, rows)
     return 0
 
 

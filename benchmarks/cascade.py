@@ -83,7 +83,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.cascade", description=__doc__)
     parser.add_argument("--no-diagram", action="store_true", help="the cascade alone")
     options = parser.parse_args(argv)
-    print("\n".join(f"{key}: {value}" for key, value in machine.describe().items()))
+    machine.show()
     orbit = vi.find_orbit(oscillator(0.66), vi.State((1.26,), (-1.5,)))
     assert orbit.symbol == "1-2-0", orbit
     cascade(orbit)

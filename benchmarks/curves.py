@@ -8,9 +8,8 @@ damper the closed-form orbit has the half multipliers i and -i; every curve keep
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,11 +27,7 @@ NEAR, AROUND = 0.79, (0.75, 0.82)  # frequencies: of the start, and of the branc
 CLEARANCE = 9.0  # where no resonance is near
 IMPACTS = (2, 4, 8)
 DEGREES = (2, 3, 5, 8)
-MASS, RATE, DAMPING = (
-    0.01,
-    3.0,
-    0.2,
-)  # of an absorber: its mass, frequency of the first, damping ratio
+MASS, RATE, DAMPING = 0.01, 3.0, 0.2  # of an absorber; frequency of the first, damping ratio
 LAW = "contacts[0].restitution"
 ON = 1e-8  # of a product of multipliers
 
@@ -167,15 +162,13 @@ def main(argv: list[str] | None = None) -> int:
         table = list(rows(options.rounds))
         if options.atlas:
             print(f"atlas of set A: {atlas_seconds():.1f} s")
-    print("\n".join(f"{key}: {value}" for key, value in machine.describe().items()))
+    about = machine.show()
     print(f"{'orbit':26} {'degrees':>7} {'impacts':>7} {'points':>7} {'s / 200 points':>15}")
     for row in table:
         print(
             f"{row.what:26} {row.degrees:7} {row.impacts:7} {row.points:7} {row.seconds_per_200:15.2f}"
         )
-    if options.json:
-        content = {"machine": machine.describe(), "rows": [asdict(row) for row in table]}
-        options.json.write_text(json.dumps(content, indent=2) + "\n")
+    machine.write(options.json, about, table)
     return 0
 
 

@@ -172,8 +172,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark."""
     options = parse(argv)
     effort = QUICK if options.quick else Effort()
-    about = machine.describe()
-    print("\n".join(f"{key}: {value}" for key, value in about.items()))
+    about = machine.show()
     content: dict[str, Any] = {"machine": about, "seed": options.seed, "effort": effort}
     for name in options.parts:
         content |= PARTS[name](effort, np.random.default_rng(options.seed))
