@@ -16,6 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from support.bifurcations import PLANE, torus_of_a_map
 
 import vibroimpact as vi
 from vibroimpact import plotting
@@ -47,7 +48,6 @@ ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
     "Status", "StoreError", "VibroImpactError",
 }  # fmt: skip
-PLANE = ("omega", "half_clearance")
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
     ("impact_section", "settle"), ("stroboscopic_section", "settle"),
@@ -128,7 +128,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     vi.save_branch(branch, file)
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
-    torus = vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)))
+    torus = torus_of_a_map()
     locked = vi.Tongue(
         torus["2/9_1"], (torus, torus), 0.1
     )  # any two curves: their look is not tested here
@@ -342,7 +342,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "switch_curve": (
             vi.switch_curve,
-            {"point": torus["R4_1"], "bounds": None, "steps": few, "progress": None},
+            {"point": torus["R1_1"], "bounds": None, "steps": few, "progress": None},
         ),
         "bifurcation_atlas": (
             vi.bifurcation_atlas,
@@ -350,7 +350,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
              "most": 1, "steps": few, "progress": None},
         ),
         "tongue": (
-            vi.tongue, {"point": torus["2/9_1"], "bounds": None, "steps": few, "progress": None},
+            vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": None},
         ),
         "Tongue.plot": (locked.plot, {"ax": None}),
         "MapPoint": (

@@ -6,22 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
+from support.bifurcations import PLANE, oscillator_branch, torus_of_set_a
+from support.files import assert_full_disk_leaves_the_old_file
+from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.bifurcations.store import curve_from_dataset, dataset_of
 
-PLANE = ("omega", "half_clearance")
-DAMPER = vi.ImpactDamper(
-    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.95
-)
+DAMPER = paper_damper("A", 0.95)
 
 
 @pytest.fixture(scope="module")
 def torus() -> vi.BifurcationCurve:
-    """With both resonances 1:4 and a weak one."""
-    branch = vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0))
-    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)))
+    return torus_of_set_a()
 
 
 @pytest.fixture(scope="module")
@@ -86,14 +83,6 @@ def test_curves_followed_from_a_loaded_point_are_those_from_the_original(
     state, other = stored.orbit(10), torus.orbit(10)
     np.testing.assert_array_equal(state.states, other.states)
     assert state.residual == other.residual
-
-
-def oscillator_branch(omega: float) -> vi.Branch:
-    oscillator = vi.ImpactOscillator(zeta=0.02, omega=2.0, restitution=0.8, clearance=0.0)
-    start = vi.find_orbit(oscillator, vi.State((-1.0,), (0.0,)))
-    along = vi.continue_orbit(start, "omega", (1.9, 2.5))
-    there = along.orbit(int(np.argmin(np.abs(along.values - omega))))
-    return vi.continue_orbit(there, "clearance", (-0.5, 0.5))
 
 
 @pytest.mark.parametrize(
@@ -163,11 +152,10 @@ def meeting(omega: float, k: float) -> vi.Mechanism:
 def test_a_curve_of_two_impacts_at_once_comes_back(tmp_path: Path) -> None:
     system = vi.Family(meeting, omega=1.3, k=1.0)
     orbits = vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits
-    branches = (vi.continue_orbit(orbit, "omega", (1.19, 1.31)) for orbit in orbits)
-    points = (p for branch in branches for p in branch.special_points if p.kind == "SIM")
-    point = next(points)
-    bounds = ((1.19, 1.31), (0.99, 1.01))
-    found = vi.continue_bifurcation(point, ("omega", "k"), bounds)
+    start = next(orbit for orbit in orbits if orbit.symbol == "1-1-0,1-1")
+    point = vi.continue_orbit(start, "omega", (1.19, 1.31))["SIM1"]
+    bounds, few = ((1.19, 1.31), (0.99, 1.01)), vi.Steps(points=8)
+    found = vi.continue_bifurcation(point, ("omega", "k"), bounds, steps=few)
     assert len(found) > 10
     flights = [found.orbit(i).durations[point.segment] for i in range(len(found))]
     assert np.abs(flights).max() < 1e-12
@@ -219,14 +207,6 @@ def test_errors_name_what_is_wrong(torus: vi.BifurcationCurve, tmp_path: Path) -
 def test_a_failure_while_writing_leaves_the_old_file(
     torus: vi.BifurcationCurve, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / "curve.nc"
-    path.write_bytes(b"old")
-
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
-    with pytest.raises(vi.InvalidParameterError, match="No space left"):
-        vi.save_curve(torus, path)
-    assert [file.name for file in tmp_path.iterdir()] == ["curve.nc"]
-    assert path.read_bytes() == b"old"
+    assert_full_disk_leaves_the_old_file(
+        lambda path: vi.save_curve(torus, path), tmp_path / "curve.nc", monkeypatch
+    )

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.bifurcations import oscillator_branch
 from witness.bifurcations import breaking_test, fold_test, torus_test
 from witness.damper import PAPER_SETS, Damper
 from witness.precision import Real, exact, mp
@@ -111,16 +112,6 @@ def test_the_angle_of_a_weak_resonance_is_its_fraction() -> None:
         angles = np.abs(np.angle(point.multipliers)) / (2.0 * np.pi)
         assert np.abs(angles - p / q).min() < 1e-10
         assert np.abs(np.abs(point.multipliers) - 1.0).min() < 1e-10
-
-
-@cache
-def oscillator_branch(omega: float = 2.0) -> vi.Branch:
-    """Orbits 1-1-0 of an oscillator with one stop."""
-    oscillator = vi.ImpactOscillator(zeta=0.02, omega=2.0, restitution=0.8, clearance=0.0)
-    start = vi.find_orbit(oscillator, vi.State((-1.0,), (0.0,)))
-    along = vi.continue_orbit(start, "omega", (1.9, 2.5))
-    there = along.orbit(int(np.argmin(np.abs(along.values - omega))))
-    return vi.continue_orbit(there, "clearance", (-0.5, 0.5))
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from support.files import assert_full_disk_leaves_the_old_file
 
 import vibroimpact as vi
 from vibroimpact.branches.store import branch_from, dataset_of, load_branch, save_branch
@@ -215,14 +216,6 @@ def test_errors_name_what_is_wrong(broken: vi.Branch, tmp_path: Path) -> None:
 def test_a_failure_while_writing_leaves_the_old_file(
     broken: vi.Branch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / "branch.nc"
-    path.write_bytes(b"old")
-
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
-    with pytest.raises(vi.InvalidParameterError, match="No space left"):
-        save_branch(broken, path)
-    assert [file.name for file in tmp_path.iterdir()] == ["branch.nc"]
-    assert path.read_bytes() == b"old"
+    assert_full_disk_leaves_the_old_file(
+        lambda path: save_branch(broken, path), tmp_path / "branch.nc", monkeypatch
+    )

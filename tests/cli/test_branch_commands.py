@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from support.commands import WALL, said
+from support.commands import WALL, assert_nothing_written, said
 
 import vibroimpact as vi
 from vibroimpact.branches.store import load_branch
@@ -220,9 +220,7 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
 def test_misuse_is_refused_with_what_is_allowed(
     argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(argv) == cli.MISUSE
-    assert message in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    assert_nothing_written(argv, cli.MISUSE, message, capsys)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.commands import said
+from support.commands import assert_nothing_written, said
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
@@ -95,9 +95,8 @@ def test_an_interrupted_curve_leaves_no_file(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
-    assert cli.main([*BRANCH, *NEAR, "--out", "c.nc"]) == cli.INTERRUPTED
-    assert "interrupted; nothing was written" in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    argv = [*BRANCH, *NEAR, "--out", "c.nc"]
+    assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 
 
 @pytest.mark.parametrize(
@@ -117,9 +116,7 @@ def test_an_interrupted_curve_leaves_no_file(
 def test_misuse_is_refused_with_what_is_allowed(
     argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(argv) == cli.MISUSE
-    assert message in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    assert_nothing_written(argv, cli.MISUSE, message, capsys)
 
 
 def test_a_plane_of_other_parameters_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from support.commands import WALL, said
+from support.commands import WALL, assert_nothing_written, said
 
 import vibroimpact as vi
 from vibroimpact import plotting
@@ -327,6 +327,4 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
 def test_misuse_is_refused_with_what_is_allowed(
     argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(argv) == cli.MISUSE
-    assert message in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    assert_nothing_written(argv, cli.MISUSE, message, capsys)

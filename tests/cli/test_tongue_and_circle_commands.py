@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from support.commands import WALL, said
+from support.bifurcations import torus_of_set_a
+from support.commands import WALL, assert_nothing_written, said
+from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
-SET_A = vi.ImpactDamper(
-    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.0
-)
+SET_A = paper_damper("A", 1.0)
 START = vi.State((0.0, 0.0), (0.0, 1.0))
 TIP = ((0.81, 0.83), (7.7, 7.8))  # a small part of the tongue 2/9
 NEAR_TIP = ["--over", "omega=0.81:0.83", "--over", "half_clearance=7.7:7.8"]
@@ -26,10 +27,7 @@ AT_R4 = ["--over", "omega=0.95:1.0", "--over", "half_clearance=5.7:6.2"]
 
 @pytest.fixture(scope="module")
 def curve() -> vi.BifurcationCurve:
-    """With the resonances R4_1, R4_2 and 2/9_1."""
-    branch = vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.9, 1.05))
-    bounds = ((0.8, 1.05), (3.5, 8.0))
-    return vi.continue_bifurcation(branch["NS1"], ("omega", "half_clearance"), bounds)
+    return torus_of_set_a()
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +35,26 @@ def saved(curve: vi.BifurcationCurve, tmp_path_factory: pytest.TempPathFactory) 
     path = tmp_path_factory.mktemp("curve") / "curve.nc"
     vi.save_curve(curve, path)
     return str(path)
+
+
+def followed(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, Any, Any]]:
+    """Point, ranges and result of each call by which a command follows curves, while it runs."""
+    calls = []
+    of_library = getattr(vi, name.rpartition(".")[2])
+
+    def noted(point: Any, bounds: Any, **rest: Any) -> Any:
+        calls.append((point, bounds, of_library(point, bounds, **rest)))
+        return calls[-1][2]
+
+    monkeypatch.setattr(f"vibroimpact.cli.{name}", noted)
+    return calls
+
+
+def assert_same_point(here: vi.CodimensionTwoPoint, there: vi.CodimensionTwoPoint) -> None:
+    """Of the file and of the library, from which the same curves begin: test_curve_store.py."""
+    assert repr(here) == repr(there)
+    for name in ("z", "tangent"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
 
 
 def opened(path: str) -> xr.Dataset:
@@ -48,11 +66,17 @@ def opened(path: str) -> xr.Dataset:
 
 
 def test_tongue_writes_and_says_both_sides_of_the_library(
-    curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
+    curve: vi.BifurcationCurve,
+    saved: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     argv = ["tongue", saved, "--at", "2/9_1", *NEAR_TIP]
+    calls = followed("tongue.tongue", monkeypatch)
     out = said([*argv, "--out", "side.nc", "--out", "tongue.svg"], capsys)
-    expected = vi.tongue(curve["2/9_1"], TIP)
+    ((point, bounds, expected),) = calls
+    assert_same_point(point, curve["2/9_1"])
+    assert bounds == TIP
     assert isinstance(expected, vi.Tongue)
     for i, side in enumerate(expected.sides, 1):
         assert repr(side) in out
@@ -66,11 +90,17 @@ def test_tongue_writes_and_says_both_sides_of_the_library(
 
 
 def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
-    curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
+    curve: vi.BifurcationCurve,
+    saved: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     argv = ["switch", saved, "--at", "R4_1", *AT_R4, "--out", "born.nc", "--out", "born.png"]
+    calls = followed("switch.switch_curve", monkeypatch)
     out = said(argv, capsys)
-    expected = vi.switch_curve(curve["R4_1"], ((0.95, 1.0), (5.7, 6.2)))
+    ((point, bounds, expected),) = calls
+    assert_same_point(point, curve["R4_1"])
+    assert bounds == ((0.95, 1.0), (5.7, 6.2))
     assert not isinstance(expected, vi.NoCurve)
     for i, born in enumerate(expected, 1):
         assert repr(born) in out
@@ -83,9 +113,8 @@ def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
 ) -> None:
     refusal = vi.switch_curve(curve["R4_2"])
     assert isinstance(refusal, vi.NoCurve)
-    assert cli.main(["switch", saved, "--at", "R4_2", "--out", "born.nc"]) == cli.FAILED
-    assert refusal.reason in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    argv = ["switch", saved, "--at", "R4_2", "--out", "born.nc"]
+    assert_nothing_written(argv, cli.FAILED, refusal.reason, capsys)
 
 
 @pytest.mark.parametrize(
@@ -104,9 +133,8 @@ def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
 def test_misuse_is_refused_with_what_is_allowed(
     argv: list[str], message: str, saved: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main([saved if word == "CURVE" else word for word in argv]) == cli.MISUSE
-    assert message in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    argv = [saved if word == "CURVE" else word for word in argv]
+    assert_nothing_written(argv, cli.MISUSE, message, capsys)
 
 
 # ---- circle --------------------------------------------------------------------------------------
@@ -181,9 +209,7 @@ def test_an_interrupted_family_leaves_no_file(
 
     monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
     argv = [*CIRCLE, "--along", "omega", "0.99", "1.02", "--out", "f.nc", "--out", "f.svg"]
-    assert cli.main(argv) == cli.INTERRUPTED
-    assert "interrupted; nothing was written" in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 
 
 @pytest.mark.parametrize(
@@ -202,6 +228,4 @@ def test_an_interrupted_family_leaves_no_file(
 def test_misuse_of_circle_is_refused_with_what_is_allowed(
     argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(argv) == cli.MISUSE
-    assert message in capsys.readouterr().err
-    assert not list(Path().iterdir())
+    assert_nothing_written(argv, cli.MISUSE, message, capsys)

@@ -48,6 +48,7 @@ def evidence(found: Resonances | None) -> Evidence:
 
 def test_at_both_resonances_of_set_a_the_closed_form_has_multipliers_i() -> None:
     assert [p.kind for p in of_a().strong] == ["R4", "R4"]
+    assert [of_a().named("R4", omega) for omega in (0.928, 0.978)] == [*of_a().strong]
     for p in of_a().strong:
         nu = orbit_at(SETS["A"], *p.parameters.values()).half_multipliers
         assert np.abs(nu - 1j).min() < 1e-9

@@ -5,29 +5,27 @@ from __future__ import annotations
 import cmath
 import math
 from functools import cache
-from types import MappingProxyType
 
 import numpy as np
 import pytest
+from support.bifurcations import torus_of_set_a
 from vibroimpact_papers.impact_damper import figures, parameter_sets, unfolding
 from vibroimpact_papers.impact_damper.plan import Plan
-from vibroimpact_papers.impact_damper.resonances import Resonances, resonances_of
 from vibroimpact_papers.impact_damper.unfolding import Sector, Unfolded, unfolded
 
+import vibroimpact as vi
+
 SET = parameter_sets()["A"]
-PLAN = Plan(strong=MappingProxyType({"A": (0.91, 1.05)}), strong_points=(4, 4), plane_settle=20.0)
 
 
-@cache
-def of_a() -> Resonances:
-    return resonances_of(SET, PLAN)
+def resonance(omega: float) -> vi.CodimensionTwoPoint:
+    points = [p for p in torus_of_set_a().special_points if p.kind == "R4"]
+    return min(points, key=lambda p: abs(p.parameters["omega"] - omega))
 
 
 @cache
 def around(omega: float) -> Unfolded:
-    point = of_a().named("R4", omega)
-    assert point is not None
-    return unfolded(SET, point)
+    return unfolded(SET, resonance(omega))
 
 
 def last(rows: np.ndarray) -> np.ndarray:
@@ -69,8 +67,7 @@ def test_between_the_folds_motions_settle_on_the_larger_orbit_of_period_four() -
 
 
 def test_error_of_the_predicted_orbit_falls_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    point = of_a().named("R4", 0.978)
-    assert point is not None
+    point = resonance(0.978)
     errors = []
     for size in (0.002, 0.0005):  # |z| is halved
         monkeypatch.setattr(unfolding, "SIZE", size)
@@ -104,7 +101,7 @@ def test_computed_folds_begin_along_the_predicted_half_lines() -> None:
 
 
 def test_figure_shows_the_trajectories_of_its_file() -> None:
-    data = unfolding.unfolding_data(around(0.928), 2, SET, PLAN)
+    data = unfolding.unfolding_data(around(0.928), 2, SET, Plan())
     figure = figures.redraw(data)
     assert len(figure.axes) == 1 + 2 * len(around(0.928).sectors)
     drawn = sum(np.isfinite(line.get_xdata()).sum() for line in figure.axes[1].lines[:3])

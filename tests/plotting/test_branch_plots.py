@@ -16,6 +16,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
+from support.pictures import words
 
 import vibroimpact as vi
 from vibroimpact.branches.profile import Stability, coordinate, place_of, profile
@@ -127,9 +128,7 @@ def test_labels_and_markers_name_every_special_point(symmetric: vi.Branch) -> No
     written = {text.get_text(): text.xy for text in ax.texts if isinstance(text, Annotation)}
     assert set(written) == {"GR1", "BP1", "NS1"}
     assert written["NS1"][0] == symmetric["NS1"].parameter
-    legend = ax.get_legend()
-    assert legend is not None
-    named = [text.get_text() for text in legend.get_texts()]
+    named = words(ax)
     assert named[:3] == ["stable", "unstable", "not admissible"]
     assert {"grazing", "branch point", "Neimark-Sacker"} < set(named)
     plain = plot_branches([symmetric], points=False)
@@ -182,9 +181,7 @@ def test_a_coordinate_that_varies_by_rounding_alone_is_a_level_line_with_short_t
 
 def test_branches_have_their_own_colours_and_names(symmetric: vi.Branch, broken: vi.Branch) -> None:
     ax = plot_branches([symmetric, broken])
-    legend = ax.get_legend()
-    assert legend is not None
-    assert [t.get_text() for t in legend.get_texts()][:2] == ["0: 1-1-1, symmetric", "1: 1-1-1"]
+    assert words(ax)[:2] == ["0: 1-1-1, symmetric", "1: 1-1-1"]
     assert stretches(ax, COLOURS[0])
     assert stretches(ax, COLOURS[1])
 

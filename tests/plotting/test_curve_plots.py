@@ -13,6 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.text import Annotation
 from numpy.typing import NDArray
+from support.bifurcations import PLANE, torus_of_a_map, torus_of_set_a
+from support.pictures import words
+from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.bifurcations.stretches import Meaning, stretches
@@ -21,10 +24,7 @@ from vibroimpact.plotting.curves import COLOURS, LOOKS
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
-PLANE = ("omega", "half_clearance")
-DAMPER = vi.ImpactDamper(
-    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.95
-)
+DAMPER = paper_damper("A", 0.95)
 ALL = ((0.5, 1.3), (1.0, 8.0))
 
 
@@ -34,9 +34,8 @@ def branch() -> vi.Branch:
 
 
 @pytest.fixture(scope="module")
-def torus(branch: vi.Branch) -> vi.BifurcationCurve:
-    """With two resonances 1:4 and a weak one."""
-    return vi.continue_bifurcation(branch["NS1"], PLANE, ALL)
+def torus() -> vi.BifurcationCurve:
+    return torus_of_set_a()
 
 
 @pytest.fixture(scope="module")
@@ -46,14 +45,7 @@ def breaking(branch: vi.Branch) -> vi.BifurcationCurve:
 
 @pytest.fixture(scope="module")
 def saddles() -> vi.BifurcationCurve:
-    """NS of a map, through R1, R4, R3 and R2 into neutral saddles on both sides."""
-    henon = vi.ExplicitMap(
-        lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2 + 0.5 * x[0] * x[1]],
-        dimension=2,
-        parameters=("alpha", "beta"),
-    )
-    start = vi.MapPoint("NS", henon, (2 / 3, 2 / 3), (16 / 9, 4 / 3))
-    return vi.continue_bifurcation(start, ("alpha", "beta"), ((-3.0, 6.0), (-2.5, 2.5)))
+    return torus_of_a_map()
 
 
 def drawn(ax: Axes, colour: str) -> list[NDArray[np.float64]]:
@@ -67,12 +59,6 @@ def drawn(ax: Axes, colour: str) -> list[NDArray[np.float64]]:
 
 def texts(ax: Axes) -> list[str]:
     return [text.get_text() for text in ax.texts if isinstance(text, Annotation)]
-
-
-def words(ax: Axes) -> list[str]:
-    legend = ax.get_legend()
-    assert legend is not None
-    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_every_point_of_the_curve_is_drawn(torus: vi.BifurcationCurve) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
+from support.pictures import words
 
 import vibroimpact as vi
 from vibroimpact.bifurcations.tongue_region import region_of
@@ -49,12 +50,6 @@ def tongue(curve: vi.BifurcationCurve) -> vi.Tongue:
 def filled(ax: Axes) -> np.ndarray:
     (region,) = (patch for patch in ax.patches if isinstance(patch, Polygon))
     return np.asarray(region.get_xy())
-
-
-def words(ax: Axes) -> list[str]:
-    legend = ax.get_legend()
-    assert legend is not None
-    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_the_region_is_bounded_by_both_sides(tongue: vi.Tongue) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibroimpact.cli import main as cli
@@ -34,3 +35,12 @@ def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """What a command prints that ends well."""
     assert cli.main(argv) == cli.DONE
     return capsys.readouterr().out
+
+
+def assert_nothing_written(
+    argv: list[str], status: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A command ends with this status and message, and its empty folder stays empty."""
+    assert cli.main(argv) == status
+    assert message in capsys.readouterr().err
+    assert not list(Path().iterdir())

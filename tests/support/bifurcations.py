@@ -1,0 +1,43 @@
+"""Branches and curves of bifurcations that several test modules share, each followed once in a process."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+import vibroimpact as vi
+
+from .systems import paper_damper
+
+PLANE = ("omega", "half_clearance")
+
+
+@cache
+def torus_of_set_a() -> vi.BifurcationCurve:
+    """Neimark-Sacker curve of set A, with the resonances R4_1, R4_2 and 2/9_1."""
+    orbit = vi.symmetric_orbits(paper_damper("A", 0.95))[0]
+    branch = vi.continue_orbit(orbit, "omega", (0.9, 1.0))
+    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)))
+
+
+@cache
+def torus_of_a_map() -> vi.BifurcationCurve:
+    """NS of a map, through R1, weak resonances, R4, R3 and R2 into neutral saddles on both sides."""
+    henon = vi.ExplicitMap(
+        lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2 + 0.5 * x[0] * x[1]],
+        dimension=2,
+        parameters=("alpha", "beta"),
+    )
+    start = vi.MapPoint("NS", henon, (2 / 3, 2 / 3), (16 / 9, 4 / 3))
+    return vi.continue_bifurcation(start, ("alpha", "beta"), ((-3.0, 6.0), (-2.5, 2.5)))
+
+
+@cache
+def oscillator_branch(omega: float = 2.0) -> vi.Branch:
+    """Orbits 1-1-0 of an oscillator with one stop."""
+    oscillator = vi.ImpactOscillator(zeta=0.02, omega=2.0, restitution=0.8, clearance=0.0)
+    start = vi.find_orbit(oscillator, vi.State((-1.0,), (0.0,)))
+    along = vi.continue_orbit(start, "omega", (1.9, 2.5))
+    there = along.orbit(int(np.argmin(np.abs(along.values - omega))))
+    return vi.continue_orbit(there, "clearance", (-0.5, 0.5))
