@@ -57,8 +57,7 @@ class OrbitPlane(OrbitFamily):
         marks[-1, :q, 0, :q] = np.diag(self.mirror)
         return marks.reshape(m * (q + 1), m * (q + 1))
 
-    def system_at(self, p: Value) -> System:
-        """System at a pair of values."""
+    def _system(self, p: Value) -> System:
         assert isinstance(p, tuple)
         return with_parameters(self.system, dict(zip(self.names, p, strict=True)))
 

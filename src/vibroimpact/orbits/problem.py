@@ -184,6 +184,7 @@ class OrbitProblem:
     parameter: str
     mechanism: Mechanism = field(init=False)
     impacts: tuple[Stop, ...] = field(init=False)
+    _systems: dict[Value, System] = field(default_factory=dict, init=False, repr=False)
     _compiled: dict[Value, Prescribed] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -203,7 +204,10 @@ class OrbitProblem:
             self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
 
     def system_at(self, p: Value) -> System:
-        """System at the value p of the parameter."""
+        """System at the value p of the parameter; the latest ones, with their mechanisms, are kept."""
+        return latest(self._systems, p, self._system)
+
+    def _system(self, p: Value) -> System:
         return with_parameter(self.system, self.parameter, p) if self.parameter else self.system
 
     def compiled(self, p: Value) -> Prescribed:
