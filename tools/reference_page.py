@@ -22,7 +22,8 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 GROUPS = {
     "Systems": [
         *("ImpactDamper", "ImpactOscillator", "Scales"),
-        *("Mechanism", "Contact", "Harmonic", "State"),
+        *("Mechanism", "RigidStop", "Contact", "SoftStop", "SoftStopState"),
+        *("Friction", "FrictionState", "Harmonic", "State"),
     ],
     "Simulation": ["simulate", "Run", "RunEnd", "Status"],
     "Sections and following": [

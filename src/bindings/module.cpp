@@ -29,9 +29,14 @@ using binding::raise_if_interrupted;
 using binding::to_numpy;
 
 binding::system_data read_system(bool mixed, int dimension, int degrees, numbers omegas,
-                                 numbers kappas, double step, const nb::list& laws) {
-    binding::system_data data{dimension,         degrees, mixed, std::move(omegas),
-                              std::move(kappas), step,    {}};
+                                 numbers kappas, double step, const nb::list& laws,
+                                 const std::vector<std::tuple<int, bool>>& elements) {
+    binding::system_data data{dimension, degrees, mixed, std::move(omegas), std::move(kappas), step,
+                              {},        {},      {}};
+    for (const auto& [states, soft] : elements) {
+        data.states.push_back(states);
+        data.soft.push_back(soft);
+    }
     for (nb::handle law : laws) {
         const auto t = nb::cast<std::tuple<numbers, numbers, numbers, double, double>>(law);
         data.contacts.push_back(
@@ -51,9 +56,11 @@ numbers flattened(nb::handle rows) {
 class kernel_system {
 public:
     kernel_system(bool dense, bool mixed, int dimension, int degrees, numbers omegas,
-                  numbers kappas, double step, const nb::list& laws) {
+                  numbers kappas, double step, const nb::list& laws,
+                  const std::vector<std::tuple<int, bool>>& elements)
+        : step_(step) {
         const auto data = read_system(mixed, dimension, degrees, std::move(omegas),
-                                      std::move(kappas), step, laws);
+                                      std::move(kappas), step, laws, elements);
         const bool small =
             !mixed && dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
         system_ = dense   ? binding::make_dense(data)
@@ -64,10 +71,11 @@ public:
         lines_ = data.omegas.size();
     }
 
-    void add_mode(int code, const nb::dict& flow, const nb::list& guards, const array& to_x,
-                  const array& to_v, numbers offset, const array& from_x, const array& from_v,
-                  const array& particular) {
+    void add_mode(int code, const nb::dict& flow, const nb::list& guards, const nb::list& watches,
+                  const array& to_x, const array& to_v, numbers offset, const array& from_x,
+                  const array& from_v, const array& particular, numbers shift) {
         binding::mode_data data{code,
+                                step_,
                                 {},
                                 {},
                                 {},
@@ -76,12 +84,14 @@ public:
                                 {},
                                 0.0,
                                 {},
+                                {},
                                 numbers_of(to_x),
                                 numbers_of(to_v),
                                 std::move(offset),
                                 numbers_of(from_x),
                                 numbers_of(from_v),
-                                numbers_of(particular)};
+                                numbers_of(particular),
+                                std::move(shift)};
         if (flow.contains("k")) {
             data.k = nb::cast<numbers>(flow["k"]);
             data.c = nb::cast<numbers>(flow["c"]);
@@ -89,13 +99,23 @@ public:
         } else {
             data.b = flattened(flow["b"]);
             data.constant = nb::cast<numbers>(flow["constant"]);
-            data.norm = flattened(flow["norm"]);
-            data.growth = nb::cast<numbers>(flow["growth"]).at(0);
+            if (flow.contains("norm")) {
+                data.norm = flattened(flow["norm"]);
+                data.growth = nb::cast<numbers>(flow["growth"]).at(0);
+            }
+            if (flow.contains("step")) data.step = nb::cast<numbers>(flow["step"]).at(0);
         }
         for (nb::handle guard : guards) {
             const auto t = nb::cast<std::tuple<numbers, double, double, double, int>>(guard);
             data.guards.push_back(
                 {std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), std::get<4>(t)});
+        }
+        for (nb::handle watch : watches) {
+            const auto t = nb::cast<std::tuple<numbers, double, double, double, int, bool>>(watch);
+            data.watches.push_back(
+                {{std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), 0},
+                 std::get<4>(t),
+                 std::get<5>(t)});
         }
         system_->add_mode(data);
     }
@@ -109,6 +129,8 @@ public:
         out["eps"] = s.eps;
         return out;
     }
+
+    int settle(binding::position& at) const { return system_->settle(at); }
 
     nb::dict simulate(binding::position& at, double t_max, double flight_limit, long events,
                       long impacts) const {
@@ -205,6 +227,7 @@ public:
 private:
     std::unique_ptr<binding::system> system_;
     std::size_t dimension_, degrees_, lines_;
+    double step_;
 };
 
 } // namespace
@@ -232,28 +255,35 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
         .def_ro("touching", &binding::position::touching)
         .def_ro("rate", &binding::position::rate)
         .def_ro("y", &binding::position::y)
-        .def_ro("mode", &binding::position::mode);
+        .def_ro("mode", &binding::position::mode)
+        .def_ro("states", &binding::position::states);
     // Signatures are written out for the type stub; arrays are C-contiguous float64.
     nb::class_<kernel_system>(m, "System")
         .def(
-            nb::init<bool, bool, int, int, numbers, numbers, double, const nb::list&>(), "dense"_a,
-            "mixed"_a, "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a, "laws"_a,
+            nb::init<bool, bool, int, int, numbers, numbers, double, const nb::list&,
+                     const std::vector<std::tuple<int, bool>>&>(),
+            "dense"_a, "mixed"_a, "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a,
+            "laws"_a, "elements"_a,
             nb::sig("def __init__(self, *, dense: bool, mixed: bool, dimension: int, degrees: int, "
                     "omegas: list[float], kappas: list[float], step: float, "
-                    "laws: list[tuple[list[float], list[float], list[float], float, float]]) "
+                    "laws: list[tuple[list[float], list[float], list[float], float, float]], "
+                    "elements: list[tuple[int, bool]]) "
                     "-> None"))
-        .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "to_x"_a,
-             "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a,
+        .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "watches"_a,
+             "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a, "shift"_a,
              nb::sig("def add_mode(self, *, code: int, flow: dict[str, object], "
                      "guards: list[tuple[list[float], float, float, float, int]], "
+                     "watches: list[tuple[list[float], float, float, float, int, bool]], "
                      "to_x: numpy.typing.NDArray[numpy.float64], to_v: "
                      "numpy.typing.NDArray[numpy.float64], "
                      "offset: list[float], from_x: numpy.typing.NDArray[numpy.float64], "
                      "from_v: numpy.typing.NDArray[numpy.float64], particular: "
-                     "numpy.typing.NDArray[numpy.float64]) -> None"))
+                     "numpy.typing.NDArray[numpy.float64], shift: list[float]) -> None"))
         .def("start", &kernel_system::start, "x"_a, "v"_a, "phases"_a,
              nb::sig("def start(self, x: list[float], v: list[float], phases: list[float]) "
                      "-> dict[str, typing.Any]"))
+        .def("settle", &kernel_system::settle, "at"_a,
+             nb::sig("def settle(self, at: Position) -> int"))
         .def("simulate", &kernel_system::simulate, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
              "impacts"_a,
              nb::sig("def simulate(self, at: Position, t_max: float, flight_limit: float, "

@@ -50,9 +50,14 @@ from vibroimpact.continuation import Steps as Steps
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.machine import Scales as Scales
+from vibroimpact.model.elements import Friction as Friction
+from vibroimpact.model.elements import FrictionState as FrictionState
+from vibroimpact.model.elements import SoftStop as SoftStop
+from vibroimpact.model.elements import SoftStopState as SoftStopState
+from vibroimpact.model.harmonic import Harmonic as Harmonic
 from vibroimpact.model.mechanism import Contact as Contact
-from vibroimpact.model.mechanism import Harmonic as Harmonic
 from vibroimpact.model.mechanism import Mechanism as Mechanism
+from vibroimpact.model.mechanism import RigidStop as RigidStop
 from vibroimpact.model.parameters import Family as Family
 from vibroimpact.model.state import State as State
 from vibroimpact.normal_forms import ExplicitMap as ExplicitMap

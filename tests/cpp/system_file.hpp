@@ -72,8 +72,11 @@ template <class Flow>
 binding::compiled_system<Flow> read_compiled(reader& in) {
     const auto data = read_system(in);
     binding::compiled_system<Flow> system(data);
-    for (int modes = in.integer(); modes > 0; --modes)
-        system.add_mode(read_mode(in, data.contacts.size()));
+    for (int modes = in.integer(); modes > 0; --modes) {
+        auto mode = read_mode(in, data.contacts.size());
+        mode.step = data.step;
+        system.add_mode(mode);
+    }
     return system;
 }
 

@@ -235,7 +235,7 @@ GOOD: dict[str, Any] = {
 BAD_MECHANISMS = [
     ({"mass": [[1.0, 0.0], [0.0, -0.1]]}, "mass: must be positive definite"),
     ({"mass": [[1.0, 0.0], [0.0, 0.0]]}, "massless"),
-    ({"mass": [[1.0, 0.5], [0.0, 1.0]]}, "mass: must be symmetric"),
+    ({"mass": [[1.0, 0.5], [0.0, 1.0]]}, "mass: must be positive definite and symmetric"),
     (
         {"mass": [[1.0, math.nan], [math.nan, 1.0]]},
         r"mass\[0, 1\] = nan: every entry must be finite",
@@ -250,7 +250,7 @@ BAD_MECHANISMS = [
     ),
     ({"contacts": ()}, "contacts.* must be 1 to 8"),
     ({"contacts": ("A",)}, r"contacts\[0\] = .*: must be a Contact"),
-    ({"contacts": vi.Contact((1.0,), upper=1.0)}, "contacts = .*: must be 1 to 8 of Contact"),
+    ({"contacts": vi.Contact((1.0,), upper=1.0)}, "contacts = .*: must be 0 to 8 of Contact"),
     ({"forces": vi.Harmonic(1.0, (1.0,))}, "forces = .*: must be 0 to 6 of Harmonic"),
     ({"contacts": (vi.Contact((1.0,), 0.0, 1.0),)}, r"row has shape \(1,\); expected \(2,\)"),
     ({"forces": (vi.Harmonic(1.0, (1.0,)),)}, r"sine has shape \(1,\); expected \(2,\)"),

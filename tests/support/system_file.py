@@ -28,7 +28,7 @@ def system_text(system: Any, states: Sequence[vi.State]) -> str:
     out.append(str(len(laws)))
     for impulse, mobility, shift, lower, upper in laws:
         out += [*_words(impulse), *_words(mobility), *_words(shift), lower.hex(), upper.hex()]
-    modes = [hybrid.mode(closed) for closed in ((), *hybrid.closed)]
+    modes = [hybrid.mode(code) for code in hybrid.codes]
     out.append(str(len(modes)))
     for mode in modes:
         out += _mode_words(mode)

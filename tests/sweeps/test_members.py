@@ -13,7 +13,7 @@ from support.systems import paper_damper
 import vibroimpact as vi
 from vibroimpact import _kernel
 from vibroimpact.compile import hybrid
-from vibroimpact.compile.reduction import Closed
+from vibroimpact.compile.modes import Mode, closed_from_code
 from vibroimpact.compile.tables import Stacks, kernel_arguments
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
@@ -193,10 +193,10 @@ def test_a_member_whose_mode_cannot_be_compiled_ends_as_missing(
 ) -> None:
     mode = hybrid.Hybrid.mode
 
-    def refusing(self: hybrid.Hybrid, closed: Closed) -> hybrid.Mode:
-        if len(closed) == 2 and self.mechanism.constant_force[0] > -1.5:
+    def refusing(self: hybrid.Hybrid, code: int) -> Mode:
+        if len(closed_from_code(code, 2)) == 2 and self.mechanism.constant_force[0] > -1.5:
             raise vi.InvalidParameterError("contacts: not determined.")
-        return mode(self, closed)
+        return mode(self, code)
 
     monkeypatch.setattr(hybrid.Hybrid, "mode", refusing)
     members = members_of([0, 0, 1, 0], [0.1, 1.0, 3.0], [0.0, 0.0, 0.0], 40.0)

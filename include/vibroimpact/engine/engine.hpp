@@ -9,7 +9,7 @@
 // end of rest on a stop, the horizon, or the statement that nothing could be decided.
 #pragma once
 
-#include "vibroimpact/transition/transition.hpp"
+#include "vibroimpact/transition/elements.hpp"
 
 namespace vi {
 
@@ -43,6 +43,47 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
 
 } // namespace detail
 
+namespace detail {
+
+// After an event: the states of elements, then whether contacts stay closed. The code of a mode that is missing, or 0.
+template <class T, class Flow>
+VI_HD inline int settle_after(const hybrid<Flow>& system,
+                              trajectory<T, typename Flow::shape_type>& at,
+                              event<T, typename Flow::shape_type>& e) {
+    if constexpr (Flow::shape_type::max_elements > 0) {
+        if (!moves_on(e.what)) return 0;
+        at.elements.settled = false;
+        const int before = at.elements.code;
+        const auto states = settle_elements(system, at);
+        if (states.what == decision::missing) return states.code;
+        if (states.what == decision::undecided) e.what = status::undecided;
+        const int element = e.contact - system.contacts();
+        if (e.what == status::change && before == at.elements.code) e.what = status::grazing;
+        if (e.what == status::change && states.what == decision::non_unique)
+            e.what = status::non_unique;
+        if (e.what == status::change && system.elements.soft[element]) {
+            const int state = state_in_code(at.elements.code, element);
+            if (state_in_code(before, element) == 0 && (state == 1 || state == 2)) {
+                e.what = status::engage;
+                e.side = state == 1 ? 1 : -1;
+            }
+        }
+    }
+    return stay_closed(system, at);
+}
+
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+missing_mode(const hybrid<Flow>& system, const trajectory<T, typename Flow::shape_type>& at,
+             int code) {
+    auto e = plain_event<T, typename Flow::shape_type>(status::missing_mode, -1, 0, T(0.0),
+                                                       in_free_coordinates(system, at));
+    e.code = code;
+    return e;
+}
+
+} // namespace detail
+
 // The certified engine: any flow, any mode, every status; it pauses in free flight, if at all. An event
 // whose next flight is in a mode that is missing, or takes one to be known, did not happen yet: it
 // comes again once the mode is there.
@@ -53,10 +94,16 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     if (has_diverged(system.modes[at.mode], at.y)) // before rest and chatter
         return detail::plain_event<T, typename Flow::shape_type>(status::diverged, -1, 0, T(0.0),
                                                                  in_free_coordinates(system, at));
-    if (at.held == 0) return detail::next_event(system, at, horizon, may_pause, earlier);
+    if constexpr (Flow::shape_type::max_elements == 0)
+        if (at.held == 0) return detail::next_event(system, at, horizon, may_pause, earlier);
+    const auto states = settle_elements(system, at);
+    if (states.what == decision::missing) return detail::missing_mode(system, at, states.code);
+    if (states.what == decision::undecided)
+        return detail::plain_event<T, typename Flow::shape_type>(status::undecided, -1, 0, T(0.0),
+                                                                 in_free_coordinates(system, at));
     const auto start = at;
     auto e = detail::next_event(system, at, horizon, false, earlier);
-    const int missing = stay_closed(system, at);
+    const int missing = detail::settle_after(system, at, e);
     if (missing == 0) return e;
     at = start;
     e.what = status::missing_mode;

@@ -69,7 +69,8 @@ struct motion {
 };
 
 VI_HD inline bool counts_as_impact(status what) {
-    return what == status::impact || what == status::simultaneous || what == status::chatter;
+    return what == status::impact || what == status::simultaneous || what == status::chatter ||
+           what == status::engage;
 }
 
 template <class T, class Shape>

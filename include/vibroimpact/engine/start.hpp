@@ -61,6 +61,12 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
         rate = rate + gradient * v[k];
         terms += size * abs(plain(v[k]));
     }
+    if constexpr (!is_modal<
+                      Flow>) // the stop's own rate: y shows that of a modal flow in all coordinates
+        for (int j = n - 2 * p.lines; j < n; ++j) {
+            rate = rate + g.rows[1][j] * at.y[j];
+            terms += abs(g.rows[1][j]) * abs(plain(at.y[j]));
+        }
     at.rate[i] = -at.touching[i] * rate;
     if (abs(plain(rate)) <= 8.0 * degrees * unit_roundoff * terms)
         at.rate[i] = with_value(at.rate[i], 0.0);
@@ -76,6 +82,7 @@ VI_HD inline void start_at(const hybrid<Flow>& system, const mode_coordinates& p
                            trajectory<T, typename Flow::shape_type>& at) {
     at.mode = at.held = 0;
     at.flat = {};
+    at.elements = {};
     at.y = from_physical(p, x, v, forcing_at(p, phases), system);
     for (int i = 0; i < system.contacts(); ++i)
         detail::touch_at_start(system, p, i, v, at);

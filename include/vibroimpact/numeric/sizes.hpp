@@ -15,21 +15,25 @@ namespace vi {
 inline constexpr int max_degrees = 10;
 inline constexpr int most_contacts = 8;
 inline constexpr int max_lines = 6;
+inline constexpr int most_elements = 8; // with states of their own: soft stops, friction
 inline constexpr int largest_dimension = 2 * (max_degrees + max_lines);
 
-template <int Dimension, int Lines, int Contacts, bool Exact, bool Mixed = false>
+template <int Dimension, int Lines, int Contacts, bool Exact, bool Mixed = false, int Elements = 0>
 struct shape {
     static constexpr int max_dimension = Dimension;
     static constexpr int exact_lines = Lines;
     static constexpr int max_contacts = Contacts;
     static constexpr bool exact = Exact;
     static constexpr bool mixed = Mixed; // of an exact one
+    static constexpr int max_elements = Elements;
+    static constexpr int max_watches = 2 * Elements; // guards of elements in a mode
 };
 template <int Dimension, int Lines, int Contacts, bool Mixed = false>
 using fixed = shape<Dimension, Lines, Contacts, true, Mixed>;
 template <int Dimension, int Contacts>
 using bounded = shape<Dimension, 0, Contacts, false>;
 using any_size = bounded<largest_dimension, most_contacts>;
+using any_elements = shape<largest_dimension, 0, most_contacts, false, false, most_elements>;
 
 // A whole number that the compiler knows.
 template <int I>

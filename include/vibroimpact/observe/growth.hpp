@@ -42,7 +42,7 @@ struct growth {
     VI_HD void see(const event<jet<R, W>, Shape>& e, trajectory<jet<R, W>, Shape>& at,
                    const clock& now, int n, int contacts) {
         // completed chatter leaves parts that the rest on the stop, which follows, takes away
-        if (e.what == status::chatter || e.what >= status::horizon) return;
+        if (e.what == status::chatter || !moves_on(e.what)) return;
         see(true, at, now.time(), n, contacts);
     }
 
@@ -147,6 +147,7 @@ with_tangents(const hybrid<Flow>& system, const trajectory<double, typename Flow
     detail::generic_numbers numbers;
     out.mode = from.mode;
     out.held = from.held;
+    out.elements = from.elements;
     for (int i = 0; i < n; ++i)
         out.y[i].v = from.y[i];
     for (int k = 0; k < W && k < count; ++k) // the first vectors are the same however many follow

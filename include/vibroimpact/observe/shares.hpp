@@ -21,7 +21,7 @@ struct shares {
         long chatters = 0, grazes = 0;
 
         VI_HD void on_flight(const flight_segment<Flow>& s) {
-            if (s.mode != 0) at_rest = at_rest + s.duration;
+            if (!s.system.is_open(s.mode)) at_rest = at_rest + s.duration;
         }
         VI_HD void on_event(const event_view<Flow>& s) {
             chatters += s.e.what == status::chatter;

@@ -35,6 +35,20 @@ inline constexpr int longer_leap = 5; // doublings: then the states are not thos
 
 enum class flight_end { contact, grazing, horizon, paused, searching, undecided, steps, diverged };
 
+// The states that elements are in, as a code, and where the present flight starts on a limit of watch j: zeros[j] is
+// then how many derivatives of that margin, from its value on, are zero, with the sign of the side;
+// most_zeros + 1 where no derivative leads away. Values lie on the limit but for rounding, the offset.
+inline constexpr int most_zeros = 6;
+template <int Watches>
+struct element_states {
+    int code = 0;
+    bool settled = false; // decided since the last event
+    int zeros[Watches] = {};
+    double offset[Watches] = {};
+};
+template <>
+struct element_states<0> {};
+
 // Where a trajectory stands: coordinates in a mode, and which stops it is about to leave.
 template <class T, class Shape>
 struct trajectory {
@@ -47,6 +61,7 @@ struct trajectory {
     // 1 where the gap's second derivative is zero exactly; where a contact is closed without a force,
     // minus the size of the terms of that force.
     vec<real, Shape::max_contacts> flat;
+    [[no_unique_address]] element_states<Shape::max_watches> elements;
 };
 
 template <class T, class Shape>
@@ -131,6 +146,13 @@ VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
         if (abs(g.d[m]) <= 64.0 * unit_roundoff * plain(magnitude(guard, m, y, flow))) g.d[m] = 0.0;
 }
 
+template <int N>
+VI_HD inline void take_first(const window_verdict& v, int number, int side, const taylor<N>& g,
+                             earliest<N>& first) {
+    if (v.what == finding::none) return;
+    if (first.what == finding::none || v.s < first.s) first = {v.what, v.s, number, side, g};
+}
+
 // `still` says whether the flight has not left the stop that it started on.
 template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
@@ -155,9 +177,36 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
         const bool no_force = start.flat[i] > 0.0 || (start.flat[i] < 0.0 && abs(g.d[0]) <= eps);
         if (guard.closed && applications == 0 && no_force) g.d[0] = 0.0;
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
-        const window_verdict v = first_root(g, span, eps, leaving);
-        if (v.what == finding::none) continue;
-        if (first.what == finding::none || v.s < first.s) first = {v.what, v.s, i, side, g};
+        take_first(first_root(g, span, eps, leaving), i, side, g, first);
+    }
+}
+
+// The same for watch j of a mode, whose number follows those of the contacts.
+template <int N, class T, class Mode, class Shape>
+VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_dimension>& y,
+                                const trajectory<T, Shape>& start, bool& still, double applications,
+                                int earlier, double span, earliest<N>& first) {
+    const auto& guard = m.watched.at[j].row;
+    if (m.watched.at[j].held) return;
+    const taylor<N> u = derivatives<N>(guard, y, m.flow.dimension());
+    const double farthest = change_bound(u, span);
+    const double terms = plain(magnitude(guard, 0, y, m.flow));
+    const int zeros = start.elements.zeros[j];
+    for (int side = -1; side <= 1; side += 2) {
+        const double limit = side > 0 ? guard.upper : guard.lower;
+        if (!(abs(limit) < 0x1p1000)) continue;
+        const double eps = rounding_after(applications + earlier, terms + abs(limit));
+        const bool here = zeros * side > 0;
+        taylor<N> g = gap_on(side, limit, u);
+        if (here) g.d[0] = g.d[0] - start.elements.offset[j];
+        bool leaving = still && here;
+        if (leaving && applications > 0) still = leaving = abs(g.d[0]) <= eps;
+        if (g.d[0] > farthest + eps) continue;              // not within reach of this step
+        if (leaving && zeros * side > most_zeros) continue; // nothing moves it
+        for (int m = 0; leaving && applications == 0 && m < zeros * side; ++m)
+            g.d[m] = 0.0;
+        if (leaving) g.d[0] = 0.0;
+        take_first(first_root(g, span, eps, leaving), m.flow.contacts() + j, side, g, first);
     }
 }
 
@@ -206,6 +255,15 @@ VI_HD inline bool has_left(const Mode& m, const vec<T, Shape::max_dimension>& y,
         const double gap = side * (limit - guard_value(g, 0, z, m.flow.dimension()));
         if (!(gap > proof_margin * (magnitude(g, 0, z, m.flow) + abs(limit)))) return false;
     }
+    if constexpr (Shape::max_watches > 0)
+        for (int j = 0; j < m.watched.count; ++j) {
+            const auto& g = m.watched.at[j].row;
+            const int zeros = start.elements.zeros[j];
+            if (zeros == 0 || zeros > most_zeros || -zeros > most_zeros) continue;
+            const double u = guard_value(g, 0, z, m.flow.dimension());
+            const double gap = zeros > 0 ? g.upper - u : u - g.lower;
+            if (!(gap > proof_margin * magnitude(g, 0, z, m.flow))) return false;
+        }
     return true;
 }
 
@@ -216,6 +274,14 @@ VI_HD inline flight_end end_of(finding what) {
 }
 
 } // namespace detail
+
+// Guard of a mode by its number: those of contacts first, then the watches of elements.
+template <class Mode>
+VI_HD inline const auto& guard_of(const Mode& m, int number) {
+    if constexpr (Mode::flow_type::shape_type::max_watches > 0)
+        if (number >= m.flow.contacts()) return m.watched.at[number - m.flow.contacts()].row;
+    return m.guards[number];
+}
 
 // Give x another value and keep its derivatives, which may be infinite.
 template <class T>
@@ -234,7 +300,7 @@ namespace detail {
 template <int N, class T, class Mode, class Shape>
 VI_CALL landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
                                   const vec<T, Shape::max_dimension>& y, double passed) {
-    const auto& guard = m.guards[first.contact];
+    const auto& guard = guard_of(m, first.contact);
     const int n = m.flow.dimension();
     landing<T, Shape> out{
         end_of(first.what),  first.contact, first.side,
@@ -279,6 +345,11 @@ VI_HD inline bool find_bounce_end(const Mode& m, const trajectory<T, Shape>& sta
         bool still = true;
         inspect_contact(m, i, start.y, start, still, 0, earlier, span, first);
     }
+    if constexpr (Shape::max_watches > 0)
+        for (int j = 0; j < m.watched.count; ++j) {
+            bool still = true;
+            inspect_watch(m, j, start.y, start, still, 0, earlier, span, first);
+        }
     if (first.what != finding::root) return false;
     out = land_on<N, T, Mode, Shape>(m, first, start.y, 0.0);
     return true;
@@ -305,12 +376,16 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
     if (soon <= min(longest_bounce * flow.step, horizon) &&
         micro_bounce(m, start, soon, earlier, landed))
         return landed;
-    bool still[Shape::max_contacts];
+    bool still[Shape::max_contacts + Shape::max_watches];
     for (bool& s : still)
         s = true;
     const auto examine = [&](auto& first, const auto& y, double applications, double span) {
         for (int i = 0; i < flow.contacts(); ++i)
             inspect_contact(m, i, y, start, still[i], applications, earlier, span, first);
+        if constexpr (Shape::max_watches > 0)
+            for (int j = 0; j < m.watched.count; ++j)
+                inspect_watch(m, j, y, start, still[Shape::max_contacts + j], applications, earlier,
+                              span, first);
     };
     refreshed_march<T, typename Mode::flow_type> at(start.y);
     earliest<taylor_order> first;
@@ -329,7 +404,7 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
         if constexpr (is_modal<typename Mode::flow_type>) {
             while (leap(m, horizon, at))
                 ++examined;
-        } else if (waiting-- == 0) {
+        } else if (m.watched.count == 0 && waiting-- == 0) {
             for (; examined < steps_in_a_row && stride(m, horizon, earlier, at); ++examined) {
                 wait = 0;
                 for (bool& s : still)

@@ -22,6 +22,11 @@ struct guard_numbers {
     double gain, lower, upper;
     int closed;
 };
+struct watch_numbers {
+    guard_numbers guard;
+    int element;
+    bool held;
+};
 struct law_numbers {
     const double *impulse, *mobility, *shift;
     const double* restitution; // lower, upper
@@ -68,6 +73,18 @@ VI_HD inline void set_guard(guard<double, D>& g, const guard_numbers& from, cons
     g.closed = from.closed;
     g.reach = max(detail::finite_part(g.lower), detail::finite_part(g.upper));
     differentiate(g, flow);
+}
+
+// The next watch of a mode.
+template <class Mode>
+VI_HD inline void add_watch(Mode& m, const watch_numbers& from) {
+    if constexpr (Mode::flow_type::shape_type::max_watches > 0) {
+        auto& to = m.watched.at[m.watched.count++];
+        set_guard(to.row, from.guard, m.flow);
+        to.element = from.element;
+        to.held = from.held;
+        m.watched.constrained = m.watched.constrained || from.held;
+    }
 }
 
 // row . x as a row on the y of a mode, for observers.
@@ -136,10 +153,11 @@ VI_HD inline double next_terms(const Flow& flow, const vec<double, D>& row, vec<
 
 } // namespace detail
 
-// Of all gaps of a system, whose free mode these are.
+// Of all gaps of a system, whose free mode this is; `more`: another mode without closed contacts, and
+// the larger ones count.
 template <class Flow>
 VI_HD inline void set_terms(hybrid<Flow>& system, const mode<double, Flow>& free,
-                            const mode_coordinates& p) {
+                            const mode_coordinates& p, bool more = false) {
     constexpr int D = Flow::max_dimension;
     const int n = free.flow.dimension();
     const auto of_y = detail::terms_of_coordinates<D>(p, n);
@@ -152,7 +170,7 @@ VI_HD inline void set_terms(hybrid<Flow>& system, const mode<double, Flow>& free
             for (int j = 0; j < n; ++j)
                 row[j] += abs(gradient * p.to_x[k * n + j]);
         }
-        auto& to = system.terms[i];
+        gap_terms<D> to{};
         double gain = 0.0;
         for (int m = 0; m < gap_terms<D>::orders; ++m) {
             const double later = detail::next_terms(free.flow, row, next);
@@ -166,6 +184,13 @@ VI_HD inline void set_terms(hybrid<Flow>& system, const mode<double, Flow>& free
             }
             row = next;
             gain = later;
+        }
+        auto& largest = system.terms[i];
+        if (!more) largest = {};
+        for (int m = 0; m < gap_terms<D>::orders; ++m) {
+            largest.gains[m] = max(largest.gains[m], to.gains[m]);
+            for (int j = 0; j < n; ++j)
+                largest.rows[m][j] = max(largest.rows[m][j], to.rows[m][j]);
         }
     }
 }

@@ -3,6 +3,9 @@
 //   mode     a linear flow and one guard per contact. Mode 0 is free: every contact open. Another
 //            mode holds a set of contacts closed (sticking); its code is the sum over contacts of
 //            3^i (1 at the upper, 2 at the lower stop).
+//   element  a soft stop or a friction joint: it has states of its own, 0, 1, ..., each with another flow
+//            and with watches, guards that say how long the state lasts. A mode has one state for every
+//            element: to its code 3^contacts times their number is added, digits in base `radix`.
 //   guard    a row with limits (system/guard.hpp): the distance to a stop, or a contact force.
 //   jump     an impact adds impulse * p to y in the free mode: the matrix I + w r. Between modes y
 //            is carried by an affine map; entering a mode projects velocities as a perfectly
@@ -26,12 +29,33 @@ struct view_of<R, Flow, true> {
     using type = stride_view<R, Flow>;
 };
 
+// A guard of an element in a mode: the state lasts while lower <= u <= upper. A constraint of the mode
+// keeps a `held` one at zero: it says who may enter, and is not searched.
+template <class R, int Dimension, int Orders>
+struct watch {
+    guard<R, Dimension, Orders> row;
+    int element;
+    bool held;
+};
+template <class R, int Dimension, int Orders, int Most>
+struct watches {
+    watch<R, Dimension, Orders> at[Most];
+    int count = 0;
+    bool constrained = false; // whether entering the mode projects y
+};
+template <class R, int Dimension, int Orders>
+struct watches<R, Dimension, Orders, 0> {
+    static constexpr int count = 0;
+};
+
 template <class R, class Flow, int Orders = taylor_order>
 struct mode {
     using flow_type = Flow;
     static constexpr int dimension_limit = Flow::max_dimension;
     Flow flow;
     guard<R, dimension_limit, Orders> guards[Flow::max_contacts];
+    [[no_unique_address]] watches<R, dimension_limit, Orders, Flow::shape_type::max_watches>
+        watched;
     [[no_unique_address]] typename view_of<R, Flow>::type view;
 };
 
@@ -89,6 +113,19 @@ struct gap_terms {
     double gains[orders];
 };
 
+// What all modes say of the elements.
+inline constexpr int radix = 5; // states of an element, at most
+template <int Most>
+struct element_table {
+    int count = 0;
+    int states[Most] = {}; // which it has: bit s for state s
+    bool soft[Most] = {};  // leaving state 0 is an impact, at the upper (1) or lower (2) stop
+};
+template <>
+struct element_table<0> {
+    static constexpr int count = 0;
+};
+
 template <class Flow>
 struct hybrid : sizes<typename Flow::shape_type> {
     static constexpr int max_dimension = Flow::max_dimension;
@@ -104,12 +141,28 @@ struct hybrid : sizes<typename Flow::shape_type> {
     contact_law<double, max_dimension, max_contacts> laws[max_contacts];
     gap_terms<max_dimension> terms[max_contacts];
     double inverse_omega_squared[max_lines];
+    [[no_unique_address]] element_table<Flow::shape_type::max_elements> elements;
 
     // The mode with this code, or -1 if it has not been built.
     VI_HD constexpr int find_mode(int code) const {
         for (int m = 0; m < mode_count; ++m)
             if (codes[m] == code) return m;
         return -1;
+    }
+
+    // Codes of closed sets are below this; states of elements count in it.
+    VI_HD constexpr int closed_sets() const {
+        int p = 1;
+        for (int i = 0; i < this->contacts(); ++i)
+            p = 3 * p;
+        return p;
+    }
+    // Whether a mode holds no contact closed.
+    VI_HD constexpr bool is_open(int mode) const {
+        if constexpr (Flow::shape_type::max_elements == 0)
+            return mode == 0;
+        else
+            return codes[mode] % closed_sets() == 0;
     }
 };
 

@@ -1,7 +1,7 @@
 // Coordinates of a mode: positions x and velocities v of the mechanism from y, and back.
 //
 // Method      x = to_x y + offset,  v = to_v y                                               (1)
-//             y = from_x (x - offset) + from_v v + particular w                              (2)
+//             y = from_x (x - offset) + from_v v + particular w + shift                      (2)
 //             with w the forcing pairs (sin theta, kappa cos theta): the last entries of y
 // Assumes     row-major matrices, lent by the host
 // Reference   theory.md, sections 2 and 3; src/vibroimpact/compile/coordinates.py makes the matrices
@@ -17,6 +17,7 @@ struct mode_coordinates {
     const double *from_x = nullptr, *from_v = nullptr, *particular = nullptr; // (2)
     const double* kappas = nullptr;
     int degrees = 0, lines = 0;
+    const double* shift = nullptr; // (2); none: zero
 };
 
 // Row . y, in index order.
@@ -81,6 +82,7 @@ VI_HD inline vec<T, Shape::max_dimension> from_physical(const mode_coordinates& 
                   p.from_v[i * degrees + k] * v[k];
         for (int l = 0; l < pairs; ++l)
             sum = sum + p.particular[i * pairs + l] * w[l];
+        if (p.shift) sum = sum + p.shift[i];
         y[i] = sum;
     }
     for (int l = 0; l < pairs; ++l)
@@ -103,6 +105,7 @@ VI_HD inline coordinate_map<D> map_between(const mode_coordinates& from, const m
         }
         for (int l = 0; l < pairs; ++l)
             out.matrix[i][first_line + l] += to.particular[i * pairs + l];
+        if (to.shift) out.shift[i] += to.shift[i];
     }
     for (int l = first_line; l < n; ++l)
         out.matrix[l][l] = 1.0;

@@ -165,13 +165,29 @@ VI_HD inline int code_of_active(const State& at, const contact_list<N>& contacts
 
 } // namespace detail
 
+// Code of the mode that holds a closed set, elements being in their present states. What is no set has no mode.
+template <class Flow, class State>
+VI_HD inline int mode_code(const hybrid<Flow>& system, const State& at, int closed) {
+    if constexpr (Flow::shape_type::max_elements > 0)
+        if (closed >= 0) return closed + system.closed_sets() * at.elements.code;
+    return closed;
+}
+// The mode that holds nothing closed. It is built before any other of these states.
+template <class Flow, class State>
+VI_HD inline int open_mode(const hybrid<Flow>& system, const State& at) {
+    if constexpr (Flow::shape_type::max_elements > 0)
+        return system.find_mode(mode_code(system, at, 0));
+    else
+        return 0;
+}
+
 // Enter the mode with this code; the trajectory is in free coordinates.
 template <class T, class Flow>
 VI_HD inline bool enter_mode(const hybrid<Flow>& system,
                              trajectory<T, typename Flow::shape_type>& at, int code) {
-    const int m = system.find_mode(code);
+    const int m = system.find_mode(mode_code(system, at, code));
     if (m < 0) return false;
-    if (m > 0) at.y = system.from_free[m](at.y, system.dimension());
+    if (!system.is_open(m)) at.y = system.from_free[m](at.y, system.dimension());
     at.mode = m;
     at.held = code;
     return true;
@@ -180,14 +196,14 @@ VI_HD inline bool enter_mode(const hybrid<Flow>& system,
 template <class T, class Flow>
 VI_HD inline auto in_free_coordinates(const hybrid<Flow>& system,
                                       const trajectory<T, typename Flow::shape_type>& at) {
-    return at.mode > 0 ? system.to_free[at.mode](at.y, system.dimension()) : at.y;
+    return system.is_open(at.mode) ? at.y : system.to_free[at.mode](at.y, system.dimension());
 }
 
 template <class T, class Flow>
 VI_HD inline void leave_mode(const hybrid<Flow>& system,
                              trajectory<T, typename Flow::shape_type>& at) {
     at.y = in_free_coordinates(system, at);
-    at.mode = 0;
+    at.mode = open_mode(system, at);
 }
 
 // (1), then (2); free coordinates. Sets flat where a resting contact tied in (1): one that opens does

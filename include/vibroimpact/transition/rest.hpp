@@ -63,6 +63,7 @@ VI_HD inline trajectory<double, Shape> values(const trajectory<T, Shape>& at, in
     trajectory<double, Shape> out{};
     out.mode = at.mode;
     out.held = at.held;
+    out.elements = at.elements;
     for (int i = 0; i < n; ++i)
         out.y[i] = plain(at.y[i]);
     for (int i = 0; i < contacts; ++i) {
@@ -114,6 +115,21 @@ VI_HD inline small_motion motion_of(const hybrid<Flow>& system, const State& at,
     return {moved, change_bound(u, t), rounding, max(moved, terms) <= rounding / 64.0};
 }
 
+// Whether no element changes its state for a time t, as watches stay between their limits.
+template <class Flow, class State>
+VI_HD inline bool states_last(const hybrid<Flow>& system, const State& at, double t) {
+    if constexpr (Flow::shape_type::max_watches > 0) {
+        const auto& mode = system.modes[at.mode];
+        for (int j = 0; j < mode.watched.count; ++j) {
+            const auto& [g, element, held] = mode.watched.at[j];
+            const auto u = derivatives<taylor_order>(g, at.y, system.dimension());
+            if (!held && !(min(g.upper - u.d[0], u.d[0] - g.lower) > change_bound(u, t)))
+                return false;
+        }
+    }
+    return true;
+}
+
 // Whether all other contacts stay away from their stops for a time t, or where they are, if it is so short
 // that nothing moves beyond rounding.
 template <class Flow, class State>
@@ -131,7 +147,7 @@ VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, 
         const double u = guard_value(g, 0, at.y, system.dimension());
         if (min(g.upper - u, u - g.lower) <= motion.moved) return false;
     }
-    return true;
+    return states_last(system, at, t);
 }
 
 // Bring contact i and those held to rest together; false if one would be pulled by more than the
@@ -239,11 +255,11 @@ template <class T, class Flow>
 VI_HD inline int stay_closed(const hybrid<Flow>& system,
                              trajectory<T, typename Flow::shape_type>& at) {
     const int contacts = system.contacts();
-    if (at.mode != 0 || at.held == 0 || approached(at, contacts) >= 0) return 0;
+    if (!system.is_open(at.mode) || at.held == 0 || approached(at, contacts) >= 0) return 0;
     auto there = at;
     const auto next = detail::enter_closed(system, there);
     if (next.code < 0 || detail::newly_closed(next.code, at.held, contacts) >= 0) return 0;
-    if (!next.decided) return next.code;
+    if (!next.decided) return mode_code(system, at, next.code);
     at = there;
     return 0;
 }
@@ -252,10 +268,11 @@ VI_HD inline int stay_closed(const hybrid<Flow>& system,
 template <class T, class Flow>
 VI_HD inline rest<T> begin_sticking(const hybrid<Flow>& system,
                                     trajectory<T, typename Flow::shape_type>& at) {
-    if (at.mode == 0) {
+    if (system.is_open(at.mode)) {
         const int before = at.held;
         const auto next = detail::enter_closed(system, at);
-        if (!next.decided) return {rest_kind::missing, -1, next.code, T(0.0)};
+        if (!next.decided)
+            return {rest_kind::missing, -1, mode_code(system, at, next.code), T(0.0)};
         const int fresh = detail::newly_closed(next.code, before, system.contacts());
         if (fresh >= 0) return {rest_kind::stick, fresh, next.code, T(0.0)};
     }

@@ -41,7 +41,17 @@ enum class status : int {
     missing_mode = 10, // a set of closed contacts whose mode the host has to build
     paused = 11,       // none yet, within step(): the quick flight may go on
     searching = 12,    // none yet after many steps: time to ask whether to go on
+    engage = 13,       // a soft stop is met: an impact without impulse
+    change =
+        14, // an element goes over to another state: friction sticks or slips, a soft stop opens
+    non_unique =
+        15, // the same, where the states that were taken are not the only ones that can last
 };
+
+// Whether it is an event of the motion, and not the end of a search.
+VI_HD constexpr bool moves_on(status what) {
+    return what < status::horizon || what >= status::engage;
+}
 
 template <class T, class Shape>
 struct event {
@@ -184,6 +194,8 @@ end_without_transition(const hybrid<Flow>& system, trajectory<T, typename Flow::
         if (!held) at.touching[i] = 0.0;
         if (!(held && plain(at.flat[i]) < 0.0)) at.flat[i] = 0.0; // closed without force it stays
     }
+    if constexpr (Flow::shape_type::max_watches > 0)
+        if (plain(end.duration) > 0.0) at.elements = {at.elements.code, true};
     return plain_event<T, typename Flow::shape_type>(status_of(end.end), end.contact, end.side,
                                                      end.duration, in_free_coordinates(system, at));
 }
@@ -197,6 +209,25 @@ release(const hybrid<Flow>&, trajectory<T, typename Flow::shape_type>& at,
     at.held -= code_of(end.contact, side);
     return plain_event<T, typename Flow::shape_type>(status::release, end.contact,
                                                      static_cast<int>(side), end.duration, at.y);
+}
+
+// A watch of an element has reached its limit; free coordinates. What the element does is decided after the
+// event (transition/elements.hpp), which has the number of the element behind those of the contacts.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+reach_watch(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+            const landing<T, typename Flow::shape_type>& end) {
+    at.flat = {};
+    touch_held(system, at, at.held);
+    touch_neighbours(system, at, end.contact);
+    int element = end.contact;
+    if constexpr (Flow::shape_type::max_watches > 0)
+        element = system.contacts() +
+                  system.modes[at.mode].watched.at[end.contact - system.contacts()].element;
+    const status what = end.end == flight_end::grazing ? status::grazing : status::change;
+    auto e = plain_event<T, typename Flow::shape_type>(what, element, end.side, end.duration, at.y);
+    e.rate_before = e.rate_after = end.rate;
+    return e;
 }
 
 // A gap that touches zero; free coordinates.
@@ -241,12 +272,13 @@ event_of_rest(const hybrid<Flow>& system, const trajectory<T, typename Flow::sha
 } // namespace detail
 
 // Which transition the end of a flight is, by the guard that it ends on and the mode it was in.
-enum class transition { none, impact, grazing, release };
+enum class transition { none, impact, grazing, release, change };
 template <class T, class Flow>
 VI_HD inline transition transition_of(const hybrid<Flow>& system,
                                       const trajectory<T, typename Flow::shape_type>& at,
                                       const landing<T, typename Flow::shape_type>& end) {
     if (end.end != flight_end::contact && end.end != flight_end::grazing) return transition::none;
+    if (end.contact >= system.contacts()) return transition::change;
     if (system.modes[at.mode].guards[end.contact].closed) return transition::release;
     return end.end == flight_end::grazing ? transition::grazing : transition::impact;
 }
@@ -262,6 +294,7 @@ cross_guard(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
     if (what == transition::none) return detail::end_without_transition(system, at, end);
     leave_mode(system, at);
     const int c = end.contact;
+    if (what == transition::change) return detail::reach_watch(system, at, end);
     const bool from_rest = at.touching[c] == end.side && plain(at.rate[c]) == 0.0;
     at.flat = {};
     touch_held(system, at, at.held);

@@ -27,6 +27,11 @@ public:
         hybrid_.dimension_ = n_;
         hybrid_.contacts_ = static_cast<int>(data.contacts.size());
         hybrid_.mixed_ = data.mixed;
+        if constexpr (Shape::max_elements > 0) {
+            hybrid_.elements.count = static_cast<int>(data.states.size());
+            std::copy(data.states.begin(), data.states.end(), hybrid_.elements.states);
+            std::copy(data.soft.begin(), data.soft.end(), hybrid_.elements.soft);
+        }
         vi::set_lines(hybrid_, data.kappas.data(), lines_);
         for (int i = 0; i < hybrid_.contacts(); ++i) {
             const auto& from = data.contacts[i];
@@ -39,10 +44,12 @@ public:
     const vi::hybrid<Flow>& hybrid() const { return hybrid_; }
 
     void add_mode(const mode_data& data) {
-        physical_.add(
-            {data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular});
+        physical_.add({data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular,
+                       data.shift});
         modes_.push_back(compile(data));
-        if (data.code == 0) vi::set_terms(hybrid_, modes_[0], physical_[0]);
+        if (data.code % hybrid_.closed_sets() == 0)
+            vi::set_terms(hybrid_, modes_.back(), physical_[static_cast<int>(modes_.size()) - 1],
+                          data.code != 0);
         codes_.push_back(data.code);
         const int m = static_cast<int>(modes_.size()) - 1;
         from_free_.push_back(vi::map_between<D>(physical_[0], physical_[m], n_));
@@ -84,13 +91,18 @@ private:
     vi::mode<double, Flow> compile(const mode_data& data) const {
         vi::mode<double, Flow> m{};
         static_cast<vi::sizes<Shape>&>(m.flow) = hybrid_;
-        vi::set_flow(m.flow, {data_.step, data.k.data(), data.c.data(), data.a.data(),
-                              data.b.data(), data.constant.data(), data.norm.data(), &data.growth});
+        vi::set_flow(m.flow, {data.step, data.k.data(), data.c.data(), data.a.data(), data.b.data(),
+                              data.constant.data(), data.norm.empty() ? nullptr : data.norm.data(),
+                              &data.growth});
         for (int i = 0; i < hybrid_.contacts(); ++i) {
             const auto& from = data.guards[i];
             vi::set_guard(m.guards[i],
                           {from.row.data(), from.gain, from.lower, from.upper, from.side}, m.flow);
         }
+        for (const auto& w : data.watches)
+            vi::add_watch(m, {{w.guard.row.data(), w.guard.gain, w.guard.lower, w.guard.upper, 0},
+                              w.element,
+                              w.held});
         vi::prepare_search(m, data.code == 0);
         return m;
     }

@@ -10,7 +10,7 @@ namespace binding {
 
 // What add_mode was told of one mode; row-major, see coordinates.py.
 struct physical_map {
-    numbers to_x, to_v, offset, from_x, from_v, particular;
+    numbers to_x, to_v, offset, from_x, from_v, particular, shift;
 };
 
 class physical_maps {
@@ -22,9 +22,16 @@ public:
 
     vi::mode_coordinates operator[](int mode) const {
         const auto& m = maps_[static_cast<std::size_t>(mode)];
-        return {m.to_x.data(),   m.to_v.data(),   m.offset.data(),
-                m.from_x.data(), m.from_v.data(), m.particular.data(),
-                kappas_.data(),  degrees_,        static_cast<int>(kappas_.size())};
+        return {m.to_x.data(),
+                m.to_v.data(),
+                m.offset.data(),
+                m.from_x.data(),
+                m.from_v.data(),
+                m.particular.data(),
+                kappas_.data(),
+                degrees_,
+                static_cast<int>(kappas_.size()),
+                m.shift.empty() ? nullptr : m.shift.data()};
     }
 
     // x, then v.

@@ -10,7 +10,7 @@ namespace binding {
 
 using modal = vi::modal_flow<double, vi::any_size>;
 using modal_small = vi::modal_flow<double, vi::fixed<6, 1, 1>>; // an oscillator or two, one contact
-using dense = vi::dense_flow<double, vi::any_size>;
+using dense = vi::dense_flow<double, vi::any_elements>;
 
 template <class Flow>
 inline constexpr int most_exponents = Flow::max_dimension - 1;

@@ -20,14 +20,22 @@ struct guard_data {
     int side;
 };
 
+struct watch_data {
+    guard_data guard;
+    int element;
+    bool held;
+};
+
 // Row-major matrices; see hybrid.py for what they mean.
 struct mode_data {
     int code;
+    double step;
     numbers k, c, a;           // modal
     numbers b, constant, norm; // dense
     double growth;
     std::vector<guard_data> guards;
-    numbers to_x, to_v, offset, from_x, from_v, particular;
+    std::vector<watch_data> watches; // of elements
+    numbers to_x, to_v, offset, from_x, from_v, particular, shift;
 };
 
 struct system_data {
@@ -36,6 +44,8 @@ struct system_data {
     numbers omegas, kappas;
     double step;
     std::vector<contact_data> contacts;
+    std::vector<int> states; // which each element has, as bits
+    std::vector<bool> soft;  // which elements are soft stops
 };
 
 // A trajectory as plain numbers, so that a run can be continued.
@@ -44,6 +54,10 @@ struct position {
     int mode = 0, held = 0;
     numbers touching, rate, flat;
     double high = 0.0, low = 0.0; // clock
+    int states = 0;               // code of the states of elements, and what belongs to it
+    bool settled = false;
+    std::vector<int> zeros{};
+    numbers offset{};
 };
 
 struct start_data {
@@ -90,6 +104,8 @@ public:
     virtual ~system() = default;
     virtual void add_mode(const mode_data& data) = 0;
     virtual start_result start(const start_data& data) const = 0;
+    // Decide the states of elements: 0, the code of a mode that this takes, or -1 where none can last.
+    virtual int settle(position& at) const = 0;
     virtual record simulate(position& at, const limits_data& limits) const = 0;
     // The same without a record: settling, timing. Returns the reason, the code and the events seen.
     virtual progress advance(position& at, const limits_data& limits) const = 0;

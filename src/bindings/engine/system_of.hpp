@@ -36,6 +36,15 @@ public:
         return out;
     }
 
+    int settle(position& from) const override {
+        auto at = unpacked<double>(from);
+        const auto states = vi::settle_elements(hybrid_, at);
+        if (states.what == vi::decision::missing) return states.code;
+        if (states.what == vi::decision::undecided) return -1;
+        from = packed(at, vi::clock{from.high, from.low});
+        return 0;
+    }
+
     record simulate(position& from, const limits_data& limit) const override {
         recorder<Shape> see{physical_, n_, lines_};
         const auto end = go_on(from, limit, see);
@@ -186,14 +195,21 @@ private:
 
     position packed(const trajectory<double>& at, const vi::clock& now) const {
         const int contacts = hybrid_.contacts();
-        return {{at.y.x, at.y.x + n_},
-                at.mode,
-                at.held,
-                {at.touching.x, at.touching.x + contacts},
-                {at.rate.x, at.rate.x + contacts},
-                {at.flat.x, at.flat.x + contacts},
-                now.high,
-                now.low};
+        position out{{at.y.x, at.y.x + n_},
+                     at.mode,
+                     at.held,
+                     {at.touching.x, at.touching.x + contacts},
+                     {at.rate.x, at.rate.x + contacts},
+                     {at.flat.x, at.flat.x + contacts},
+                     now.high,
+                     now.low};
+        if constexpr (Shape::max_elements > 0) {
+            out.states = at.elements.code;
+            out.settled = at.elements.settled;
+            out.zeros.assign(at.elements.zeros, at.elements.zeros + Shape::max_watches);
+            out.offset.assign(at.elements.offset, at.elements.offset + Shape::max_watches);
+        }
+        return out;
     }
 
     template <class T>
@@ -201,6 +217,12 @@ private:
         trajectory<T> out{};
         out.mode = p.mode;
         out.held = p.held;
+        if constexpr (Shape::max_elements > 0) {
+            out.elements.code = p.states;
+            out.elements.settled = p.settled;
+            std::copy(p.zeros.begin(), p.zeros.end(), out.elements.zeros);
+            std::copy(p.offset.begin(), p.offset.end(), out.elements.offset);
+        }
         std::copy(p.y.begin(), p.y.end(), out.y.x);
         std::copy(p.touching.begin(), p.touching.end(), out.touching.x);
         std::copy(p.rate.begin(), p.rate.end(), out.rate.x);

@@ -35,6 +35,7 @@ class ModeCoordinates:
     from_x: Matrix  # y = from_x (x - offset) + from_v v + forcing part
     from_v: Matrix
     particular: Matrix  # forcing part: y gains particular . (forcing coordinates)
+    shift: Vector = dataclasses.field(default_factory=list)  # and this, where it is not empty
 
 
 class Blocks(NamedTuple):

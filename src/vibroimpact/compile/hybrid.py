@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -35,36 +34,23 @@ from vibroimpact.compile.coordinates import (
     with_energy,
 )
 from vibroimpact.compile.decoupling import Decoupled, decoupled
+from vibroimpact.compile.modes import (
+    FASTEST,
+    SLOWEST,
+    STEP_BITS,
+    Mode,
+    closed_from_code,
+    code_of,
+)
+from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.rayleigh import proportion
 from vibroimpact.compile.reduction import Closed, Reduced, reduce
 from vibroimpact.compile.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
-from vibroimpact.model.mechanism import Mechanism, infinite
+from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
 from vibroimpact.model.stop import Stop
 
-STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
 FEW = 2  # contacts: up to this number, all closed sets are built at first
 MOST = 4  # contacts: up to this number, the blocks of all closed sets are found at first
-SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
-
-
-def code_of(closed: Closed) -> int:
-    """Number of a closed set in the kernel: digits 1 (upper), 2 (lower) in base 3."""
-    return sum((stop.number + 1) * 3**stop.contact for stop in closed)
-
-
-def closed_from_code(code: int, contacts: int) -> Closed:
-    """Inverse of :func:`code_of`."""
-    digits = [(i, code // 3**i % 3) for i in range(contacts)]
-    return tuple(Stop(i, 1 if digit == 1 else -1) for i, digit in digits if digit)
-
-
-@dataclass(frozen=True)
-class Mode:
-    """Mode for the kernel: its code, coordinates with their flow, and guards."""
-
-    code: int
-    coordinates: ModeCoordinates
-    guards: list[tuple[Vector, float, float, float, int]]  # row, gain, lower, upper, side closed
 
 
 BlockForm = Vibrations | Decoupled | None  # of a reduced system; None: without blocks
@@ -97,8 +83,19 @@ class Hybrid:
         self.kappas = [1.0] * lines if self.dense else self.omegas
         self.free = self._coordinates(())
 
-    def mode(self, closed: Closed) -> Mode:
+    @property
+    def codes(self) -> list[int]:
+        """Modes that are built at first; the free one begins."""
+        return [code_of(closed) for closed in ((), *self.closed)]
+
+    @property
+    def elements(self) -> list[tuple[int, bool]]:
+        """No element has states of its own."""
+        return []
+
+    def mode(self, code: int) -> Mode:
         """Compile the mode of a closed set."""
+        closed = closed_from_code(code, len(self.mechanism.contacts))
         c = self._coordinates(closed)
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
@@ -114,7 +111,7 @@ class Hybrid:
                 if closed and linear.null_space([*rows, list(contact.row)]) is None:
                     limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
             guards.append((row, gain, *limits, sides.get(i, 0)))
-        return Mode(code_of(closed), c, guards)
+        return Mode(code, c, guards, [])
 
     def _shape(self, closed: Closed) -> tuple[Reduced, BlockForm] | None:
         """Reduced system and blocks of a closed set, computed once."""
@@ -245,12 +242,17 @@ class Hybrid:
         ]
 
 
+def hybrid_of(mechanism: Mechanism) -> Hybrid | Piecewise:
+    """The compiler for a mechanism."""
+    return (Piecewise if needs_elements(mechanism) else Hybrid)(mechanism)
+
+
 class Compiled:
     """Mechanism compiled for the kernel. Modes of closed sets are added when first needed."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self._hybrid = h = Hybrid(mechanism)
+        self._hybrid = h = hybrid_of(mechanism)
         self.dense, self.size, self.free = h.dense, h.size, h.free
         self.rate, self.step = h.rate, h.step
         self.kernel = _kernel.System(
@@ -262,34 +264,42 @@ class Compiled:
             kappas=h.kappas,
             step=h.step,
             laws=h.laws(),
+            elements=h.elements,
         )
-        for closed in ((), *h.closed):
-            self._add_mode(closed)
+        self.codes = list[int]()
+        for code in h.codes:
+            self._add_mode(code)
 
     def add_code(self, code: int) -> bool:
         """Compile the mode that the kernel needs; False if it does not exist."""
         if code < 0:
             return False
         try:
-            self._add_mode(closed_from_code(code, len(self.mechanism.contacts)))
+            self._add_mode(code)
         except InvalidParameterError:
             return False
         return True
 
-    def _add_mode(self, closed: Closed) -> None:
-        mode = self._hybrid.mode(closed)
+    def _add_mode(self, code: int) -> None:
+        opened = code - code % 3 ** len(self.mechanism.contacts)
+        if code != opened and opened not in self.codes:  # the kernel comes from it
+            self._add_mode(opened)
+        mode = self._hybrid.mode(code)
         c = mode.coordinates
         self.kernel.add_mode(
             code=mode.code,
             flow=c.flow,
             guards=mode.guards,
+            watches=mode.watches,
             to_x=np.array(c.to_x),
             to_v=np.array(c.to_v),
             offset=c.offset,
             from_x=np.array(c.from_x),
             from_v=np.array(c.from_v),
             particular=np.array(c.particular).reshape(self.size, -1),
+            shift=c.shift,
         )
+        self.codes.append(code)
 
 
 def _key(m: Mechanism) -> tuple[object, ...]:
@@ -298,6 +308,7 @@ def _key(m: Mechanism) -> tuple[object, ...]:
 
     return (
         flat(m.mass), flat(m.damping), flat(m.stiffness), m.contacts, m.forces, m.constant_force,
+        m.elements,
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.columns import Column, Split
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError, VibroImpactError
 from vibroimpact._core.types import Floats, Rows
-from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.compile.hybrid import hybrid_of
 from vibroimpact.compile.tables import Stacks, joined, stacks_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters, with_values
@@ -202,7 +202,7 @@ def _together(system: System, values: Values, systems: Rows, codes: Sequence[int
     try:
         with np.errstate(all="ignore"):  # as Python's floats
             mechanism = _built(system, columns)
-            return None if mechanism is None else stacks_of(Hybrid(mechanism), grid, codes)
+            return None if mechanism is None else stacks_of(hybrid_of(mechanism), grid, codes)
     except ResonanceError:
         raise
     except Split as split:
@@ -223,7 +223,7 @@ def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stac
     """One system compiled alone; None at resonance."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
-        return stacks_of(Hybrid(mechanism_of(with_parameters(system, numbers))), (1,), codes)
+        return stacks_of(hybrid_of(mechanism_of(with_parameters(system, numbers))), (1,), codes)
     except ResonanceError:
         return None
     except Exception as error:

@@ -20,13 +20,14 @@ from numpy.typing import ArrayLike
 from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.chebyshev import nodes
+from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Vector, apply, transpose
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE, dense, dense_rate
 from vibroimpact.compile.reduction import reduce
-from vibroimpact.model.mechanism import Mechanism, infinite
+from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -224,6 +225,11 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
 
 def _compile(system: Any, parameter: str) -> Prescribed:
     m = mechanism_of(system)
+    if needs_elements(m):
+        raise InvalidParameterError(
+            f"system = {shown(system)}: orbits are found for rigid stops that stand still, with "
+            "symmetric matrices. Simulate this one: simulate, sections, lyapunov."
+        )
     varied = expanded(system, parameter) if parameter else m
     _check_ratios(varied, parameter)
     n, lines = m.degrees, len(m.forces)

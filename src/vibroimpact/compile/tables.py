@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.hybrid import Hybrid, Mode, closed_from_code
+from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.compile.modes import Mode
+from vibroimpact.compile.piecewise import Piecewise
 
 
 class Stack(NamedTuple):
@@ -111,7 +114,9 @@ def _mapped(function: Callable[..., Any], *parts: dict[str, Any]) -> dict[str, A
     return out
 
 
-def stacks_of(hybrid: Hybrid, grid: tuple[int, ...], codes: Sequence[int] = ()) -> Stacks:
+def stacks_of(
+    hybrid: Hybrid | Piecewise, grid: tuple[int, ...], codes: Sequence[int] = ()
+) -> Stacks:
     """Stacks of compiled systems.
 
     Parameters
@@ -129,6 +134,10 @@ def stacks_of(hybrid: Hybrid, grid: tuple[int, ...], codes: Sequence[int] = ()) 
         A mode is needed whose contact forces are not determined.
     """
     m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
+    if isinstance(hybrid, Piecewise):
+        raise InvalidParameterError(
+            "sweeps run rigid stops that stand still, with symmetric matrices. Simulate this system."
+        )
     contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
     systems = {
         "omegas": stack(hybrid.omegas, lines),
@@ -139,13 +148,12 @@ def stacks_of(hybrid: Hybrid, grid: tuple[int, ...], codes: Sequence[int] = ()) 
         "shift": stack([law[2] for law in laws], contacts, size),
         "restitution": stack([law[3:] for law in laws], contacts, 2),
     }
-    wanted = [(), *hybrid.closed, *(closed_from_code(code, contacts) for code in codes)]
-    modes = [_mode(hybrid.mode(closed), hybrid, stack) for closed in wanted]
+    modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]
     table = stack.table(grid)
     return Stacks(hybrid.dense, hybrid.mixed, m.degrees, systems, modes, table)
 
 
-def _mode(mode: Mode, hybrid: Hybrid, stack: _Stacker) -> dict[str, Any]:
+def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, Any]:
     c, n, size = mode.coordinates, hybrid.mechanism.degrees, hybrid.size
     contacts, lines = len(mode.guards), len(hybrid.omegas)
     rows, gains, lower, upper, side = zip(*mode.guards, strict=True)

@@ -21,7 +21,8 @@ from vibroimpact._core.checks import (
     real,
 )
 from vibroimpact.machines.machine import Machine, Scales, measured
-from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 

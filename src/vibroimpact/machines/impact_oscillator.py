@@ -27,7 +27,8 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine, Scales, measured
-from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Harmonic, Mechanism
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
 from vibroimpact.model.state import State
 
 SCALED = "It is 1: time is scaled. Give SI values to ImpactOscillator.from_physical."

@@ -11,7 +11,8 @@ from typing import Any, cast
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import SCALES, Scales
 from vibroimpact.machines.registry import machine_of_class, name_of
-from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 

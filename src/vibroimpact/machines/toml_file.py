@@ -14,7 +14,8 @@ from vibroimpact._core.checks import unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
-from vibroimpact.model.mechanism import Contact, Harmonic, Mechanism
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.state import State
 
 MECHANISM, PHYSICAL = "mechanism", "physical"

@@ -11,8 +11,7 @@ with contacts ``lower <= row . x <= upper``, each an impact pair with its own re
 from __future__ import annotations
 
 import math
-from collections.abc import Sized
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from vibroimpact._core.checks import (
     fraction,
     names_arguments,
     numbers,
-    positive,
     real_or_infinite,
     refusal,
     vector,
@@ -31,12 +29,13 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._kernel import MAX_CONTACTS, MAX_DEGREES, MAX_LINES
+from vibroimpact.model.elements import Element, Friction, SoftStop
+from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
-HARMONIC_ONLY = "A force is a sum of harmonic lines: one Harmonic each."
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
-STANDS_STILL = "Stops stand still: take a coordinate relative to a stop that moves."
-FRICTIONLESS = "Contacts have no friction."
-RIGID = "Stops are rigid, with a coefficient of restitution. Soft stops are not supported."
+MOVES = "A stop that moves has upper_motion, lower_motion: a Harmonic with one amplitude each."
+FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
+RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
 
 
 def infinite(value: Any) -> bool:
@@ -45,37 +44,8 @@ def infinite(value: Any) -> bool:
 
 
 @names_arguments(
-    amplitude="Give sine and cosine, a number for each coordinate.",
-    phase="A sin(omega t + phi) is sine = A cos(phi), cosine = A sin(phi).",
-)
-@dataclass(frozen=True, slots=True)
-class Harmonic:
-    """A forcing line: ``sine sin(omega t) + cosine cos(omega t)`` on the coordinates.
-
-    Parameters
-    ----------
-    omega
-        Angular frequency, > 0.
-    sine, cosine
-        Force amplitudes, one per coordinate, shape (n,). ``cosine`` defaults to zero.
-    """
-
-    omega: float
-    sine: tuple[float, ...]
-    cosine: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(
-            self, "omega", positive("omega", self.omega, "For a constant force use constant_force.")
-        )
-        object.__setattr__(self, "sine", vector("sine", self.sine, None, HARMONIC_ONLY))
-        cosine = (0.0,) * len(self.sine) if _empty(self.cosine) else self.cosine
-        object.__setattr__(self, "cosine", vector("cosine", cosine, len(self.sine), HARMONIC_ONLY))
-
-
-@names_arguments(
-    friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=STANDS_STILL,
-    motion=STANDS_STILL, amplitude=STANDS_STILL, omega=STANDS_STILL,
+    friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=MOVES,
+    motion=MOVES, amplitude=MOVES, omega=MOVES,
 )  # fmt: skip
 @dataclass(frozen=True, slots=True)
 class Contact:
@@ -89,12 +59,18 @@ class Contact:
         Stops; at least one finite, lower < upper.
     restitution
         Coefficient of restitution in [0, 1], or a pair (at lower, at upper).
+    upper_motion, lower_motion
+        Motion of each stop about its place: a :class:`Harmonic` with one amplitude, or several.
+        Impacts are relative to the stop. In a mechanism, a contact whose stops move differently
+        becomes two, the upper stop first.
     """
 
     row: tuple[float, ...]
     lower: float = -math.inf
     upper: float = math.inf
     restitution: float | tuple[float, float] = 1.0
+    upper_motion: tuple[Harmonic, ...] = ()
+    lower_motion: tuple[Harmonic, ...] = ()
 
     def __post_init__(self) -> None:
         row = vector("row", self.row)
@@ -102,7 +78,7 @@ class Contact:
             raise InvalidParameterError("row = 0: a contact must involve a coordinate.")
         object.__setattr__(self, "row", row)
         for name in ("lower", "upper"):
-            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, STANDS_STILL)
+            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
             object.__setattr__(self, name, value)
         if not self.lower < self.upper or (infinite(self.lower) and infinite(self.upper)):
             raise InvalidParameterError(
@@ -113,6 +89,25 @@ class Contact:
         if len(both) != 2:
             raise refusal("restitution", pair, "one number, or (lower, upper)")
         object.__setattr__(self, "restitution", tuple(fraction("restitution", r) for r in both))
+        for name, limit in (("upper_motion", self.upper), ("lower_motion", self.lower)):
+            lines = as_lines(name, getattr(self, name))
+            if lines and infinite(limit):
+                raise refusal(name, lines, "left out", "There is no stop on that side.")
+            object.__setattr__(self, name, lines)
+
+    @property
+    def motion(self) -> tuple[Harmonic, ...]:
+        """Motion of its stops, which is the same for both in a mechanism."""
+        return self.upper_motion if not infinite(self.upper) else self.lower_motion
+
+    @property
+    def moved_alike(self) -> tuple[Contact, ...]:
+        """The contact, or its two stops apart where they move differently."""
+        both = not infinite(self.upper) and not infinite(self.lower)
+        if not both or self.upper_motion == self.lower_motion:
+            return (self,)
+        upper = replace(self, lower=-math.inf, lower_motion=())
+        return upper, replace(self, upper=math.inf, upper_motion=())
 
     @property
     def restitutions(self) -> tuple[float, float]:
@@ -121,16 +116,22 @@ class Contact:
         return r if isinstance(r, tuple) else (r, r)
 
 
+RigidStop = Contact  # among elements
+
+
 def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
-    """Return a symmetric matrix of finite floats as rows, or raise naming the matrix."""
+    """Return a square matrix of finite floats as rows, or raise naming the matrix.
+
+    One that is symmetric to rounding is made so exactly.
+    """
     array = numbers(name, value, "a square matrix of numbers")
     if array.ndim != 2 or array.shape[0] != array.shape[1] or (n and array.shape[0] != n):
         wanted = "(n, n)" if n is None else f"({n}, {n})"
         raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
-    rows = array.tolist()
+    rows: linear.Matrix = array.tolist()
     skew = linear.plus(rows, linear.transpose(rows), -1.0)
     if linear.largest(skew) > 1e-12 * linear.largest(rows):
-        raise InvalidParameterError(f"{name}: must be symmetric.")
+        return rows
     return [[x / 2.0 for x in row] for row in linear.plus(rows, linear.transpose(rows))]
 
 
@@ -140,17 +141,21 @@ def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
 )  # fmt: skip
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mechanism:
-    """Masses, dashpots, springs, forces and stops.
+    """Masses, dashpots, springs, forces, stops and friction.
 
     Parameters
     ----------
     mass, damping, stiffness
-        M (positive definite), C and K, symmetric, shape (n, n), 1 <= n <= 10. K may be singular:
-        free masses are ordinary. Damping need not be proportional.
+        M (symmetric, positive definite), C and K, shape (n, n), 1 <= n <= 10. K may be singular:
+        free masses are ordinary. Damping need not be proportional. C and K need not be symmetric:
+        gyroscopic and circulatory forces, creep.
     forces
-        Harmonic lines, at most 6.
+        Harmonic lines, at most 6, those of moving stops and belts included.
     contacts
-        Impact pairs, at most 8.
+        Rigid stops, at most 8; contacts and elements at most 8 together, at least one.
+    elements
+        Soft stops and friction; rigid stops given here are added to ``contacts``. Numbers of
+        elements in results follow those of the contacts.
     constant_force
         f0, shape (n,): gravity, preload.
 
@@ -163,40 +168,69 @@ class Mechanism:
     mass: linear.Matrix
     damping: linear.Matrix
     stiffness: linear.Matrix
-    contacts: tuple[Contact, ...]
+    contacts: tuple[Contact, ...] = ()
     forces: tuple[Harmonic, ...] = ()
     constant_force: tuple[float, ...] = ()
     contact_names: tuple[str, ...] = field(default=())
+    elements: tuple[Element, ...] = ()
 
     def __post_init__(self) -> None:
         mass = _square("mass", self.mass)
         n = len(mass)
         if not 1 <= n <= MAX_DEGREES:
             raise InvalidParameterError(f"mass has {n} coordinates: must be 1 to {MAX_DEGREES}.")
-        if linear.cholesky(mass) is None:
+        if linear.cholesky(mass) is None or not symmetric(mass):
             raise InvalidParameterError(
-                "mass: must be positive definite. Remove massless coordinates, and negative masses."
+                "mass: must be positive definite and symmetric. Remove massless coordinates, and "
+                "negative masses."
             )
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "damping", _square("damping", self.damping, n))
         object.__setattr__(self, "stiffness", _square("stiffness", self.stiffness, n))
-        constant = (0.0,) * n if _empty(self.constant_force) else self.constant_force
+        constant = (0.0,) * n if empty(self.constant_force) else self.constant_force
         object.__setattr__(self, "constant_force", vector("constant_force", constant, n))
-        contacts = _several("contacts", self.contacts, Contact, 1, MAX_CONTACTS)
-        object.__setattr__(self, "contacts", contacts)
-        object.__setattr__(self, "forces", _several("forces", self.forces, Harmonic, 0, MAX_LINES))
+        self._set_elements()
+        self._set_lines()
+        contacts = self.contacts
         names = _several("contact_names", self.contact_names, str, 0, len(contacts))
         object.__setattr__(self, "contact_names", names)
-        for contact in self.contacts:
-            vector("row", contact.row, n)
+        for element in (*self.contacts, *self.elements):
+            vector("row", element.row, n)
         for force in self.forces:
             vector("sine", force.sine, n)
+
+    def _set_elements(self) -> None:
+        """Rigid stops become contacts, and those whose stops move differently two each."""
+        contacts = _several("contacts", self.contacts, Contact, 0, MAX_CONTACTS)
+        elements = _several(
+            "elements", self.elements, (Contact, SoftStop, Friction), 0, MAX_CONTACTS
+        )
+        rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
+        apart = tuple(one for contact in rigid for one in contact.moved_alike)
+        others = tuple(e for e in elements if not isinstance(e, Contact))
+        if not 1 <= len(apart) + len(others) <= MAX_CONTACTS:
+            raise InvalidParameterError(
+                f"contacts and elements: {len(apart) + len(others)} are given; must be 1 to "
+                f"{MAX_CONTACTS} together (a contact whose stops move differently counts twice)."
+            )
+        object.__setattr__(self, "contacts", apart)
+        object.__setattr__(self, "elements", others)
+
+    def _set_lines(self) -> None:
+        """Every frequency of a motion is a forcing line, without force where none has it."""
+        forces = list(_several("forces", self.forces, Harmonic, 0, MAX_LINES))
+        nothing = (0.0,) * self.degrees
+        for element in (*self.contacts, *self.elements):
+            for line in element.motion:
+                if not any(line.omega is f.omega or line.omega == f.omega for f in forces):
+                    forces.append(Harmonic(line.omega, nothing))
+        object.__setattr__(self, "forces", _several("forces", forces, Harmonic, 0, MAX_LINES))
 
     def __hash__(self) -> int:
         """Hash the numbers: the rows of the matrices are lists, which have no hash."""
         matrices = (self.mass, self.damping, self.stiffness)
         rows = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
-        return hash((rows, self.contacts, self.forces, self.constant_force))
+        return hash((rows, self.contacts, self.forces, self.constant_force, self.elements))
 
     @property
     def degrees(self) -> int:
@@ -209,23 +243,33 @@ class Mechanism:
         return self.forces[0].omega if self.forces else 0.0
 
 
+def symmetric(a: linear.Matrix) -> bool:
+    """Whether a matrix is symmetric, as it is stored."""
+    return all(a[i][j] is a[j][i] or a[i][j] == a[j][i] for i in range(len(a)) for j in range(i))
+
+
+def needs_elements(m: Mechanism) -> bool:
+    """Whether a mechanism has more than rigid stops that stand still and symmetric matrices."""
+    moving = any(contact.motion for contact in m.contacts)
+    return bool(m.elements) or moving or not (symmetric(m.damping) and symmetric(m.stiffness))
+
+
 def stop_sizes(m: Mechanism) -> list[float]:
     """|limit| of every stop: lengths of the mechanism."""
     return [abs(x) for c in m.contacts for x in (c.lower, c.upper) if not infinite(x)]
 
 
-def _empty(value: object) -> bool:
-    return isinstance(value, Sized) and not len(value)
-
-
-def _several(name: str, items: Any, kind: type, low: int, high: int) -> tuple[Any, ...]:
+def _several(
+    name: str, items: Any, kind: type | tuple[type, ...], low: int, high: int
+) -> tuple[Any, ...]:
     """Return a sequence as a tuple, or raise naming it."""
-    allowed = f"{low} to {high} of {kind.__name__} in a tuple or list"
+    kinds = " or ".join(k.__name__ for k in (kind if isinstance(kind, tuple) else (kind,)))
+    allowed = f"{low} to {high} of {kinds} in a tuple or list"
     if not isinstance(items, list | tuple):
         raise refusal(name, items, allowed)
     for i, item in enumerate(items):
         if not isinstance(item, kind):
-            raise refusal(f"{name}[{i}]", item, f"a {kind.__name__}")
+            raise refusal(f"{name}[{i}]", item, f"a {kinds}")
     if not low <= len(items) <= high:
         raise InvalidParameterError(f"{name}: {len(items)} are given; must be {allowed}.")
     return tuple(items)

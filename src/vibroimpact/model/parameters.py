@@ -28,7 +28,8 @@ from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
-from vibroimpact.model.mechanism import Harmonic, Mechanism
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.system import System, mechanism_of
 
 SYMMETRIC = ("mass", "damping", "stiffness")

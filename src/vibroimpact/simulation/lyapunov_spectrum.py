@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.compile.hybrid import closed_from_code
+from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
@@ -48,8 +48,15 @@ from vibroimpact.simulation.lyapunov import (
     FEWEST_BLOCKS,
     parts_of,
 )
-from vibroimpact.simulation.simulate import RunEnd, Status, events_for, phase_after, phases_of
-from vibroimpact.simulation.simulator import CHUNK, COUNTED, Simulator
+from vibroimpact.simulation.simulate import (
+    COUNTED,
+    RunEnd,
+    Status,
+    events_for,
+    phase_after,
+    phases_of,
+)
+from vibroimpact.simulation.simulator import CHUNK, Simulator
 
 VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
 LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations

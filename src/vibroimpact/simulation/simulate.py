@@ -49,6 +49,12 @@ class Status(IntEnum):
     UNDECIDED = 7  #: the search for the next event could not be finished
     DIVERGED = 8  #: the state became so large that nothing can be decided
     STEPS = 9  #: the search for the next event took more steps than are allowed
+    ENGAGE = 13  #: a soft stop is met; counts as an impact
+    CHANGE = 14  #: an element takes another state: friction sticks or slips, a soft stop lets go
+    NON_UNIQUE = 15  #: the same, where other states could have lasted, too
+
+
+COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER, Status.ENGAGE)  # as impacts
 
 
 class RunEnd(IntEnum):
@@ -146,8 +152,7 @@ class Run:
     @property
     def impacts(self) -> NDArray[np.bool_]:
         """Mask of the events that are impacts (completed chatter counts as one)."""
-        wanted = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
-        return np.isin(self.status, wanted)
+        return np.isin(self.status, COUNTED)
 
     @property
     def last(self) -> State:
@@ -284,7 +289,15 @@ def begin(compiled: Compiled, state: State) -> Any:
                     f"{limit:.6g} of contact {i}; gaps must be >= 0. Move the state into the "
                     "clearance, or put it on the stop (its method on_stop)."
                 )
-    return report["at"]
+    return settled(compiled, report["at"])
+
+
+def settled(compiled: Compiled, at: Any) -> Any:
+    """Position whose elements have the states that they take there."""
+    while (code := compiled.kernel.settle(at)) > 0:
+        if not compiled.add_code(code):
+            break  # the run says so
+    return at
 
 
 def flight_limit_of(compiled: Compiled) -> float:
@@ -358,7 +371,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
         check_memory("impacts", impacts, size, "Give t_max, or take vi.impact_section.")
     compiled = compile_mechanism(mechanism)
     at = begin(compiled, state)
-    first = np.array(at.y)
+    first, first_mode = np.array(at.y), at.mode
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
     events = min(events_for(remaining), memory_of_machine() // size)
@@ -369,13 +382,18 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
         if why is RunEnd.MISSING:
             if not compiled.add_code(part["code"]):
                 break
-            counted = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
-            remaining -= int(np.isin(part["status"], counted).sum())
-    return _assemble(system, state, compiled, first, parts, why)
+            remaining -= int(np.isin(part["status"], COUNTED).sum())
+    return _assemble(system, state, compiled, first, first_mode, parts, why)
 
 
 def _assemble(
-    system: System, state: State, compiled: Compiled, first: Floats, parts: list[Any], why: RunEnd
+    system: System,
+    state: State,
+    compiled: Compiled,
+    first: Floats,
+    first_mode: int,
+    parts: list[Any],
+    why: RunEnd,
 ) -> Run:
     def joined(name: str) -> Any:
         arrays = [part[name] for part in parts]
@@ -403,6 +421,6 @@ def _assemble(
         end=why,
         _compiled=compiled,
         _y=np.concatenate([first[None, :], joined("y")]),
-        _mode=np.concatenate([[0], joined("mode")]).astype(np.int32),
+        _mode=np.concatenate([[first_mode], joined("mode")]).astype(np.int32),
         _low=low,
     )

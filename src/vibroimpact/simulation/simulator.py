@@ -15,6 +15,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import (
+    COUNTED,
     Flights,
     RunEnd,
     Status,
@@ -25,7 +26,6 @@ from vibroimpact.simulation.simulate import (
 )
 
 CHUNK = 4096  # events of a record at a time
-COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER)
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Simulator:
         """
         kernel, end = self.compiled.kernel, RunEnd.EVENTS
         start = np.zeros(1)
-        last = Flights(start, start, np.array([self.at.y]), np.zeros(1, dtype=np.int32))
+        last = Flights(start, start, np.array([self.at.y]), np.array([self.at.mode], np.int32))
         rows = np.empty((len(times), 2 * self.compiled.mechanism.degrees))
         done = 0
         while end in (RunEnd.EVENTS, RunEnd.IMPACTS):

@@ -1,0 +1,278 @@
+// The states that elements take after an event: soft stops that open or engage, friction that sticks or slips.
+//
+// Method      A set of states can last from y on if every watch of its mode is inside its limits, or on one
+//             and led inside by the first time derivative that is not zero within rounding,
+//                 g > 0,  or  g = 0 and g' > 0,  or  g = g' = 0 and g'' > 0, ...               (1)
+//             g being the margin to the limit, and if every held row of it is zero: slip speed, to stick.
+//             A margin whose derivatives up to `most_zeros` all vanish lasts, too.
+//             The present states are kept where they can last. Else the elements with a watch that is
+//             not inside are decided together: of the combinations of their states the first that can
+//             last is taken, states in falling order, so that friction sticks where it can. Values alone
+//             exclude most states of each before.
+//             Sticking projects velocities as the coordinates of the mode say (mode_coordinates.hpp).
+// Assumes     a state next to the limits that were reached; no impulse acts but those of stops: friction
+//             leaves velocities as an impact makes them
+// Accuracy    zero is what lies below 64 ulp of the terms of a derivative, those of the next one times a
+//             step included
+// Fails       undecided: no combination can last; missing: a mode that was not built has this code, and
+//             nothing was changed
+// Reference   theory.md, "Elements"; Filippov, Differential Equations with Discontinuous Righthand
+//             Sides (1988), section 18
+#pragma once
+
+#include "vibroimpact/transition/transition.hpp"
+
+namespace vi {
+
+enum class decision { kept, changed, non_unique, undecided, missing };
+
+struct settled_states {
+    decision what;
+    int code = 0; // of the mode that is missing
+};
+
+namespace detail {
+
+template <class Guard, class Flow>
+VI_HD inline double rounding_of_derivative(const Guard& g, int m, double largest,
+                                           const Flow& flow) {
+    double sum = abs(g.gains[m]) + flow.step * abs(g.gains[m + 1]);
+    for (int j = 0; j < flow.dimension(); ++j)
+        sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * largest;
+    return tie_margin * sum;
+}
+
+// (1) for one limit: the first derivative of the margin that is not zero, and whether it leads inside.
+struct standing {
+    int zeros;
+    bool inside;
+    double margin;
+};
+template <class Guard, class Flow, int D>
+VI_HD inline standing standing_at(const Guard& g, int side, const vec<double, D>& y, double largest,
+                                  const Flow& flow) {
+    const double limit = side > 0 ? g.upper : g.lower;
+    const int n = flow.dimension();
+    const double margin = side * (limit - guard_value(g, 0, y, n));
+    for (int m = 0; m <= most_zeros; ++m) {
+        const double d = m == 0 ? margin : -side * guard_value(g, m, y, n);
+        const double rounding =
+            rounding_of_derivative(g, m, largest, flow) + (m == 0 ? tie_margin * abs(limit) : 0.0);
+        if (abs(d) > rounding) return {m, d > 0.0, margin};
+    }
+    return {most_zeros + 1, true, margin};
+}
+
+// Whether the values alone allow a watch, and whether it is inside all limits.
+struct verdict_of_watch {
+    bool allowed = true, inside = true;
+};
+template <class Watch, class Flow, int D>
+VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, double largest,
+                                      const Flow& flow) {
+    const double u = guard_value(w.row, 0, y, flow.dimension());
+    verdict_of_watch out;
+    if (w.held) {
+        out.allowed = abs(u) <= rounding_of_derivative(w.row, 0, largest, flow);
+        return {out.allowed, out.allowed};
+    }
+    for (int side = -1; side <= 1; side += 2) {
+        const double limit = side > 0 ? w.row.upper : w.row.lower;
+        if (!(abs(limit) < 0x1p1000)) continue;
+        const double rounding =
+            rounding_of_derivative(w.row, 0, largest, flow) + tie_margin * abs(limit);
+        const double margin = side * (limit - u);
+        out.allowed = out.allowed && margin >= -rounding;
+        out.inside = out.inside && margin > rounding;
+    }
+    return out;
+}
+
+// (1) for all watches of a mode; `to` says then where the flight starts.
+template <class Mode, class States, int D>
+VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double largest, States& to) {
+    for (int j = 0; j < m.watched.count; ++j) {
+        const auto& w = m.watched.at[j];
+        to.zeros[j] = 0;
+        to.offset[j] = 0.0;
+        if (!look_at(w, y, largest, m.flow).allowed) return false;
+        for (int side = -1; !w.held && side <= 1; side += 2) {
+            if (!(abs(side > 0 ? w.row.upper : w.row.lower) < 0x1p1000)) continue;
+            const auto at = standing_at(w.row, side, y, largest, m.flow);
+            if (!at.inside) return false;
+            if (at.zeros == 0) continue;
+            to.zeros[j] = side * at.zeros;
+            to.offset[j] = at.margin;
+        }
+    }
+    return true;
+}
+
+VI_HD inline int power_of_radix(int n) {
+    int p = 1;
+    for (int i = 0; i < n; ++i)
+        p = radix * p;
+    return p;
+}
+VI_HD inline int state_in_code(int code, int element) {
+    return code / power_of_radix(element) % radix;
+}
+VI_HD inline int with_state(int code, int element, int state) {
+    return code + (state - state_in_code(code, element)) * power_of_radix(element);
+}
+
+// Contacts that an event has left at rest on their stops, of those that were closed.
+template <class Flow, class State>
+VI_HD inline int still_closed(const hybrid<Flow>& system, const State& at) {
+    int code = 0;
+    for (int i = 0; i < system.contacts(); ++i) {
+        const double side = side_in_code(at.held, i);
+        if (side != 0.0 && at.touching[i] == side && plain(at.rate[i]) == 0.0)
+            code += code_of(i, side);
+    }
+    return code;
+}
+
+// Combinations of the states of some elements, counted through.
+template <int Most>
+struct combinations {
+    int count = 0;
+    int element[Most], allowed[Most]; // allowed: bit s for state s
+
+    // The number's combination put into a code; -1 beyond the last.
+    VI_HD int of(int number, int code) const {
+        for (int i = count - 1; i >= 0; --i) { // the last element varies fastest
+            int states = 0;
+            for (int s = 0; s < radix; ++s)
+                states += allowed[i] >> s & 1;
+            if (states == 0) return -1;
+            int rank = number % states;
+            number = number / states;
+            for (int s = radix - 1; s >= 0; --s)
+                if (allowed[i] >> s & 1 && rank-- == 0) code = with_state(code, element[i], s);
+        }
+        return number == 0 ? code : -1;
+    }
+};
+
+// The elements with a watch that is not inside, or, with all, every one; and the states that values allow to each,
+// the others being as they are. `missing`: a mode that this takes.
+template <class Flow>
+VI_HD inline combinations<Flow::shape_type::max_elements>
+open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension>& y,
+               double largest, int closed, int code, bool all, int& missing) {
+    combinations<Flow::shape_type::max_elements> out;
+    const int sets = system.closed_sets();
+    const auto& now = system.modes[system.find_mode(closed + sets * code)];
+    for (int e = 0; e < system.elements.count; ++e) {
+        bool asked = all;
+        for (int j = 0; j < now.watched.count; ++j)
+            if (now.watched.at[j].element == e)
+                asked = asked || !look_at(now.watched.at[j], y, largest, now.flow).inside;
+        if (!asked) continue;
+        int allowed = 0;
+        for (int s = 0; s < radix; ++s) {
+            if (!(system.elements.states[e] >> s & 1)) continue;
+            const int wanted = closed + sets * with_state(code, e, s);
+            const int m = system.find_mode(wanted);
+            if (m < 0) {
+                missing = wanted;
+                return out;
+            }
+            bool may = true;
+            for (int j = 0; j < system.modes[m].watched.count; ++j) {
+                const auto& w = system.modes[m].watched.at[j];
+                if (w.element == e)
+                    may = may && look_at(w, y, largest, system.modes[m].flow).allowed;
+            }
+            if (may) allowed |= 1 << s;
+        }
+        out.element[out.count] = e;
+        out.allowed[out.count++] = allowed;
+    }
+    return out;
+}
+
+// Whether two codes differ only in that friction sticks in the one taken and slips in the other: there the law decides.
+inline constexpr int sticking_state = 2;
+template <class Flow>
+VI_HD inline bool law_decides(const hybrid<Flow>& system, int taken, int other) {
+    for (int e = 0; e < system.elements.count; ++e)
+        if (state_in_code(taken, e) != state_in_code(other, e) &&
+            (system.elements.soft[e] || state_in_code(taken, e) != sticking_state))
+            return false;
+    return true;
+}
+
+template <class Flow>
+VI_HD inline settled_states decide_states(const hybrid<Flow>& system,
+                                          const vec<double, Flow::max_dimension>& y, int closed,
+                                          element_states<Flow::shape_type::max_watches>& to) {
+    const int n = system.dimension(), sets = system.closed_sets();
+    double largest = 0.0;
+    for (int i = 0; i < n; ++i)
+        largest = max(largest, abs(y[i]));
+    const int now = system.find_mode(closed + sets * to.code);
+    if (now < 0) return {decision::missing, closed + sets * to.code};
+    auto next = to;
+    if (can_last(system.modes[now], y, largest, next)) {
+        to = next;
+        return {decision::kept};
+    }
+    for (int all = 0; all < 2; ++all) {
+        int missing = -1, taken = -1;
+        const auto asked = open_questions(system, y, largest, closed, to.code, all == 1, missing);
+        if (missing >= 0) return {decision::missing, missing};
+        bool unique = true;
+        for (int number = 0;; ++number) {
+            next.code = asked.of(number, to.code);
+            if (next.code < 0) break;
+            const int m = system.find_mode(closed + sets * next.code);
+            if (m < 0) return {decision::missing, closed + sets * next.code};
+            auto found = next;
+            if (!can_last(system.modes[m], y, largest, found)) continue;
+            if (taken < 0) {
+                taken = found.code;
+                to = found;
+            } else {
+                unique = unique && law_decides(system, taken, found.code);
+            }
+        }
+        if (taken >= 0) return {unique ? decision::changed : decision::non_unique};
+    }
+    return {decision::undecided};
+}
+
+} // namespace detail
+
+// Decide the states of all elements from where the motion is; the trajectory may be in a mode with closed
+// contacts, which stays. Not where nothing has happened since it was done.
+template <class T, class Flow>
+VI_HD inline settled_states settle_elements(const hybrid<Flow>& system,
+                                            trajectory<T, typename Flow::shape_type>& at) {
+    if constexpr (Flow::shape_type::max_elements == 0) {
+        return {decision::kept};
+    } else {
+        if (at.elements.settled) return {decision::kept};
+        const int n = system.dimension(), sets = system.closed_sets();
+        const int before = at.elements.code;
+        const bool open = system.is_open(at.mode);
+        const int closed = open ? detail::still_closed(system, at) : system.codes[at.mode] % sets;
+        auto states = at.elements;
+        const auto out =
+            detail::decide_states(system, detail::plain_state(at.y, n), closed, states);
+        if (out.what == decision::missing || out.what == decision::undecided) return out;
+        const int code = (open ? 0 : closed) + sets * states.code;
+        const int m = system.find_mode(code), base = system.find_mode(sets * states.code);
+        if (m < 0) return {decision::missing, code};
+        if (base < 0) return {decision::missing, sets * states.code};
+        if (system.modes[m].watched.constrained && before != states.code)
+            at.y = system.from_free[m](at.y, n);
+        at.mode = m;
+        at.elements = states;
+        at.elements.settled = true;
+        return out;
+    }
+}
+
+} // namespace vi

@@ -1,0 +1,37 @@
+"""Modes for the kernel, by their codes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vibroimpact._core.linear import Vector
+from vibroimpact.compile.coordinates import ModeCoordinates
+from vibroimpact.compile.reduction import Closed
+from vibroimpact.model.stop import Stop
+
+STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
+SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
+
+Guard = tuple[Vector, float, float, float, int]  # row, gain, lower, upper, side closed
+Watch = tuple[Vector, float, float, float, int, bool]  # row, gain, lower, upper, element, held
+
+
+def code_of(closed: Closed) -> int:
+    """Number of a closed set in the kernel: digits 1 (upper), 2 (lower) in base 3."""
+    return sum((stop.number + 1) * 3**stop.contact for stop in closed)
+
+
+def closed_from_code(code: int, contacts: int) -> Closed:
+    """Inverse of :func:`code_of`; states of elements, which count in 3^contacts, are left out."""
+    digits = [(i, code // 3**i % 3) for i in range(contacts)]
+    return tuple(Stop(i, 1 if digit == 1 else -1) for i, digit in digits if digit)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Mode for the kernel: its code, coordinates with their flow, guards, watches of elements."""
+
+    code: int
+    coordinates: ModeCoordinates
+    guards: list[Guard]
+    watches: list[Watch]

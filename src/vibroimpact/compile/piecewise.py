@@ -1,0 +1,363 @@
+"""Compile a mechanism with elements: one mode for every state of each, in common coordinates.
+
+A mode is a state of every element and a set of closed contacts. With x the coordinates, v their
+velocities and w = (sin theta, cos theta) of every line,
+
+    M v' = f0 + F w - K x - C v + forces of the states + R^T mu,    R v = s(t)              (1)
+
+R are the rows of the constraints: contacts that are closed move with their stops, friction that
+sticks with its belt. They give mu, and with it contact and friction forces, as rows on (x, v, w, 1):
+
+    mu = (R M^-1 R^T)^-1 (s' - R M^-1 (the other forces))                                    (2)
+
+All modes have the coordinates y = (x_1, v_1 / scale, ..., sin theta, cos theta), scale a power of two,
+so that a change of state leaves y as it is; a mode with constraints is entered by
+
+    v <- v - M^-1 R^T (R M^-1 R^T)^-1 (R v - s)                                              (3)
+
+(theory.md, "Elements").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from vibroimpact._core import linear
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
+from vibroimpact._core.scalars import greatest, is_infinite, rounded_down, square_root
+from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
+from vibroimpact.compile.modes import (
+    FASTEST,
+    SLOWEST,
+    STEP_BITS,
+    Guard,
+    Mode,
+    Watch,
+    closed_from_code,
+)
+from vibroimpact.compile.reduction import Closed
+from vibroimpact.model.elements import Friction, FrictionState, SoftStop, SoftStopState
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import Mechanism
+
+RADIX = 5  # states of an element in a code
+SIDES = {
+    SoftStopState.UPPER: 1, SoftStopState.LOWER: -1,
+    SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
+}  # fmt: skip
+PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
+
+
+def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]:
+    """State of each element in a mode of this code."""
+    code //= 3**contacts
+    return tuple(code // RADIX**i % RADIX for i in range(elements))
+
+
+class Constraint(NamedTuple):
+    """A row of R with the speed s that it prescribes, and its derivative, as rows on (w, 1)."""
+
+    row: Vector
+    speed: Vector
+    acceleration: Vector
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Equations (1) of one mode: everything but the constraints as rows on (y, 1)."""
+
+    pull: Matrix
+    constraints: list[Constraint]
+    multipliers: Matrix  # (2), rows on (y, 1)
+
+
+class Piecewise:
+    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py)."""
+
+    dense, mixed = True, False
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = m = mechanism
+        self.lines, self.degrees = len(m.forces), m.degrees
+        self.size = 2 * (self.degrees + self.lines)
+        self.omegas = [force.omega for force in m.forces]
+        self.kappas = [1.0] * self.lines
+        self.rate = self._rate()
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise InvalidParameterError(
+                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
+                "Choose another unit of time."
+            )
+        self.scale = rounded_down(self.rate, 1)
+        self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
+        self.codes = [0]
+        self.free = self._coordinates(Forces([], [], []))
+        self.elements = [
+            (sum(1 << s for s in e.states), isinstance(e, SoftStop)) for e in m.elements
+        ]
+
+    def _rate(self) -> float:
+        """Rate of the motion with all soft stops pressed, as a scale."""
+        m = self.mechanism
+        stiff = [[abs(x) for x in row] for row in m.stiffness]
+        damp = [[abs(x) for x in row] for row in m.damping]
+        for e in m.elements:
+            if not isinstance(e, SoftStop):
+                continue
+            for side in (1, -1):
+                limit, k, c = e.law(side)
+                if is_infinite(limit):
+                    continue
+                square = [[abs(x * y) for y in e.row] for x in e.row]
+                stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
+        norms = [linear.row_sum_norm(linear.solve_definite(m.mass, a)) for a in (stiff, damp)]
+        rates = [square_root(norms[0]), norms[1], *self.omegas]
+        return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
+
+    def mode(self, code: int) -> Mode:
+        """Compile the mode with this code."""
+        m = self.mechanism
+        closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
+        states = states_from_code(code, len(m.contacts), len(m.elements))
+        forces = self._forces(closed, states)
+        return Mode(
+            code, self._coordinates(forces), self._guards(closed, forces),
+            self._watches(states, forces, len(closed)),
+        )  # fmt: skip
+
+    # ---- rows on (y, 1) --------------------------------------------------------------------------
+
+    def _position(self, row: Vector | tuple[float, ...]) -> Vector:
+        out = [0.0] * (self.size + 1)
+        for i, x in enumerate(row):
+            out[2 * i] = x
+        return out
+
+    def _velocity(self, row: Vector | tuple[float, ...]) -> Vector:
+        out = [0.0] * (self.size + 1)
+        for i, x in enumerate(row):
+            out[2 * i + 1] = x * self.scale
+        return out
+
+    def _waves(self, waves: Vector) -> Vector:
+        """A row on (w, 1)."""
+        return [*[0.0] * (2 * self.degrees), *waves]
+
+    def _motion(self, lines: tuple[Harmonic, ...], derivative: int = 0) -> Vector:
+        """Derivative of a sum of lines as a row on (w, 1)."""
+        out = [0.0] * (2 * self.lines + 1)
+        for line in lines:
+            at = next(i for i, w in enumerate(self.omegas) if w is line.omega or w == line.omega)
+            sine, cosine = line.sine[0], line.cosine[0]
+            for _ in range(derivative):
+                sine, cosine = -line.omega * cosine, line.omega * sine
+            out[2 * at] += sine
+            out[2 * at + 1] += cosine
+        return out
+
+    def _gap(self, e: SoftStop) -> Vector:
+        """Row of u, relative to the moving stop."""
+        return _sum(self._position(e.row), self._waves(self._motion(e.motion)), -1.0)
+
+    def _press(self, e: SoftStop, side: int) -> Vector:
+        """Row of the force of a soft stop, > 0 where it presses."""
+        limit, k, c = e.law(side)
+        rate = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
+        out = [side * (k * x + c * y) for x, y in zip(self._gap(e), rate, strict=True)]
+        out[-1] = out[-1] - side * (k * limit)
+        return out
+
+    def _slip(self, e: Friction) -> Vector:
+        out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
+        out[-1] = out[-1] - e.belt_speed
+        return out
+
+    # ---- equations -------------------------------------------------------------------------------
+
+    def _forces(self, closed: Closed, states: tuple[int, ...]) -> Forces:
+        m, n = self.mechanism, self.degrees
+        pull = [[0.0] * (self.size + 1) for _ in range(n)]
+        for i in range(n):
+            for j in range(n):
+                pull[i][2 * j] = -m.stiffness[i][j]
+                pull[i][2 * j + 1] = -m.damping[i][j] * self.scale
+            for line, force in enumerate(m.forces):
+                pull[i][2 * (n + line)] = force.sine[i]
+                pull[i][2 * (n + line) + 1] = force.cosine[i]
+            pull[i][-1] = m.constant_force[i]
+        constraints = []
+        for contact, _ in closed:
+            c = m.contacts[contact]
+            speed, change = (self._motion(c.motion, d) for d in (1, 2))
+            constraints.append(Constraint(list(c.row), speed, change))
+        for e, state in zip(m.elements, states, strict=True):
+            if isinstance(e, SoftStop):
+                if state in PRESSED:
+                    side = SIDES[SoftStopState(state)]
+                    _add_force(pull, e.row, self._press(e, side), -side)
+            elif state == FrictionState.STICK:
+                speed = self._motion(e.belt_motion)
+                speed[-1] = e.belt_speed
+                constraints.append(Constraint(list(e.row), speed, self._motion(e.belt_motion, 1)))
+            else:
+                kinetic = [0.0] * self.size + [e.kinetic]
+                _add_force(pull, e.row, kinetic, -1 if state == FrictionState.FORWARD else 1)
+        return Forces(pull, constraints, self._multipliers(pull, constraints))
+
+    def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
+        """(2)."""
+        if not constraints:
+            return []
+        rows = [c.row for c in constraints]
+        lift = linear.solve_definite(self.mechanism.mass, transpose(rows))
+        free = product(transpose(lift), pull)
+        wanted = [self._waves(c.acceleration) for c in constraints]
+        missing = [_sum(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
+        return linear.solve_definite(self._mobility(rows, lift), missing)
+
+    def _mobility(self, rows: Matrix, lift: Matrix) -> Matrix:
+        mobility = product(rows, lift)
+        if linear.null_space(rows) is None:
+            raise InvalidParameterError(
+                "contacts that are closed and friction that sticks constrain the same coordinate "
+                "twice, so their forces are not determined. Remove one of them."
+            )
+        return mobility
+
+    def _coordinates(self, forces: Forces) -> ModeCoordinates:
+        n, size, lines, scale = self.degrees, self.size, self.lines, self.scale
+        to_x, to_v = linear.zeros(n, size), linear.zeros(n, size)
+        from_x, from_v = linear.zeros(size, n), linear.zeros(size, n)
+        for i in range(n):
+            to_x[i][2 * i] = from_x[2 * i][i] = 1.0
+            to_v[i][2 * i + 1] = scale
+            from_v[2 * i + 1][i] = 1.0 / scale
+        shift, particular = [0.0] * size, linear.zeros(size, 2 * lines)
+        if forces.constraints:
+            self._project(forces.constraints, from_v, particular, shift)
+        flow = self._flow(forces) if forces.pull else {}
+        return ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
+
+    def _project(
+        self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector
+    ) -> None:
+        """(3)."""
+        rows = [c.row for c in constraints]
+        lift = linear.solve_definite(self.mechanism.mass, transpose(rows))
+        inverse = linear.solve_definite(self._mobility(rows, lift), linear.identity(len(rows)))
+        push = product(lift, inverse)
+        for i in range(self.degrees):
+            change = apply_rows(push[i], rows)
+            for j, x in enumerate(change):
+                from_v[2 * i + 1][j] -= x / self.scale
+            speeds = apply_rows(push[i], [c.speed for c in constraints])
+            for j, x in enumerate(speeds[:-1]):
+                particular[2 * i + 1][j] = x / self.scale
+            shift[2 * i + 1] = speeds[-1] / self.scale
+
+    def _flow(self, forces: Forces) -> dict[str, object]:
+        m, n, size = self.mechanism, self.degrees, self.size
+        total = [list(row) for row in forces.pull]
+        for c, mu in zip(forces.constraints, forces.multipliers, strict=True):
+            for i in range(n):
+                total[i] = _sum(total[i], mu, c.row[i])
+        acceleration = linear.solve_definite(m.mass, total)
+        b, constant = linear.zeros(size, size), [0.0] * size
+        for i in range(n):
+            b[2 * i][2 * i + 1] = self.scale
+            b[2 * i + 1] = [x / self.scale for x in acceleration[i][:-1]]
+            constant[2 * i + 1] = acceleration[i][-1] / self.scale
+        for line, omega in enumerate(self.omegas):
+            at = 2 * (n + line)
+            b[at][at + 1], b[at + 1][at] = omega, -omega
+        step = rounded_down(STEP_ANGLE / linear.row_sum_norm(b), STEP_BITS)
+        return {"b": b, "constant": constant, "step": [step]}
+
+    # ---- guards ----------------------------------------------------------------------------------
+
+    def _guards(self, closed: Closed, forces: Forces) -> list[Guard]:
+        """Gaps of open contacts, forces of closed ones."""
+        m = self.mechanism
+        sides = dict(closed)
+        rows = [c.row for c in forces.constraints]
+        held = dict(zip(sides, forces.multipliers, strict=False))  # contacts come first
+        guards = []
+        for i, contact in enumerate(m.contacts):
+            if i in held:
+                force = [-sides[i] * x for x in held[i]]
+                guards.append((force[:-1], force[-1], 0.0, math.inf, sides[i]))
+                continue
+            u = _sum(self._position(contact.row), self._waves(self._motion(contact.motion)), -1.0)
+            limits = (contact.lower, contact.upper)
+            stuck_positions = rows[: len(closed)]
+            if closed and linear.null_space([*stuck_positions, list(contact.row)]) is None:
+                limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
+            guards.append((u[:-1], u[-1], *limits, 0))
+        return guards
+
+    def _watches(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Watch]:
+        watches: list[Watch] = []
+        stuck = closed
+        for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
+            if isinstance(e, SoftStop):
+                found = self._soft_watches(e, SoftStopState(state))
+            elif state == FrictionState.STICK:
+                assert e.static is not None
+                force = forces.multipliers[stuck]
+                stuck += 1
+                found = [(self._slip(e), 0.0, 0.0, True), (force, -e.static, e.static, False)]
+            else:
+                limits = (0.0, math.inf) if state == FrictionState.FORWARD else (-math.inf, 0.0)
+                found = [(self._slip(e), *limits, False)]
+            watches += [
+                (row[:-1], row[-1], low, high, number, held) for row, low, high, held in found
+            ]
+        return watches
+
+    def _soft_watches(
+        self, e: SoftStop, state: SoftStopState
+    ) -> list[tuple[Vector, float, float, bool]]:
+        gap = self._gap(e)
+        if state is SoftStopState.OPEN:
+            return [(gap, e.lower, e.upper, False)]
+        side = SIDES[state]
+        within = (e.upper, math.inf) if side > 0 else (-math.inf, e.lower)
+        if state in PRESSED:
+            if e.release == "gap" or not e.law(side)[2]:
+                return [(gap, *within, False)]
+            return [(self._press(e, side), 0.0, math.inf, False)]
+        return [(gap, *within, False), (self._press(e, side), -math.inf, 0.0, False)]
+
+    def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
+        """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
+        m = self.mechanism
+        if not m.contacts:
+            return []
+        rows = [list(contact.row) for contact in m.contacts]
+        lift = linear.solve_definite(m.mass, transpose(rows))
+        mobility = product(rows, lift)
+        impulses, shifts = (
+            transpose(product(a, lift)) for a in (self.free.from_v, self.free.from_x)
+        )
+        return [
+            (impulses[i], mobility[i], shifts[i], *contact.restitutions)
+            for i, contact in enumerate(m.contacts)
+        ]
+
+
+def _sum(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
+    return [x + factor * y for x, y in zip(a, b, strict=True)]
+
+
+def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -> None:
+    """Add sign * force along a row."""
+    for i, x in enumerate(row):
+        pull[i] = _sum(pull[i], force, sign * x)
+
+
+def apply_rows(factors: Vector, rows: Matrix) -> Vector:
+    """Sum of rows with factors."""
+    return [dot(factors, column) for column in transpose(rows)]
