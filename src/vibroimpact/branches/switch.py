@@ -28,9 +28,12 @@ from vibroimpact.branches.continue_orbit import STEPS, branch_of
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.stop_rules import RuleError, StopWhen, stop_rule
 from vibroimpact.continuation import Steps, continue_curve, switch
+from vibroimpact.continuation.problem import Problem
 from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
 from vibroimpact.model.stop import Stop
+from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.find import Guess, repeated, rotated, unfolded, with_mirror
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
 Bounds = tuple[float, float]
@@ -170,17 +173,40 @@ def _branching(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
 
 
 def _grown(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
-    orbit, touch = point.orbit, point.nearest
-    assert touch is not None
+    assert point.nearest is not None
+    start = _ordinary(point, *with_touch(point.orbit, point.nearest), bounds)
+    return start if isinstance(start, NoBranch) else _closing(start, point.nearest.segment)
+
+
+def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
+    """Orbit (1) with an impact more, of speed zero, at the end of the flight that touches a stop."""
     half, k = orbit.states, touch.segment
     inside = orbit.problem.compiled(orbit.parameter_value).after(half[k], touch.time)
     guess = Guess(np.insert(half, k + 1, inside, axis=0), np.insert(orbit.durations, k, touch.time))
     guess.durations[k + 1] -= touch.time
     impacts = list(orbit.signature.impacts[: len(half)])
     impacts.insert(k + 1, Stop(touch.contact, touch.side))
-    signature = _with_mirror(orbit.signature, impacts)
-    start = _ordinary(point, signature, guess, bounds)
-    return start if isinstance(start, NoBranch) else _closing(start, k)
+    return _with_mirror(orbit.signature, impacts), guess
+
+
+def without_impact(orbit: Orbit, segment: int) -> tuple[Signature, Guess, Nearest] | None:
+    """Orbit (2) without the impact of speed zero that ends a segment, and the touch left of it.
+
+    None where it is the only impact.
+    """
+    if len(orbit.durations) == 1:
+        return None
+    lost = (segment + 1) % len(orbit.durations)
+    turned = rotated(orbit, 1) if lost == 0 else orbit
+    lost = lost or len(turned.durations) - 1
+    durations = turned.durations.copy()
+    time = float(durations[lost - 1])
+    durations[lost - 1] += durations[lost]
+    guess = Guess(np.delete(turned.states, lost, axis=0), np.delete(durations, lost))
+    impacts = list(turned.signature.impacts[: len(durations)])
+    touched = impacts.pop(lost)
+    touch = Nearest(0.0, touched.contact, touched.side, lost - 1, time)
+    return _with_mirror(turned.signature, impacts), guess, touch
 
 
 def _with_mirror(like: Signature, impacts: list[Stop]) -> Signature:
@@ -194,7 +220,7 @@ def _ordinary(
 ) -> _Start | NoBranch:
     """Start at an ordinary point of a signature's equations, in both directions."""
     family, z = _family(point, signature, guess, bounds)
-    tangent = _null_vector(family, z, point.parameter)
+    tangent = single_tangent(family, z, point.parameter)
     if tangent is None:
         count = len(signature.impacts)
         return NoBranch(point, f"the equations with {count} impacts have no single tangent there")
@@ -209,10 +235,10 @@ def _closing(start: _Start, k: int) -> _Start:
     return start._replace(tangent=forward * start.tangent, both=False)
 
 
-def _null_vector(family: OrbitFamily, z: Floats, p: float) -> Floats | None:
+def single_tangent(problem: Problem, z: Floats, p: float) -> Floats | None:
     """Tangent of the curve through a regular point; None where there are several."""
-    sizes = family.scale()
-    by_z, by_p = family.jacobian(z, p)
+    sizes = problem.scale()
+    by_z, by_p = problem.jacobian(z, p)
     matrix = np.column_stack([by_z, by_p]) * sizes
     if not np.all(np.isfinite(matrix)):
         return None
@@ -221,15 +247,7 @@ def _null_vector(family: OrbitFamily, z: Floats, p: float) -> Floats | None:
 
 
 def _shrunk(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
-    if len(point.orbit.durations) == 1:
+    found = without_impact(point.orbit, point.segment)
+    if found is None:
         return NoBranch(point, "without its only impact the orbit has none; simulate it")
-    lost = (point.segment + 1) % len(point.orbit.durations)
-    orbit = rotated(point.orbit, 1) if lost == 0 else point.orbit
-    lost = lost or len(orbit.durations) - 1
-    durations = orbit.durations.copy()
-    durations[lost - 1] += durations[lost]
-    guess = Guess(np.delete(orbit.states, lost, axis=0), np.delete(durations, lost))
-    impacts = list(orbit.signature.impacts[: len(durations)])
-    del impacts[lost]
-    signature = _with_mirror(orbit.signature, impacts)
-    return _ordinary(point, signature, guess, bounds)
+    return _ordinary(point, *found[:2], bounds)
