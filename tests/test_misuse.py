@@ -40,9 +40,9 @@ WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
     "Atlas", "AtlasPoint", "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
-    "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative", "NoBranch", "NoCurve",
-    "NoTongue", "Orbit", "OrbitSearch", "Run", "Section", "StroboscopicSection", "SymmetricOrbit",
-    "Tongue",
+    "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
+    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
+    "StroboscopicSection", "SymmetricOrbit", "Tongue",
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",

@@ -48,7 +48,7 @@ GROUPS = {
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),
-        *("switch_curve", "NoCurve", "tongue", "Tongue", "NoTongue"),
+        *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
         *("bifurcation_atlas", "Atlas", "AtlasPoint"),
         *("MapPoint", "save_curve", "load_curve"),
     ],

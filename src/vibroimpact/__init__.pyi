@@ -24,6 +24,7 @@ from vibroimpact.bifurcations.continue_bifurcation import (
 from vibroimpact.bifurcations.continue_bifurcation import continue_level as continue_level
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint as CodimensionTwoPoint
+from vibroimpact.bifurcations.grazing_contact import GrazingContact as GrazingContact
 from vibroimpact.bifurcations.store import load_curve as load_curve
 from vibroimpact.bifurcations.store import save_curve as save_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve

@@ -108,6 +108,27 @@ def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
     assert Path("born.png").stat().st_size > 1000
 
 
+def test_switch_follows_the_touch_at_which_a_fold_ends(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    system = vi.ImpactOscillator(zeta=0.1, omega=1.95, restitution=0.7, clearance=0.3)
+    orbit = vi.find_orbit(system, vi.State((0.0,), (0.0,)))
+    fold = vi.continue_orbit(orbit, "clearance", (0.3, 0.4))["SN1"]
+    bounds = ((1.9, 2.08), (0.28, 0.4))
+    curve = vi.continue_bifurcation(fold, ("omega", "clearance"), bounds)
+    vi.save_curve(curve, "fold.nc")
+    calls = followed("switch.switch_curve", monkeypatch)
+    out = said(["switch", "fold.nc", "--at", "ZERO_1", "--out", "born.nc"], capsys)
+    ((point, _, expected),) = calls
+    assert_same_point(point, curve["ZERO_1"])
+    assert point.normal_form.meaning == curve["ZERO_1"].normal_form.meaning
+    assert [born.kind for born in expected] == ["ZERO", "PD"]
+    assert expected[1]["ZERO_1"].normal_form.meaning in out
+    for i, born in enumerate(expected, 1):
+        assert repr(born) in out
+        np.testing.assert_array_equal(vi.load_curve(f"born-{i}.nc").values, born.values)
+
+
 def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
     curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

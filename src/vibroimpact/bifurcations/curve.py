@@ -14,6 +14,8 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
+from vibroimpact.bifurcations.grazing_contact import Touching, grazing_contact
+from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.branches.branch import MEANINGS as BRANCH_MEANINGS
 from vibroimpact.branches.branch import is_admissible
 from vibroimpact.continuation import Curve, End
@@ -69,6 +71,8 @@ class CodimensionTwoPoint:
         (p, q) of R1 to R4 and of weak resonances; else None.
     nearest
         For GR: the stop that is touched, and where.
+    segment
+        For ZERO and STICK the number of the solved impact, for SIM that of the flight; else -1.
     """
 
     kind: str
@@ -84,6 +88,7 @@ class CodimensionTwoPoint:
     z: Floats = field(repr=False)  # unknowns of the curve's problem, the first parameter last
     tangent: Floats = field(repr=False)
     problem: Augmented = field(repr=False)
+    segment: int = -1
 
     @property
     def meaning(self) -> str:
@@ -97,7 +102,9 @@ class CodimensionTwoPoint:
 
     @cached_property
     def normal_form(self) -> Any:
-        """Critical coefficients, or a refusal with the reason."""
+        """Critical coefficients, at GR and ZERO the contact of the two curves, or a refusal with the reason."""
+        if self.kind in ("GR", "ZERO") and isinstance(self.problem.equations, OrbitPlane):
+            return grazing_contact(touching(self))
         if self.kind in (*TOUCHES, "WEAK", "BP"):
             reason = f"{self.kind} ({self.meaning}): there are no coefficients of codimension two."
             return Refusal(self.kind, Status.NOT_CRITICAL, reason, self.multipliers)
@@ -108,6 +115,18 @@ class CodimensionTwoPoint:
         at = ", ".join(f"{name} = {value:.9g}" for name, value in self.parameters.items())
         real = "" if self.admissible else ", not admissible"
         return f"{self.label} at {at}: {self.meaning}{real}"
+
+
+def touching(point: CodimensionTwoPoint) -> Touching:
+    """What the contact of the two curves at a point of kind GR or ZERO is computed from."""
+    plane = point.problem.equations
+    assert isinstance(plane, OrbitPlane)
+    z, _, a = point.problem.parts(point.z, point.parameters[plane.names[1]])
+    (low, high), (second_low, second_high) = point.problem.bounds
+    return Touching(
+        point.kind, point.curve_kind, point.orbit, plane, z, a, point.tangent,
+        (high - low, second_high - second_low), point.nearest, point.segment,
+    )  # fmt: skip
 
 
 def is_motion(solution: Any, kind: str = "") -> bool:

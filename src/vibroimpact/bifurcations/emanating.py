@@ -13,9 +13,11 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
+from vibroimpact.bifurcations.conditions import Condition
 from vibroimpact.bifurcations.continue_bifurcation import Start, followed, on_multipliers, ranges
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.bifurcations.tests_along import nothing
 from vibroimpact.continuation import Curve, SpecialPoint, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
 
@@ -76,10 +78,13 @@ class Slice:
 def emanating(
     kind: str, origin: Solution, born: Solution, bounds: tuple[Bounds, Bounds],
     steps: Steps | None, progress: CurveProgress | None, share: float = SHARE,
+    touch: Condition | None = None,
 ) -> BifurcationCurve:  # fmt: skip
     """Curve of orbits of a multiple period that are born at a point, from one of them.
 
-    The start is corrected across the straight line from the point, where all these orbits are one.
+    A touch is given by its condition, other kinds by their name. The start is corrected across the straight line from
+    the point, where all these orbits are one. On the curve of a touch the orbits of both turns change roles there: it
+    is followed away from the point only.
 
     Raises
     ------
@@ -87,7 +92,8 @@ def emanating(
         The start does not converge.
     """
     equations, z, a = born
-    condition, tests = on_multipliers(kind, equations)
+    touched = touch is not None
+    condition, tests = (touch, nothing) if touch else on_multipliers(kind, equations)
     changes = np.zeros((len(z) // len(origin.z), len(origin.z)))
     middle = origin.equations.unrolled(origin.z, changes)
     line = np.concatenate([z - middle, np.zeros(condition.unknowns), np.subtract(a, origin.a)])
@@ -101,8 +107,8 @@ def emanating(
         return NEAR if distance(unknowns[: len(z)]) < share * first else ""
 
     return followed(
-        Start(kind, equations, condition, tests, z, a), bounds, tangent=line, steps=steps,
-        progress=progress, stop_when=lambda: rule,
+        Start(kind, equations, condition, tests, z, a), bounds, tangent=line, both=not touched,
+        steps=steps, progress=progress, stop_when=lambda: rule,
     )  # fmt: skip
 
 

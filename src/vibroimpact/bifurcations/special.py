@@ -3,6 +3,8 @@
 Method      a zero of a test function of tests_along.py is a point where the multipliers that it stands for are critical
             within CRITICAL; functions that are also zero at a point of another name are silent there. Zeros with a
             real pair of product one (neutral saddles) are no bifurcation and left out
+            functions of the multipliers that vanish with a closing rate, where a multiplier is infinite and, with one
+            degree of freedom, others are not determined, are silent at that touch
             folds of the curve itself, in the second parameter, are none either
 Fails       ``Unresolved``: a zero whose orbit does not converge or that has no such multipliers
 """
@@ -32,6 +34,7 @@ from vibroimpact.branches.verify import CRITICAL
 from vibroimpact.continuation import Curve, SpecialPoint, Unresolved
 from vibroimpact.orbits.orbit import Orbit
 
+AT_TOUCH = 1e-6  # of the closing rates over their saturation: zeros are located to 1e-10, double ones to 1e-8
 MET = 1e-4  # of kappa, or a multiplier: double ones are known to half of the digits
 STRONG = {"R1": (1, 1), "R2": (1, 2), "R3": (1, 3), "R4": (1, 4)}
 TOUCH = {SPEED: "ZERO", FLIGHT: "SIM", STICK: "STICK"}
@@ -42,6 +45,7 @@ class _Found(NamedTuple):
     kind: str
     resonance: tuple[int, int] | None
     point: SpecialPoint | Grazing
+    segment: int = -1
 
 
 def special_points(
@@ -77,6 +81,7 @@ def _point(kind: str, problem: Augmented, item: _Found, label: str) -> Codimensi
         error=place.error, orbit=problem.orbit(Z, place.parameter), curve_kind=kind,
         multipliers=problem.equations.multipliers(z, a), resonance=item.resonance, nearest=nearest,
         arclength=item.arclength, z=Z, tangent=place.tangent, problem=problem,
+        segment=item.segment,
     )  # fmt: skip
 
 
@@ -87,12 +92,15 @@ def _zeros(kind: str, problem: Augmented, curve: Curve) -> Iterator[_Found | Unr
         z, _, a = problem.parts(point.z, point.parameter)
         solution = problem.orbit(point.z, point.parameter)
         named = None
+        word, _, number = point.name.partition(" ")
+        if word not in TOUCH and abs(problem.equations.weight(z, a)) <= AT_TOUCH:
+            continue
         if isinstance(solution, Orbit) and not solution.converged:
             why = f"the orbit there is not solved for: {solution.status}"
         else:
             named, why = _named(kind, point.name, problem.equations.multipliers(z, a))
         if named:
-            yield _Found(point.arclength, *named, point)
+            yield _Found(point.arclength, *named, point, int(number) if word in TOUCH else -1)
         elif why:
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
             yield Unresolved(point.name, after - 1, after, why)

@@ -110,6 +110,7 @@ def _special_table(curve: BifurcationCurve) -> Table:
             ("special", "direction"),
             vectors([p.tangent for p in points], unknowns + 1),
         ),
+        "special_segment": ("special", whole([p.segment for p in points])),
         **touches_table([p.nearest for p in points]),
     }
 
@@ -246,6 +247,7 @@ def _special(row: Row, kind: str, problem: Augmented) -> CodimensionTwoPoint:
         multipliers=_complex(row["special_multiplier_real"], row["special_multiplier_imaginary"]),
         resonance=(turns, iterates) if iterates else None,
         nearest=touch_from(row),
+        segment=int(row.get("special_segment", -1)),  # older files lack it
         arclength=float(row["special_arclength"]),
         z=z,
         tangent=row["special_tangent"],

@@ -8,6 +8,10 @@ Method      which curves begin is said by the normal form (normal_forms/codimens
             GPD, R2,       on the curve of PD through the point, at points on both sides of it: the doubled orbits
             LPPD, PDNS     that branch off there, followed along one parameter to their own SN or NS             (3)
             and then followed like any other curve (emanating.py).
+            GR, ZERO    what grazing_contact.py says: the curve of the touch itself; with one degree of freedom the
+            other one of SN and PD; on PD also the touch of the doubled orbits, tangent to PD because their amplitude
+            vanishes at the point as the gap does, found as in (3); a curve of the same kind of the orbits with one
+            impact more or fewer only if these are critical too
             R1 and curves of the same orbit through the point: continue_bifurcation with the other kind.
 Assumes     what the normal form assumes
 Fails       ``NoCurve`` with a sentence
@@ -18,10 +22,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +34,26 @@ from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
-from vibroimpact.bifurcations.conditions import CriticalPair, critical_pair
-from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.conditions import (
+    ClosingRate,
+    Condition,
+    CriticalPair,
+    Graze,
+    critical_pair,
+)
+from vibroimpact.bifurcations.continue_bifurcation import (
+    Start,
+    continue_bifurcation,
+    followed,
+    of_solved_map,
+    on_multipliers,
+)
+from vibroimpact.bifurcations.curve import (
+    BifurcationCurve,
+    CodimensionTwoPoint,
+    is_motion,
+    touching,
+)
 from vibroimpact.bifurcations.emanating import (
     Slice,
     Solution,
@@ -45,17 +67,25 @@ from vibroimpact.bifurcations.emanating import (
     width_of,
 )
 from vibroimpact.bifurcations.equations import Pair
+from vibroimpact.bifurcations.grazing_contact import GrazingContact, beside, neighbour
+from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.unfold import Centre, centre
 from vibroimpact.branches.branch import NotFound
-from vibroimpact.continuation import SpecialPoint, Steps, switch
+from vibroimpact.branches.family import SPEED
+from vibroimpact.branches.grazing import Grazing, grazings
+from vibroimpact.continuation import Curve, Steps, switch
 from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.model.stop import Stop
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree
+from vibroimpact.orbits.orbit import Orbit
 
 DISTANCES = (0.003, 0.01, 0.03)  # from the point, relative to the ranges of the parameters
 INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
 SPAN = 0.05  # of the range: size of the parameter on a slice
+ASIDE = 0.5  # of the distance from the point: greatest distance from the tangent of a curve of PD
 ALONG = Steps(first=0.02, largest=0.5, points=200)
+NEARBY = Steps(first=0.02, largest=0.5, points=60)  # along doubled orbits to their touch
 BOX = 0.1  # of the ranges: part of the curve of PD that is looked at
 
 
@@ -78,7 +108,7 @@ def switch_curve(
     Parameters
     ----------
     point
-        A special point of a curve: "R1" to "R4", "GPD", "LPPD" or "PDNS".
+        A special point of a curve: "R1" to "R4", "GPD", "LPPD", "PDNS", or of orbits "GR" or "ZERO".
     bounds
         ((low, high), (low, high)) of both parameters; by default those of the curve.
     steps, progress
@@ -87,8 +117,8 @@ def switch_curve(
     Returns
     -------
     tuple of BifurcationCurve, or NoCurve
-        One curve, or both folds of period four at R4; :class:`NoCurve` states the reason where theory has no curve, or
-        where none was found.
+        One curve, both folds of period four at R4, at GR and ZERO first the curve of the touch;
+        :class:`NoCurve` states the reason where theory has no curve, or where none was found.
 
     Raises
     ------
@@ -98,7 +128,9 @@ def switch_curve(
     Notes
     -----
     Curves of the same orbit through the point, as PD through R2, are followed by
-    ``continue_bifurcation(point, names, bounds, kind="PD")``.
+    ``continue_bifurcation(point, names, bounds, kind="PD")``. At GR and ZERO ``point.normal_form`` says how the curves
+    meet, on which sides the orbits with one impact more or fewer are motions, and in ``why_not`` why these have no
+    curve of the same kind there.
     """
     check_kind("point", point, CodimensionTwoPoint, "a special point of a curve")
     check_steps(steps, progress)
@@ -109,6 +141,8 @@ def switch_curve(
     if not form.switchable:
         return NoCurve(point, form.why_not)
     found = _curves(point, form, inside, steps, progress)
+    if not found and isinstance(form, GrazingContact):
+        return NoCurve(point, "the curve of the touch could not be followed")
     if not found:
         return NoCurve(point, f"no orbit on {form.switchable[0]} was found near the point")
     return found
@@ -126,6 +160,8 @@ def _curves(
         )
     origin = solution_at(point)
     found = []
+    if isinstance(form, GrazingContact):
+        return tuple(_at_touch(point, form, bounds, steps, progress))
     if isinstance(form, OneToFour):
         manifold = centre(*origin, 1j)
         found = [
@@ -138,7 +174,8 @@ def _curves(
         found = [_first(origin, tries, "NS", bounds, steps, progress)]
     else:
         kind = form.switchable[0].kind
-        tries = _doubled(point, kind, bounds)
+        born = _doubled(point, partial(_Watched, kind), bounds)
+        tries = (found.solution for found in born)
         found = [_first(origin, tries, kind, bounds, steps, progress)]
     return tuple(curve for curve in found if curve is not None)
 
@@ -152,6 +189,72 @@ def _first(
         with suppress(InvalidParameterError):  # the start does not converge
             return emanating(kind, origin, born, bounds, steps, progress)
     return None
+
+
+# ---- GR and ZERO ---------------------------------------------------------------------------------
+
+
+def _at_touch(
+    point: CodimensionTwoPoint, form: GrazingContact, bounds: tuple[Bounds, Bounds],
+    steps: Steps | None, progress: CurveProgress | None,
+) -> Iterator[BifurcationCurve]:  # fmt: skip
+    """Curves that begin where an orbit of a curve touches a stop."""
+    names = point.problem.equations.names
+    for k, new in enumerate(form.switchable):
+        with suppress(InvalidParameterError):  # the start does not converge
+            if k == 0:
+                yield continue_bifurcation(
+                    point, names, bounds, kind=new.kind, steps=steps, progress=progress
+                )
+            elif new.period == 2:
+                yield from _doubled_touch(point, new.kind, bounds, steps, progress)
+            else:
+                yield followed(_beginning(point, new.kind), bounds, steps=steps, progress=progress)
+
+
+def _beginning(point: CodimensionTwoPoint, kind: str) -> Start:
+    """Start of the other one of SN and PD, or of the same kind of orbits with one impact more or fewer."""
+    here = touching(point)
+    if kind == point.curve_kind:
+        other = neighbour(here)
+        assert other is not None
+        condition, tests = on_multipliers(kind, other.plane)
+        return Start(kind, other.plane, condition, tests, other.z, other.a)
+    kind = of_solved_map(kind, point.orbit)
+    condition, tests = on_multipliers(kind, here.plane)
+    return Start(kind, here.plane, condition, tests, *beside(here, condition))
+
+
+def _doubled_touch(
+    point: CodimensionTwoPoint, kind: str, bounds: tuple[Bounds, Bounds],
+    steps: Steps | None, progress: CurveProgress | None,
+) -> Iterator[BifurcationCurve]:  # fmt: skip
+    """Curve on which the doubled orbits touch, of motions if there are such near the point."""
+    found = None
+    for born in _doubled(point, partial(_Touched, point), bounds):
+        solution = born.solution
+        if not _beside(point, solution.a, bounds):
+            continue
+        found = found or born
+        if is_motion(solution.equations.solution(solution.z, solution.a), kind):
+            found = born
+            break
+    if found:
+        yield emanating(
+            kind, solution_at(point), found.solution, bounds, steps, progress,
+            touch=found.condition,
+        )  # fmt: skip
+
+
+def _beside(point: CodimensionTwoPoint, a: Pair, bounds: tuple[Bounds, Bounds]) -> bool:
+    """Whether parameters lie near the point, next to the tangent of its curve."""
+    names = point.problem.equations.names
+    widths = np.array([width_of(pair) for pair in bounds])
+    da = (np.array(a) - [point.parameters[name] for name in names]) / widths
+    ahead = point.tangent[-2:] / widths / np.linalg.norm(point.tangent[-2:] / widths)
+    along = abs(float(da @ ahead))
+    aside = abs(float(da[0] * ahead[1] - da[1] * ahead[0]))
+    return along <= BOX and aside <= ASIDE * along
 
 
 # ---- R4 and R3 -----------------------------------------------------------------------------------
@@ -212,10 +315,19 @@ def _folds_near(
             yield piece.solution(fold)
 
 
+class _Born(NamedTuple):
+    """Bifurcation or touch found on a slice, the latter with its condition."""
+
+    solution: Solution
+    condition: Condition | None
+
+
 class _Watched(Slice):
     """Slice that also looks for NS."""
 
-    def __init__(self, equations: Any, along: int, held: float, span: float, kind: str) -> None:
+    steps = ALONG
+
+    def __init__(self, kind: str, equations: Any, along: int, held: float, span: float) -> None:
         super().__init__(equations, along, held, span)
         self.name = "SN" if kind == "SN" else "torus"
         self._pair = CriticalPair(equations)
@@ -226,21 +338,68 @@ class _Watched(Slice):
             return {}
         return {self.name: self._pair.tau(z, self.at(p))}
 
-    def found(self, zero: SpecialPoint) -> bool:
-        """Whether a zero is a bifurcation of the kind: a neutral saddle is none."""
-        if self.name == "SN":
-            return True
-        mu = self.equations.multipliers(zero.z, self.at(zero.parameter))
-        return bool(mu[critical_pair(mu)[0]].imag)
+    def on(self, curve: Curve, _bounds: Bounds) -> Iterator[_Born]:
+        """Bifurcations on a curve of the slice: a neutral saddle is none."""
+        for zero in curve.named(self.name):
+            mu = self.equations.multipliers(zero.z, self.at(zero.parameter))
+            if self.name == "SN" or mu[critical_pair(mu)[0]].imag:
+                yield _Born(self.solution(zero), None)
+
+
+class _Touched(Slice):
+    """Slice of doubled orbits that looks for the touch of a point in either of their turns."""
+
+    steps = NEARBY
+
+    def __init__(
+        self, point: CodimensionTwoPoint, equations: Any, along: int, held: float, span: float
+    ) -> None:
+        super().__init__(equations, along, held, span)
+        self.plane: OrbitPlane = equations
+        orbit, turn = point.orbit, len(point.orbit.durations)
+        self.touches: list[tuple[Stop, int]] = []
+        if point.nearest is None:
+            self.impacts = [point.segment, point.segment + turn]
+            return
+        self.impacts = []
+        stop, k = Stop(point.nearest.contact, point.nearest.side), point.nearest.segment
+        again = stop.opposite if orbit.symmetric else stop
+        self.touches = [(stop, k), (again, k + turn)]
+
+    def watch(self, z: Floats, p: float) -> dict[str, float]:
+        """Closing rates of both turns, for ZERO."""
+        touches = self.plane.touches(z, self.at(p)) if self.impacts else {}
+        return {name: touches[name] for k in self.impacts if (name := f"{SPEED} {k}") in touches}
+
+    def orbit(self, z: Floats, p: float) -> Orbit:
+        """Orbit at a point of the slice."""
+        return self.plane.solution(z, self.at(p))
+
+    def on(self, curve: Curve, bounds: Bounds) -> Iterator[_Born]:
+        """Touches on a curve of the slice."""
+        for k in self.impacts:
+            for zero in curve.named(f"{SPEED} {k}"):
+                yield _Born(self.solution(zero), ClosingRate(self.plane, k))
+        if not self.touches:
+            return
+        places = [(*stop, k, False) for stop, k in self.touches]
+        orbits = map(self.orbit, curve.z, curve.parameter.tolist())
+        gaps = [{at: near for at, near in o.gaps.items() if at in places} for o in orbits]
+        for found in grazings(self, curve, gaps, bounds):
+            if isinstance(found, Grazing):
+                solution = Solution(self.equations, found.z, self.at(found.parameter))
+                yield _Born(solution, Graze(self.plane, found.nearest))
 
 
 # ---- doubled orbits ------------------------------------------------------------------------------
 
+Search = Callable[[Any, int, float, float], _Watched | _Touched]  # as a Slice is made
+
 
 def _doubled(
-    point: CodimensionTwoPoint, kind: str, bounds: tuple[Bounds, Bounds]
-) -> Iterator[Solution]:
-    """SN or NS of doubled orbits (3), from points on the curve of PD on both sides."""
+    point: CodimensionTwoPoint, search: Search, bounds: tuple[Bounds, Bounds]
+) -> Iterator[_Born]:
+    """Bifurcations of doubled orbits (3), from points on the curve of PD on both sides."""
     equations = point.problem.equations
     names = equations.names
     at = np.array([point.parameters[name] for name in names])
@@ -261,30 +420,30 @@ def _doubled(
                 continue
             first = there[0] if side.start is not None else there[-1]
             k = int(first + (side.start or 0))
-            yield from _branching(flips, k, twice, kind, bounds, at)
+            yield from _branching(flips, k, twice, search, bounds, at)
 
 
 def _branching(
     flips: BifurcationCurve,
     k: int,
     twice: Any,
-    kind: str,
+    search: Search,
     bounds: tuple[Bounds, Bounds],
     at: Floats,
-) -> Iterator[Solution]:
+) -> Iterator[_Born]:
     """Bifurcations on the doubled branch at a point of the curve of PD."""
     equations = flips.problem.equations
     z, _, a = flips.problem.parts(flips.curve.z[k], float(flips.values[k, 1]))
     for along in flattest(flips.values[k] - at, bounds):
-        yield from _along_branch(equations, twice, z, a, along, kind, bounds)
+        piece = search(twice, along, a[1 - along], SPAN * width_of(bounds[along]))
+        yield from _along_branch(equations, piece, z, a, bounds)
 
 
 def _along_branch(
-    equations: Any, twice: Any, z: Floats, a: Pair, along: int, kind: str,
-    bounds: tuple[Bounds, Bounds],
-) -> Iterator[Solution]:  # fmt: skip
+    equations: Any, piece: _Watched | _Touched, z: Floats, a: Pair, bounds: tuple[Bounds, Bounds]
+) -> Iterator[_Born]:
     """Bifurcations on the doubled branch along one parameter, nearest first."""
-    piece = _Watched(twice, along, a[1 - along], SPAN * width_of(bounds[along]), kind)
+    along = piece.along
     by_z, by_a = equations.by_both(z, a)
     drift = np.linalg.solve(by_z, -by_a[:, along])
     still = np.zeros((2, len(z)))
@@ -296,6 +455,6 @@ def _along_branch(
     with suppress(InvalidParameterError):
         curve = on_slice(
             piece, found.z, found.parameter, bounds[along], tangent=found.tangent, both=False,
-            steps=ALONG,
+            steps=piece.steps,
         )  # fmt: skip
-        yield from (piece.solution(zero) for zero in curve.named(piece.name) if piece.found(zero))
+        yield from piece.on(curve, bounds[along])

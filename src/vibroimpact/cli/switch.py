@@ -1,4 +1,4 @@
-"""Command vibroimpact switch: curves of other orbits that begin at a point of codimension two."""
+"""Command vibroimpact switch: curves that begin at a point of codimension two."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ EXAMPLE = "  vibroimpact switch curve.nc --at R4_1 --out born.nc --out born.svg"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    saved.add_point(parser, "R1 to R4, GPD, LPPD or PDNS with its number, such as R4_1")
+    saved.add_point(parser, "R1 to R4, GPD, LPPD, PDNS, GR or ZERO with its number, such as R4_1")
 
 
 def run(arguments: argparse.Namespace) -> str:

@@ -53,7 +53,7 @@ class NewCurve:
     Attributes
     ----------
     kind
-        "SN" or "NS".
+        "SN", "NS" or "PD"; where an orbit touches a stop, "GR" or "ZERO".
     period
         Of the orbits on it, in iterates of the map whose forms were given, >= 1. For the half map
         of a symmetric orbit two iterates are one period of the full map.

@@ -60,9 +60,9 @@ class Pencil(NamedTuple):
         if not np.all(np.isfinite(self.a)):
             return np.full(self.finite, complex(np.nan, np.nan))
         alpha, beta = eigvals(self.a, self.b, homogeneous_eigvals=True)
-        nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
-        order = np.argsort(nearness)[len(self.a) - self.finite :]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # infinite; NaN of a singular pencil
+            nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
+            order = np.argsort(nearness)[len(self.a) - self.finite :]
             values: Complexes = np.asarray(alpha[order] / beta[order], np.complex128)
         return sorted_multipliers(values)
 
