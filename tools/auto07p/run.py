@@ -9,7 +9,9 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from curves import continue_curve, curve_lines
 
 HERE = Path(__file__).resolve().parent
 TARGET = HERE.parent.parent / "tests" / "reference" / "auto.toml"
@@ -33,8 +35,35 @@ RECORD: dict[str, list[float]] = {  # values of the free parameter at which to r
     "A": [0.11, 0.12, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
     "d": [-1.6, -1.2, -0.8, -0.4, -0.2, -0.1, -0.05, -0.02, 0.02, 0.04, 0.06, 0.08],
 }
+
+
+class Curve(NamedTuple):
+    """A curve of bifurcations, and the orbit near it from which it is reached."""
+
+    name: str
+    branch: str
+    value: float  # of the branch's parameter at the orbit
+    passage: int  # past that value along the branch
+    flights: int
+    kind: str
+    free: tuple[str, str]
+
+
+CURVES = (
+    Curve("coco_folds", "coco_up", 1.7, 1, 1, "SN", ("e", "w")),
+    Curve("budd_dux_folds", "budd_dux", -1.6, 1, 1, "SN", ("w", "d")),
+    Curve("budd_dux_doublings", "budd_dux", -0.05, 0, 1, "PD", ("w", "d")),
+    Curve("budd_dux_doubled_folds", "budd_dux_doubled", 0.08, 1, 2, "SN", ("w", "d")),
+    Curve("budd_dux_doubled_doublings_1", "budd_dux_doubled", -0.02, 0, 2, "PD", ("w", "d")),
+    Curve("budd_dux_doubled_doublings_2", "budd_dux_doubled", 0.06, 0, 2, "PD", ("w", "d")),
+)
+ALONG = {  # values of the first parameter at which to record a curve
+    "e": [0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.85, 0.9, 0.92, 0.95],
+    "w": [2.2, 2.3, 2.4, 2.5, 2.6, 2.7, 2.75, 2.85, 2.9, 3.0, 3.05, 3.1, 3.2, 3.3, 3.4, 3.5],
+}
 STEPS = 4000  # of Runge and Kutta's method over the first flight, which AUTO then corrects
 ROWS = 200  # of them written
+LOCATED = 1e-6  # AUTO meets a value asked for less exactly than the tolerances below
 CONSTANTS: dict[str, Any] = {
     "e": "impact", "NDIM": 6, "IPS": 4, "NBC": 8, "NINT": 0, "IRS": 0, "IPLT": 0, "JAC": 0,
     "NTST": 60, "NCOL": 7, "IAD": 3, "ILP": 1, "ISW": 1, "MXBF": 0, "NPR": 0, "IID": 2,
@@ -95,25 +124,40 @@ def branch_lines(name: str, system: str, free: str, branch: Any) -> list[str]:
 
 
 def tables(auto: Any) -> list[str]:
-    """Every branch."""
+    """Every branch and every curve."""
     plain = (
         ("coco_up", "coco", "w", 0.5, 3.0, {"DS": 0.01}),
         ("coco_down", "coco", "w", 0.79, 3.0, {"DS": -0.01}),
         ("coco_amplitude", "coco", "A", 0.05, 1.5, {"DS": -0.01}),
         ("budd_dux", "budd_dux", "d", -2.0, 2.0, {"DS": -0.01}),
     )
-    out: list[str] = []
+    found: dict[str, tuple[str, str, Any]] = {}
     for name, system, free, low, high, more in plain:
-        out += branch_lines(
-            name, system, free, continue_from(auto, system, free, low, high, **more)
-        )
+        found[name] = system, free, continue_from(auto, system, free, low, high, **more)
     until = continue_from(
         auto, "budd_dux", "d", -2.0, 2.0, DS=-0.01, ISP=2, STOP=["BP1"], **NEAR_SINGULAR
     )
-    out += branch_lines("budd_dux_doubling", "budd_dux", "d", until)
+    found["budd_dux_doubling"] = "budd_dux", "d", until
     exact = {key: CONSTANTS[key] for key in NEAR_SINGULAR}
     doubled = auto.run(until("BP1"), ISW=-1, ISP=0, DS=0.01, STOP=[], **exact)
-    return out + branch_lines("budd_dux_doubled", "budd_dux", "d", doubled)
+    found["budd_dux_doubled"] = "budd_dux", "d", doubled
+    out: list[str] = []
+    for name, (system, free, branch) in found.items():
+        out += branch_lines(name, system, free, branch)
+    for curve in CURVES:
+        out += lines_along(auto, curve, *found[curve.branch])
+    return out
+
+
+def lines_along(auto: Any, curve: Curve, system: str, free: str, branch: Any) -> list[str]:
+    """A curve of bifurcations, from an orbit on a branch."""
+    there = [s for s in branch() if abs(float(s[free]) - curve.value) < LOCATED][curve.passage]
+    at = {name: float(there[name]) for name in MEASURED}
+    p = {**SYSTEMS[system], free: float(there[free])}
+    points = continue_curve(
+        auto, CONSTANTS, p, at, curve.flights, curve.kind, curve.free, ALONG[curve.free[0]]
+    )
+    return curve_lines(curve.name, p, curve.flights, curve.kind, curve.free, points)
 
 
 def main() -> None:
@@ -130,13 +174,17 @@ def main() -> None:
         "# whether a flight crosses the wall. name: coco_* and budd_dux have equal flights;",
         "# budd_dux_doubling ends at their branch point, located only to EPSS_at_branch_point for",
         "# the sake of the switch; budd_dux_doubled starts there.",
+        "# curve: folds (SN) and period doublings (PD) of orbits with so many flights over as many",
+        "# periods, in two parameters; the variations of the orbit are unknowns, too (curves.f90).",
+        "# Recorded at values of the first parameter, and where V1 or V2 is zero, the end.",
         "", f'version = "{VERSION}"',
         *(f"{key} = {CONSTANTS[key]}" for key in ("NTST", "NCOL", "EPSL", "EPSU", "EPSS")),
         f"EPSS_at_branch_point = {NEAR_SINGULAR['EPSS']}",
     ]  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        shutil.copy(HERE / "impact.f90", folder)
+        for equations in HERE.glob("*.f90"):
+            shutil.copy(equations, folder)
         lines = header + tables(auto)
         os.chdir(HERE)
     TARGET.write_text("\n".join(lines) + "\n", encoding="utf-8")
