@@ -187,6 +187,8 @@ class OneToThree:
         b != 0: a saddle orbit of period three lies next to the fixed point.
     q, p
         Critical eigenvectors, shape (dimension,).
+    h20, h11
+        Second-order terms of the centre manifold, shape (dimension,); h11 is real.
     multipliers
         All multipliers, shape (dimension,).
     others_inside
@@ -197,6 +199,8 @@ class OneToThree:
     c: complex
     q: Complexes = field(repr=False)
     p: Complexes = field(repr=False)
+    h20: Complexes = field(repr=False)
+    h11: Floats = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
 
@@ -212,6 +216,13 @@ class OneToThree:
         imaginary part depends on the choice of h20 along conj(q), which conj(z)^2 leaves free.
         """
         return (CUBE_ROOT.conjugate() * self.c / abs(self.b) ** 2 - 1.0) / 3.0
+
+    def points(self, z: Complexes) -> Floats:
+        """Points of the centre manifold at z, shape (m,), as displacements (m, dimension).
+
+        2 Re(q z) + Re(h20 z^2) + h11 |z|^2, measured from the fixed point at the same parameters.
+        """
+        return on_pair_manifold(z, self.q, self.h20, self.h11)
 
     @property
     def meaning(self) -> str:
@@ -459,7 +470,7 @@ def _one_to_three(forms: Forms) -> OneToThree | Refusal:
     h11 = off(A, 1.0, at(q, bar)).real
     b, c = sized(critical.p, 2.0, at(bar, bar)), cubic_alone(at, q, critical.p, h20, h11)  # (6)
     inside = critical.others_inside
-    form = OneToThree(b.value, c.value, q, critical.p, critical.multipliers, inside)
+    form = OneToThree(b.value, c.value, q, critical.p, h20, h11, critical.multipliers, inside)
     size, quadratic = abs(b.value) ** 2, b.scale + sized(critical.p, 2.0, at(q, q)).scale
     no_saddle = vanishing(form, ("b", abs(form.b), quadratic, "no orbit of period three is born"))
     if no_saddle:
