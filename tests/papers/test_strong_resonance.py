@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from vibroimpact_papers.impact_damper import claims, parameter_sets
+from vibroimpact_papers.impact_damper import claims, figures, parameter_sets
 from vibroimpact_papers.impact_damper.judge_resonances import (
     born_at_resonance,
     comparison,
@@ -22,11 +22,14 @@ from vibroimpact_papers.impact_damper.resonances import (
     Resonances,
     distances,
     orbit_at,
+    resonance_data,
     resonances_of,
+    tongues_from,
 )
 from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
+from vibroimpact.bifurcations.store import curve_from_dataset
 
 SETS = parameter_sets()
 SMALL = Plan(strong=MappingProxyType({"A": (0.91, 1.05)}), strong_points=(4, 4), plane_settle=20.0)
@@ -106,3 +109,55 @@ def test_angle_of_a_pair_is_that_of_the_closed_form() -> None:
     low, high = of_a().angles
     assert low < 90.0 < high
     assert math.isfinite(low + high)
+
+
+# ---- tongues ---------------------------------------------------------------------------------
+
+
+@cache
+def of_b() -> Resonances:
+    plan = Plan(
+        strong=MappingProxyType({"B": (0.93, 1.03)}), strong_points=(60, 12), plane_settle=400.0,
+        tongues=MappingProxyType({"B": ((1, 5), (3, 7))}),
+    )  # fmt: skip
+    return resonances_of(SETS["B"], plan)
+
+
+@pytest.mark.slow
+def test_the_tongue_1_5_of_set_b_has_two_tips_and_orbits_5_5_5_between_its_sides() -> None:
+    found = of_b()
+    (one,) = found.tongues  # 3/7 does not occur
+    assert one.resonance == (1, 5)
+    weak = [p for c in found.torus for p in c.special_points if p.resonance == (1, 5)]
+    assert len(weak) == 2
+    assert [p.label for p in weak if p is not one.tip] == [p.label for p in found.other_tips(one)]
+    for side in one.sides:
+        assert side.orbit(len(side) // 2).symbol == "5-5-5"
+    between = found.between_sides(one)
+    motion = found.plane["motion"]
+    share = between.count("5-5-5") / len(between)
+    assert share > 10.0 * _count(found, "5-5-5") / motion.size > 0.0
+
+
+def _count(found: Resonances, name: str) -> int:
+    motion = found.plane["motion"]
+    codes = dict(
+        zip(motion.attrs["flag_meanings"].split(), motion.attrs["flag_values"], strict=True)
+    )
+    return int((motion.values == codes[name]).sum())
+
+
+@pytest.mark.slow
+def test_the_figure_shows_the_tongues_of_its_files() -> None:
+    found = of_b()
+    data = resonance_data(found, SETS["B"], Plan(), claims())
+    sides = [part for part in data if "tongue" in part.attrs]
+    assert [part.attrs["tongue"] for part in sides] == ["1/5_1", "1/5_1"]
+    curves = [curve_from_dataset(p) for p in data[1:] if "tongue" not in p.attrs]
+    for one, again in zip(found.tongues, tongues_from(curves, sides), strict=True):
+        assert again.tip.parameters == one.tip.parameters
+        for a, b in zip(one.sides, again.sides, strict=True):
+            np.testing.assert_array_equal(a.values, b.values)
+    ax = figures.redraw(data).axes[0]
+    hatched = [patch for patch in ax.patches if patch.get_hatch()]
+    assert len(hatched) == len(found.tongues)

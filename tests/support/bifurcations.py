@@ -22,6 +22,14 @@ def torus_of_set_a() -> vi.BifurcationCurve:
 
 
 @cache
+def torus_of_set_c() -> vi.BifurcationCurve:
+    """Neimark-Sacker curve of set C, with the resonances R3_1 and R4_1."""
+    orbit = next(o for o in vi.symmetric_orbits(paper_damper("C", 0.44)) if o.sign == 1)
+    branch = vi.continue_orbit(orbit, "omega", (0.42, 0.45))
+    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.41, 0.45), (4.4, 8.1)))
+
+
+@cache
 def torus_of_a_map() -> vi.BifurcationCurve:
     """NS of a map, through R1, weak resonances, R4, R3 and R2 into neutral saddles on both sides."""
     henon = vi.ExplicitMap(

@@ -28,9 +28,12 @@ from vibroimpact.plotting import (
     plot_multipliers,
     plot_phase_portrait,
     plot_plane,
+    plot_tongue,
     style,
 )
 from vibroimpact.simulation.simulate import Run, simulate
+from vibroimpact_papers.impact_damper.resonances import tongues_from
+from vibroimpact_papers.impact_damper.unfolding import REACH
 
 COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 COLUMNS = 3
@@ -41,6 +44,7 @@ MARGIN = 0.08
 PIXELS_PER_INCH = 160
 BRANCH = 1
 # The most frequent of the three sets together, so that their planes have the same colours.
+PREDICTED = {"1:4": "folds, predicted", "1:3": "end of the circle, predicted"}
 PLANE_SYMBOLS = ("1-1-1", "2-2-2", "3-3-3", "3-4-4", "5-5-5", "7-7-7", "4-4-4")
 
 
@@ -152,7 +156,10 @@ def _strong(plane: xr.Dataset, *parts: xr.Dataset) -> Figure:
     figure, axes = _grid(1, (7.6, 5.4), 1)
     ax = axes[0]
     plot_plane(plane, symbols=PLANE_SYMBOLS, ax=ax)
-    plot_curves([curve_from_dataset(part) for part in parts], ax=ax)
+    curves = [curve_from_dataset(part) for part in parts if "tongue" not in part.attrs]
+    plot_curves(curves, ax=ax)
+    for tongue in tongues_from(curves, [part for part in parts if "tongue" in part.attrs]):
+        plot_tongue(tongue, ax=ax)
     own = float(plane.attrs["half_clearance"])
     for name, marker, size in (("paper_omega", "o", 3.6), ("printed_omega", "v", 6.5)):
         omega = plane[name].values
@@ -236,20 +243,21 @@ def _around(ax: Axes, data: xr.Dataset) -> None:
         "torus": {"color": style.BLACK, "linewidth": 1.4, "label": "Neimark-Sacker"},
         "folds": {"color": style.BLUE, "linewidth": 1.4, "label": "folds of 2-2-2"},
         "half_lines": {"color": style.ORANGE, "linewidth": 1.2, "linestyle": "--",
-                       "label": "folds, predicted"},
+                       "label": PREDICTED[str(data.attrs["resonance"])]},
     }  # fmt: skip
     for name, look in looks.items():
         if np.isfinite(data[name].values).any():
             ax.plot(*data[name].values.T, **look)
     point = data.attrs["point_omega"], data.attrs["point_half_clearance"]
-    ax.plot(*point, marker="o", color=style.BLACK, markersize=5.5, linestyle="none", label="1:4")
+    ax.plot(*point, marker="o", color=style.BLACK, markersize=5.5, linestyle="none",
+            label=str(data.attrs["resonance"]))  # fmt: skip
     at = data["sector_at"].values
     ax.plot(*at.T, marker="s", color=style.VERMILION, markersize=4.5, linestyle="none",
             label="portraits")  # fmt: skip
     for i, (x, y) in enumerate(at):
         ax.annotate(str(i + 1), (x, y), (6.0, -3.0), textcoords="offset points", fontsize=9.0,
                     color=style.VERMILION)  # fmt: skip
-    reach = 1.6 * np.abs(at - point).max(axis=0)
+    reach = REACH * np.abs(at - point).max(axis=0)
     ax.set(xlim=(point[0] - reach[0], point[0] + reach[0]),
            ylim=(point[1] - reach[1], point[1] + reach[1]),
            xlabel=r"forcing frequency $\omega$", ylabel=r"half clearance $\delta$")  # fmt: skip
@@ -270,9 +278,10 @@ def _portrait_of_z(ax: Axes, one: xr.Dataset, name: str, unit: float) -> None:
             ax.plot(u, v, color=colour, linewidth=0.6, rasterized=True)
         else:
             style.points(ax, u, v, color=colour, markersize=1.0)
-    ax.plot(one["period_four_real"], one["period_four_imag"], linestyle="none", marker="o",
+    ax.plot(one["periodic_real"], one["periodic_imag"], linestyle="none", marker="o",
             markersize=4.0, markerfacecolor="white", markeredgecolor=style.BLACK, zorder=4)  # fmt: skip
-    reach = 2.1 * unit
+    points = np.hypot(one["periodic_real"].values, one["periodic_imag"].values)
+    reach = max(2.1 * unit, 1.15 * float(np.nanmax(points, initial=0.0)))
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=r"$\mathrm{Re}\,z$", aspect="equal")
     ax.locator_params(nbins=4)
 

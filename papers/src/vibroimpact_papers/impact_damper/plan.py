@@ -60,8 +60,10 @@ class Plan:
     family_nodes, family_points, family_step
         Most nodes of a circle of a family, most circles each way, and the first step, as a share
         of the range.
+    tongues
+        Weak resonances p/q of which the tongues are followed, for each set.
     unfolded
-        Set and approximate frequency of the resonances 1:4 that are unfolded.
+        Set, kind and approximate frequency of the strong resonances that are unfolded.
     spectrum_points, spectrum_impacts
         Frequencies along a route at which all Lyapunov exponents are estimated, and impacts.
     basin_points, basin_settle
@@ -104,7 +106,15 @@ class Plan:
     family_nodes: int = 255
     family_points: int = 14
     family_step: float = 0.03
-    unfolded: tuple[tuple[str, float], ...] = (("A", 0.978), ("A", 0.928))
+    tongues: Mapping[str, tuple[tuple[int, int], ...]] = field(
+        default_factory=lambda: MappingProxyType({"A": ((2, 9), (1, 5)), "B": ((1, 5),)})
+    )
+    unfolded: tuple[tuple[str, str, float], ...] = (
+        ("A", "R4", 0.978),
+        ("A", "R4", 0.928),
+        ("C", "R4", 0.413),
+        ("C", "R3", 0.445),
+    )
     spectrum_points: int = 28
     spectrum_impacts: int = 1500
     basin_points: int = 120

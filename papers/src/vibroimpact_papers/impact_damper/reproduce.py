@@ -200,8 +200,8 @@ def compute(plan: Plan, progress: Progress) -> Findings:
     )
     chosen_points = [
         (sets[name], point)
-        for name, omega in plan.unfolded
-        if name in resonances and (point := resonances[name].named("R4", omega))
+        for name, kind, omega in plan.unfolded
+        if name in resonances and (point := resonances[name].named(kind, omega))
     ]
     unfoldings = _parallel(
         "portraits around resonances", lambda pair: unfolded(*pair), chosen_points, progress

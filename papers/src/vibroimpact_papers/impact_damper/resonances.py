@@ -8,18 +8,24 @@ map, with multipliers nu.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
+from matplotlib.path import Path
 
+from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.store import curve_from_dataset
+from vibroimpact.bifurcations.tongue import Tongue, tongue
+from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.closed_forms.bifurcations import Bifurcation
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
+from vibroimpact.continuation import Steps
 from vibroimpact.sweeps.analyses.plane import plane
 from vibroimpact_papers.impact_damper import Claim, ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
@@ -29,6 +35,10 @@ from vibroimpact_papers.impact_damper.planes import REACH, START, frequencies
 AXES = ("omega", "half_clearance")
 FOLLOWED = ("NS", "SN", "BP")
 ANGLES = {"R1": 0.0, "R2": 180.0, "R3": 120.0, "R4": 90.0}  # of nu, in degrees
+# Points are exact whatever the tolerance: these are wide enough for pictures.
+CURVES = Steps(first=0.1, largest=2.0, tolerance=1e-6, points=600)
+SIDES = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=600)  # of tongues
+MET = 1e-3  # of the range of both parameters: a side ends at a tip
 SAME = 5e-4  # relative: two points of one kind at one clearance
 
 
@@ -46,12 +56,15 @@ class Resonances:
         Neimark-Sacker, fold and symmetry-breaking curves that cross the clearance of the set.
     plane
         Motions on a grid of both parameters.
+    tongues
+        Tongues of locked orbits that begin on the Neimark-Sacker curves.
     """
 
     set: str
-    bounds: tuple[tuple[float, float], tuple[float, float]]
+    bounds: tuple[Bounds, Bounds]
     curves: tuple[BifurcationCurve, ...] = field(repr=False)
     plane: xr.Dataset = field(repr=False)
+    tongues: tuple[Tongue, ...] = field(repr=False, default=())
 
     @property
     def torus(self) -> tuple[BifurcationCurve, ...]:
@@ -74,6 +87,20 @@ class Resonances:
         """Return the strong resonance of a kind that is nearest to a frequency."""
         of_kind = [p for p in self.strong if p.kind == kind]
         return min(of_kind, key=lambda p: abs(p.parameters["omega"] - omega), default=None)
+
+    def other_tips(self, one: Tongue) -> list[CodimensionTwoPoint]:
+        """Return the weak resonances other than the tip at which a side of a tongue ends."""
+        return other_tips(one, self.curves, self.bounds)
+
+    def between_sides(self, one: Tongue) -> list[str]:
+        """Return the motion of every machine of the plane between the sides of a tongue."""
+        motion = self.plane["motion"].transpose(*AXES)
+        names = dict(
+            zip(motion.attrs["flag_values"], motion.attrs["flag_meanings"].split(), strict=True)
+        )
+        places = np.stack(np.meshgrid(*(motion[name].values for name in AXES), indexing="ij"), -1)
+        inside = Path(region_of(one).corners).contains_points(places.reshape(-1, 2))
+        return [names[code] for code in motion.values.ravel()[inside]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,14 +150,46 @@ def resonances_of(chosen: ParameterSet, plan: Plan) -> Resonances:
     """Follow every curve of a set, and compute its plane. Cost: some 10 s."""
     own = chosen.parameters.half_clearance
     bounds = plan.strong[chosen.name], (REACH[0] * own, REACH[1] * own)
-    return Resonances(
-        chosen.name, bounds, tuple(_curves(chosen, bounds)), _plane(chosen, bounds, plan)
-    )
+    curves = tuple(_curves(chosen, bounds))
+    tongues = tuple(_tongues(curves, bounds, plan.tongues.get(chosen.name, ())))
+    return Resonances(chosen.name, bounds, curves, _plane(chosen, bounds, plan), tongues)
 
 
-def _curves(
-    chosen: ParameterSet, bounds: tuple[tuple[float, float], tuple[float, float]]
-) -> list[BifurcationCurve]:
+def _tongues(
+    curves: Sequence[BifurcationCurve], bounds: tuple[Bounds, Bounds],
+    wanted: Sequence[tuple[int, int]],
+) -> Iterator[Tongue]:  # fmt: skip
+    """Follow the tongue of every weak resonance that is wanted, one with two tips from the first."""
+    done: set[CodimensionTwoPoint] = set()
+    for point in _weak(curves):
+        if point.resonance in wanted and point not in done:
+            found = tongue(point, steps=SIDES)
+            if isinstance(found, Tongue):
+                done.update(other_tips(found, curves, bounds))
+                yield found
+
+
+def _weak(curves: Iterable[BifurcationCurve]) -> Iterator[CodimensionTwoPoint]:
+    """Yield the weak resonances on Neimark-Sacker curves."""
+    yield from (p for c in curves if c.kind == "NS" for p in c.special_points if p.kind == "WEAK")
+
+
+def other_tips(
+    one: Tongue, curves: Sequence[BifurcationCurve], bounds: tuple[Bounds, Bounds]
+) -> list[CodimensionTwoPoint]:
+    """Return the weak resonances of the same angle, but the tip, at which a side ends."""
+    spans = np.ptp(np.array(bounds), axis=1)
+    ends = np.array([side.values[[0, -1]] for side in one.sides]).reshape(-1, 2)
+
+    def met(point: CodimensionTwoPoint) -> bool:
+        at = np.array([point.parameters[name] for name in AXES])
+        return bool((np.abs(ends - at) < MET * spans).all(axis=1).any())
+
+    return [p for p in _weak(curves)
+            if p.resonance == one.resonance and p is not one.tip and met(p)]  # fmt: skip
+
+
+def _curves(chosen: ParameterSet, bounds: tuple[Bounds, Bounds]) -> list[BifurcationCurve]:
     """Follow a curve through each bifurcation point at the clearance of the set.
 
     Folds that do not pass that clearance are followed from where they meet a Neimark-Sacker curve.
@@ -144,10 +203,10 @@ def _curves(
             continue
         passed = (w for c in found if c.kind == point.kind for w in _crossings(c, own))
         if not any(abs(w / point.parameter - 1.0) < SAME for w in passed):
-            found.append(continue_bifurcation(point, AXES, bounds))
+            found.append(continue_bifurcation(point, AXES, bounds, steps=CURVES))
     meetings = [p for c in found if c.kind == "NS" for p in c.special_points if p.kind == "LPNS"]
     if meetings and not any(c.kind == "SN" for c in found):
-        found.append(continue_bifurcation(meetings[0], AXES, bounds, kind="SN"))
+        found.append(continue_bifurcation(meetings[0], AXES, bounds, kind="SN", steps=CURVES))
     return found
 
 
@@ -159,9 +218,7 @@ def _crossings(curve: BifurcationCurve, clearance: float) -> Iterable[float]:
         yield float(omega[i] + share * (omega[i + 1] - omega[i]))
 
 
-def _plane(
-    chosen: ParameterSet, bounds: tuple[tuple[float, float], tuple[float, float]], plan: Plan
-) -> xr.Dataset:
+def _plane(chosen: ParameterSet, bounds: tuple[Bounds, Bounds], plan: Plan) -> xr.Dataset:
     across, up = plan.strong_points
     return plane(
         damper_of(chosen, bounds[0][0]),
@@ -242,7 +299,28 @@ def resonance_data(
         "start_velocity": list(START.velocity),
         "start_phase": START.phase,
     }
-    return data, *(curve_data(c, f"{figure}-{i}", chosen, plan) for i, c in numbered(found.curves))
+    curves = [curve_data(c, f"{figure}-{i}", chosen, plan) for i, c in numbered(found.curves)]
+    sides = [
+        curve_data(side, f"{figure}-tongue{i}{letter}", chosen, plan).assign_attrs(
+            tongue=one.tip.label, radius=one.radius
+        )
+        for i, one in enumerate(found.tongues, 1)
+        for letter, side in zip("ab", one.sides, strict=True)
+    ]
+    return data, *curves, *sides
+
+
+def tongues_from(
+    curves: Sequence[BifurcationCurve], sides: Sequence[xr.Dataset]
+) -> Iterator[Tongue]:
+    """Yield the tongues of files: each tip is on one of the curves, both sides follow one another."""
+    tips = {p.label: p for c in curves if c.kind == "NS" for p in c.special_points}
+    for first, second in zip(sides[::2], sides[1::2], strict=True):
+        yield Tongue(
+            tips[str(first.attrs["tongue"])],
+            (curve_from_dataset(first), curve_from_dataset(second)),
+            float(first.attrs["radius"]),
+        )
 
 
 def numbered(curves: Sequence[BifurcationCurve]) -> Iterable[tuple[str, BifurcationCurve]]:

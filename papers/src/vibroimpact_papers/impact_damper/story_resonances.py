@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
 from vibroimpact.normal_forms.strong_resonance import OneToOne
 from vibroimpact.tori.circle import Circle
 from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
+from vibroimpact_papers.impact_damper.unfolding import Unfolded
+from vibroimpact_papers.impact_damper.unfolding_flows import STABLE_BETWEEN, ThreeFlow
 from vibroimpact_papers.report import Table, Text
 from vibroimpact_papers.report.page import Block, Cell
 
@@ -39,7 +41,8 @@ def strong_blocks(found: Findings, pictures: Pictures) -> list[Block]:
     ]
     for name, one in found.resonances.items():
         blocks += pictures.figure(
-            f"strong-{name}", f"Set {name} in the plane of both parameters", _caption(one),
+            f"strong-{name}", f"Set {name} in the plane of both parameters",
+            _caption(one, found.plan.tongues.get(name, ())),
             f"Curves of bifurcations with strong resonances of set {name} over a plane of motions",
         )  # fmt: skip
     return [
@@ -48,17 +51,46 @@ def strong_blocks(found: Findings, pictures: Pictures) -> list[Block]:
     ]  # fmt: skip
 
 
-def _caption(one: Resonances) -> str:
+def _caption(one: Resonances, wanted: Sequence[tuple[int, int]]) -> str:
     across, up = one.plane["motion"].shape
     low, high = one.angles
     here = ", ".join(dict.fromkeys(_name(p) for p in one.strong)) or "none"
+    tongues = "".join(map(" ".__add__, _tongues(one, wanted)))
     return (
         f"Colours: the motion on which each of {across} x {up} machines settles. Lines: "
         "Neimark-Sacker, fold and symmetry-breaking curves of the symmetric orbit. White rings: "
         "frequencies of the paper's sections; white triangles: its printed critical frequencies. "
         f"On the Neimark-Sacker curve the angle of ν runs from {low:.2f}° to {high:.2f}°; strong "
-        f"resonances: {here}."
+        f"resonances: {here}.{tongues}"
     )
+
+
+def _tongues(one: Resonances, wanted: Sequence[tuple[int, int]]) -> list[str]:
+    """Return what the plane shows between the sides of each tongue."""
+    if not one.tongues:
+        return []
+    said = [
+        "From a weak resonance p/q a tongue opens, in which orbits that close after q half periods "
+        "lock the circle. Its sides are folds of these orbits; it is hatched as far as both bound it."
+    ]
+    place = "({omega:.6f}, {half_clearance:.6f})".format_map
+    for tongue in one.tongues:
+        p, q = tongue.resonance
+        n = q if q % 2 else q // 2
+        motions = one.between_sides(tongue)
+        locked, symmetric = (motions.count(name) for name in (f"{n}-{n}-{n}", "1-1-1"))
+        said.append(
+            f"{p}/{q} from {place(tongue.tip.parameters)}: of {len(motions)} machines between the "
+            f"sides {locked} settle on {n}-{n}-{n}, {symmetric} on 1-1-1."
+        )
+        said += [
+            f"One side ends at {place(other.parameters)}, a second tip of this tongue; the other "
+            "side that begins there is not followed."
+            for other in one.other_tips(tongue)
+        ]
+    begun = {tongue.resonance for tongue in one.tongues}
+    missing = ", ".join(f"{p}/{q}" for p, q in wanted if (p, q) not in begun)
+    return [*said, f"No tongue {missing} begins in this plane."] if missing else said
 
 
 def _name(p: CodimensionTwoPoint) -> str:
@@ -127,7 +159,7 @@ def _distance_row(d: Distance) -> list[Cell]:
 
 
 def _unfoldings(found: Findings, pictures: Pictures) -> list[Block]:
-    """Return the portraits around resonances 1:4."""
+    """Return the portraits around resonances 1:4 and 1:3."""
     if not found.unfolded:
         return []
     blocks: list[Block] = [
@@ -138,36 +170,59 @@ def _unfoldings(found: Findings, pictures: Pictures) -> list[Block]:
                 "centre manifold moves by z\u2032 = μ z − i c z|z|² − i d z̄³, with "
                 "μ = log(ν / i). Below, this prediction stands above simulations of the damper "
                 "itself, started at the same z, at the parameters of the numbered squares, all "
-                "with the same |μ|.",
+                "with the same |μ|. Next to a resonance 1:3, with μ = log(ν / ν₀) and ν₀ at 120°, "
+                "z\u2032 = μ z + b\u2032 z̄² + c\u2032 z|z|²; there Re c\u2032 decides.",
             )
         )
     ]
     for i, one in enumerate(found.unfolded, 1):
-        at = one.point.parameters
-        modulus = abs(one.form.scaled)
-        caption = (
-            f"ω = {at['omega']:.6f}, half clearance {at['half_clearance']:.6f}, |A| = "
-            f"{modulus:.4f}. Rings: points of period four by the normal form. Colours: radius of "
-            "the start. "
-        )
-        if one.form.folds_exist:
-            caption += (
-                "|A| > 1: between the two folds a node and a saddle of four half periods, 2-2-2, "
-                "lie on the circle and lock it; outside, the circle attracts. Solid blue: the "
-                "folds, computed on the orbits themselves; dashed: their directions by theory."
-            )
-        else:
-            caption += (
-                "|A| < 1: no folds. A saddle of four half periods bounds what is attracted, on "
-                "all sides of the point; far from the Neimark-Sacker curve nothing near it "
-                "attracts, and motions leave for a 2-2-2 orbit farther out, which the first terms "
-                "do not describe."
-            )
+        name = f"1:{one.flow.order}"
         blocks += pictures.figure(
-            f"unfolding-{one.set}-{i}", f"Around a resonance 1:4 of set {one.set}", caption,
+            f"unfolding-{one.set}-{i}", f"Around a resonance {name} of set {one.set}",
+            _around(one),
             "Parameters around the resonance, and phase portraits predicted and simulated",
         )  # fmt: skip
     return blocks
+
+
+def _around(one: Unfolded) -> str:
+    """Return what the portraits around a resonance show."""
+    at, flow = one.point.parameters, one.flow
+    place = f"ω = {at['omega']:.6f}, half clearance {at['half_clearance']:.6f}, "
+    rings = " Colours: radius of the start. Rings: points of period {} by the normal form. "
+    if isinstance(flow, ThreeFlow) and flow.cubic.real > 0.0:
+        return f"{place}Re c\u2032 = {flow.cubic.real:.4f}: the circle repels." + rings.format(
+            "three"
+        )
+    if isinstance(flow, ThreeFlow):
+        return (
+            f"{place}Re c\u2032 = {flow.cubic.real:.4f}, negative: the circle attracts."
+            + rings.format("three")
+            + "They belong to a saddle of three half periods, 3-3-3, on all sides of the point: it "
+            "bounds what is attracted. Between the Neimark-Sacker curve and the dashed line, at "
+            "which the circle meets the saddle by theory, a circle attracts (2, 4); beyond, nothing "
+            "near the orbit does, and motions leave (3)."
+        )
+    said = f"{place}|A| = {abs(flow.form.scaled):.4f}." + rings.format("four")
+    if not flow.form.folds_exist:
+        return (
+            f"{said}|A| < 1: no folds. A saddle of four half periods bounds what is attracted, on "
+            "all sides of the point; far from the Neimark-Sacker curve nothing near it attracts, "
+            "and motions leave for a 2-2-2 orbit farther out, which the first terms do not "
+            "describe."
+        )
+    said += (
+        "|A| > 1: between the two folds a node and a saddle of four half periods, 2-2-2, lie on "
+        "the circle and lock it; outside, the circle attracts. Solid blue: the folds, computed on "
+        "the orbits themselves; dashed: their directions by theory."
+    )
+    numbers = [str(i) for i, s in enumerate(one.sectors, 1) if s.words == STABLE_BETWEEN]
+    if numbers:
+        said += (
+            f" One fold is on the stable side of the Neimark-Sacker curve: in ({', '.join(numbers)}) "
+            "the symmetric orbit and the node both attract, and the saddle divides their starts."
+        )
+    return said
 
 
 def _spectra(pictures: Pictures) -> list[Block]:

@@ -1,11 +1,8 @@
-"""The neighbourhood of a strong resonance 1:4: portraits predicted and simulated, sector by sector.
+"""The neighbourhood of a strong resonance 1:4 or 1:3: portraits predicted and simulated, sector by sector.
 
-Equation    z' = mu z - i c z |z|^2 - i d conj(z)^3, per iterate of H, in a frame that turns by i  (1)
-            mu = log(nu / i), nu the multiplier of the fixed point near i
-Method      theory: (1) by Runge-Kutta steps; simulation: every fourth iterate of the half map H,
-            started on the centre manifold and brought back to z by its second-order terms
-Assumes     mu is small: (1) is the first term of a series
-Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 9.5.4
+Method      theory: the flow of unfolding_flows.py by Runge-Kutta steps; simulation: every fourth or
+            third iterate of the half map H, started on the centre manifold and brought back to z
+            by its second-order terms
 """
 
 from __future__ import annotations
@@ -22,19 +19,21 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.switch_curve import switch_curve
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
-from vibroimpact.normal_forms.strong_resonance import OneToFour
+from vibroimpact.continuation import Steps
+from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
 from vibroimpact_papers.impact_damper.plan import Plan
 from vibroimpact_papers.impact_damper.resonances import AXES, orbit_at
+from vibroimpact_papers.impact_damper.unfolding_flows import Flow, Place, along, flow_at, solutions
 
-SIZE = 0.002  # |mu|
-NEAR = 0.018  # relative half-width of the window of both parameters
+REACH = 1.6  # half-width of the window of both parameters, in those of the sectors
 STEP = 1e-6  # relative, of differences in the parameters
-RADII = (0.12, 0.75, 1.6)  # of starts, in units of sqrt(|mu| / |c|)
-ANGLES = 4  # of starts on each radius, within a quarter turn
-TIMES = 6.0  # length of a trajectory in units of 1 / |mu|
+RADII = (0.12, 0.75, 1.6)  # of starts, in units of the flow
+ANGLES = 4  # of starts on each radius, within a quarter or a third of a turn
+FOLDS = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=200)  # for a picture
+BEYOND_WINDOW = 4.0  # fold curves are followed so many windows far
 PARTS = 500  # points of a trajectory
 BEYOND = 3.0  # a trajectory ends where |z| exceeds so many units
 
@@ -49,16 +48,16 @@ class Sector:
     half_clearance: float
     predicted: Complexes = field(repr=False)
     simulated: Complexes = field(repr=False)
-    period_four: Complexes = field(repr=False)
+    periodic: Complexes = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
 class Unfolded:
-    """A resonance 1:4 with its sectors and the fold curves that begin there."""
+    """A resonance with its sectors, and the fold curves that begin there."""
 
     set: str
     point: CodimensionTwoPoint
-    form: OneToFour
+    flow: Flow
     sectors: tuple[Sector, ...]
     folds: tuple[BifurcationCurve, ...] = field(repr=False)
 
@@ -66,43 +65,34 @@ class Unfolded:
 def unfolded(chosen: ParameterSet, point: CodimensionTwoPoint) -> Unfolded:
     """Return the portraits around a point. Cost: some seconds."""
     form = point.normal_form
-    assert isinstance(form, OneToFour)
+    assert isinstance(form, OneToFour | OneToThree)
+    flow = flow_at(form)
+    made = tuple(_sector(chosen, point, flow, place) for place in flow.places())
     folds: tuple[BifurcationCurve, ...] = ()
-    if form.folds_exist:
+    if isinstance(form, OneToFour) and form.folds_exist:
         at = [point.parameters[name] for name in AXES]
-        (a, b), (c, d) = [(v * (1.0 - NEAR), v * (1.0 + NEAR)) for v in at]
-        switched = switch_curve(point, ((a, b), (c, d)))
+        w, h = (BEYOND_WINDOW * half for half in reach(at, made))
+        bounds = (at[0] - w, at[0] + w), (at[1] - h, at[1] + h)
+        switched = switch_curve(point, bounds, steps=FOLDS)
         folds = switched if isinstance(switched, tuple) else ()
-    made = tuple(_sector(chosen, point, form, words, arg) for words, arg in sectors(form))
-    return Unfolded(chosen.name, point, form, made, folds)
+    return Unfolded(chosen.name, point, flow, made, folds)
 
 
-def sectors(form: OneToFour) -> list[tuple[str, float]]:
-    """Return the sectors with the argument of mu in the middle of each, in radians."""
-    if not form.folds_exist:
-        return [
-            ("fixed point stable", math.pi),
-            ("unstable, near the curve", 0.47 * math.pi),
-            ("unstable, far from it", 0.0),
-            ("unstable, near the curve", -0.47 * math.pi),
-        ]
-    low, high = sorted(cmath.phase(d) for d in form.fold_directions)
-    return [
-        ("fixed point stable", math.pi),
-        ("unstable, outside the folds", (high + math.pi / 2.0) / 2.0),
-        ("unstable, between the folds", (low + high) / 2.0),
-        ("unstable, outside the folds", (low - math.pi / 2.0) / 2.0),
-    ]
+def reach(at: Sequence[float], made: Sequence[Sector]) -> tuple[float, float]:
+    """Return the half-widths of the window around a point."""
+    away = np.abs(np.array([[s.omega, s.half_clearance] for s in made]) - at).max(axis=0)
+    return REACH * float(away[0]), REACH * float(away[1])
 
 
 def parameters_at(
-    chosen: ParameterSet, point: CodimensionTwoPoint, mu: complex
+    chosen: ParameterSet, start: Sequence[float], root: complex, mu: complex
 ) -> tuple[float, float]:
-    """Return omega and half_clearance at which log(nu / i) is mu, by Newton's method."""
-    a = np.array([point.parameters[name] for name in AXES])
+    """Return omega and half_clearance at which log(nu / root) is mu, by Newton's method."""
+    a = np.array(start)
     for _ in range(20):
-        here = mu_at(chosen, *a)
-        slopes = [(mu_at(chosen, *(a + step)) - here) / step.sum() for step in np.diag(STEP * a)]
+        here = mu_at(chosen, root, *a)
+        slopes = [(mu_at(chosen, root, *(a + step)) - here) / step.sum()
+                  for step in np.diag(STEP * a)]  # fmt: skip
         matrix = np.array([[s.real for s in slopes], [s.imag for s in slopes]])
         change = np.linalg.solve(matrix, [(mu - here).real, (mu - here).imag])
         a = a + change
@@ -111,37 +101,19 @@ def parameters_at(
     return float(a[0]), float(a[1])
 
 
-def mu_at(chosen: ParameterSet, omega: float, clearance: float) -> complex:
-    """Return log(nu / i) of the multiplier next to i."""
+def mu_at(chosen: ParameterSet, root: complex, omega: float, clearance: float) -> complex:
+    """Return log(nu / root) of the multiplier next to a root of one."""
     nus = orbit_at(chosen, omega, clearance).half_multipliers
-    return cmath.log(complex(nus[np.argmin(np.abs(nus - 1j))]) / 1j)
-
-
-def flow(form: OneToFour, mu: complex, z: Complexes, step: float, count: int) -> Complexes:
-    """Return solutions of (1) at multiples of a step, shape (starts, count)."""
-
-    def rate(w: Complexes) -> Complexes:
-        turned: Complexes = mu * w - 1j * form.c * w * np.abs(w) ** 2 - 1j * form.d * w.conj() ** 3
-        return turned
-
-    inner = 4
-    h = step / inner
-    rows = [z]
-    limit = BEYOND * math.sqrt(abs(mu) / abs(form.c))
-    for _ in range(count - 1):
-        w = rows[-1]
-        for _ in range(inner):
-            k1 = rate(w)
-            k2 = rate(w + h / 2.0 * k1)
-            k3 = rate(w + h / 2.0 * k2)
-            k4 = rate(w + h * k3)
-            w = w + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        rows.append(np.where(np.abs(w) < limit, w, np.nan))
-    return np.array(rows).T
+    return cmath.log(complex(nus[np.argmin(np.abs(nus - root))]) / root)
 
 
 def iterated(
-    form: OneToFour, orbit: SymmetricOrbit, z: complex, every: int, count: int, limit: float
+    form: OneToFour | OneToThree,
+    orbit: SymmetricOrbit,
+    z: complex,
+    every: int,
+    count: int,
+    limit: float,
 ) -> Complexes:
     """Return z of every so-many-th iterate of the half map from a start on the centre manifold."""
     at = orbit.state
@@ -162,7 +134,7 @@ def iterated(
     return found
 
 
-def coordinate_of(form: OneToFour, x: Floats) -> Complexes:
+def coordinate_of(form: OneToFour | OneToThree, x: Floats) -> Complexes:
     """Return z of displacements from the fixed point."""
     linear: Complexes = x @ form.p.conj()
     z = linear
@@ -173,22 +145,23 @@ def coordinate_of(form: OneToFour, x: Floats) -> Complexes:
 
 
 def _sector(
-    chosen: ParameterSet, point: CodimensionTwoPoint, form: OneToFour, words: str, argument: float
-) -> Sector:
-    mu = SIZE * cmath.exp(1j * argument)
-    omega, clearance = parameters_at(chosen, point, mu)
+    chosen: ParameterSet, point: CodimensionTwoPoint, flow: Flow, place: Place
+) -> Sector:  # fmt: skip
+    words, mu = place
+    start = [point.parameters[name] for name in AXES]
+    omega, clearance = parameters_at(chosen, start, flow.root, mu)
     orbit = orbit_at(chosen, omega, clearance)
-    unit = math.sqrt(abs(mu) / abs(form.c))
-    turn = np.exp(1j * math.pi / 2.0 * np.arange(4 * ANGLES) / ANGLES)
-    starts = np.concatenate([r * unit * turn for r in RADII])
-    every = 4 * max(1, round(TIMES / abs(mu) / PARTS / 4.0))
-    predicted = flow(form, mu, starts, float(every), PARTS)
-    quarter = [r * unit * turn[:ANGLES] for r in RADII]
-    runs = [iterated(form, orbit, complex(z), every, PARTS, BEYOND * unit)
-            for z in np.concatenate(quarter)]  # fmt: skip
-    # The half map commutes with no turn by i; the four points of an orbit are shown by turning it.
-    simulated = np.array([run * 1j**k for run in runs for k in range(4)])
-    return Sector(words, mu, omega, clearance, predicted, simulated, form.period_four(mu))
+    q, limit = flow.order, BEYOND * flow.unit
+    turn = np.exp(1j * (2.0 * math.pi / q) * np.arange(q * ANGLES) / ANGLES)
+    starts = np.concatenate([r * flow.unit * turn for r in RADII])
+    every = q * max(1, round(flow.length / flow.size / PARTS / q))
+    predicted = solutions(flow, mu, starts, float(every), PARTS, limit)
+    part = [r * flow.unit * turn[:ANGLES] for r in RADII]
+    runs = [iterated(flow.form, orbit, complex(z), every, PARTS, limit)
+            for z in np.concatenate(part)]  # fmt: skip
+    # The half map commutes with no turn by the root; the q points of an orbit are shown by turning it.
+    simulated = np.array([run * flow.root**k for run in runs for k in range(q)])
+    return Sector(words, mu, omega, clearance, predicted, simulated, flow.periodic(mu))
 
 
 # --- data -----------------------------------------------------------------------------------------
@@ -197,9 +170,10 @@ def _sector(
 def unfolding_data(one: Unfolded, number: int, chosen: ParameterSet, plan: Plan) -> xr.Dataset:
     """Return the portraits, and the curves in the window around the point."""
     at = np.array([one.point.parameters[name] for name in AXES])
-    lines = [_line(chosen, one.point, d) for d in one.form.fold_directions]
-    torus = [_line(chosen, one.point, 1j), _line(chosen, one.point, -1j)]  # mu imaginary: exact
-    folds = [_within(c.values, at) for c in one.folds]
+    flow = one.flow
+    lines = [_line(chosen, one, mus) for mus in flow.lines()]
+    torus = [_line(chosen, one, along(flow.size, d)) for d in (1j, -1j)]  # mu imaginary: exact
+    scaled = flow.form.scaled
     z = ("sector", "start", "time")
     return xr.Dataset(
         {
@@ -212,32 +186,26 @@ def unfolding_data(one: Unfolded, number: int, chosen: ParameterSet, plan: Plan)
             "predicted_imag": (z, _stacked([s.predicted.imag for s in one.sectors])),
             "simulated_real": (z, _stacked([s.simulated.real for s in one.sectors])),
             "simulated_imag": (z, _stacked([s.simulated.imag for s in one.sectors])),
-            "period_four_real": (("sector", "point"), _fours(one, "real")),
-            "period_four_imag": (("sector", "point"), _fours(one, "imag")),
+            "periodic_real": (("sector", "point"), _periodic(one, "real")),
+            "periodic_imag": (("sector", "point"), _periodic(one, "imag")),
             "torus": (("on_torus", "parameter"), _joined(torus)),
-            "folds": (("on_fold", "parameter"), _joined(folds)),
+            "folds": (("on_fold", "parameter"), _joined([c.values for c in one.folds])),
             "half_lines": (("on_line", "parameter"), _joined(lines)),
         },
         coords={"parameter": list(AXES)},
         attrs=attributes(f"unfolding-{one.set}-{number}", chosen, plan)
         | {"point_omega": float(at[0]), "point_half_clearance": float(at[1]),
-           "A_real": one.form.scaled.real, "A_imag": one.form.scaled.imag,
-           "unit": math.sqrt(SIZE / abs(one.form.c)), "size_of_mu": SIZE},
+           "resonance": f"1:{flow.order}", "scaled_real": scaled.real, "scaled_imag": scaled.imag,
+           "unit": flow.unit, "size_of_mu": flow.size},
     )  # fmt: skip
 
 
-def _line(chosen: ParameterSet, point: CodimensionTwoPoint, direction: complex) -> Floats:
-    """Return the parameters on the half-line of a direction of mu."""
-    sizes = 2.0 * SIZE * np.linspace(0.0, 1.0, 9)[1:]
-    start = [point.parameters[name] for name in AXES]
-    return np.array([start, *(parameters_at(chosen, point, s * direction) for s in sizes)])
-
-
-def _within(values: Floats, at: Floats) -> Floats:
-    """Return a curve with NaN where it is outside the window."""
-    inside = np.all(np.abs(values / at - 1.0) < NEAR, axis=1)
-    kept: Floats = np.where(inside[:, None], values, np.nan)
-    return kept
+def _line(chosen: ParameterSet, one: Unfolded, mus: Complexes) -> Floats:
+    """Return the parameters at values of mu, from the point on."""
+    rows = [tuple(one.point.parameters[name] for name in AXES)]
+    for mu in mus:
+        rows.append(parameters_at(chosen, rows[-1], one.flow.root, complex(mu)))
+    return np.array(rows)
 
 
 def _joined(parts: Sequence[Floats]) -> Floats:
@@ -250,9 +218,9 @@ def _stacked(parts: Sequence[Floats]) -> Floats:
     return np.array(parts, dtype=np.float32).astype(np.float64)
 
 
-def _fours(one: Unfolded, part: str) -> Floats:
-    """Return the points of period four of every sector, at most eight."""
+def _periodic(one: Unfolded, part: str) -> Floats:
+    """Return the points of period four or three of every sector, at most eight."""
     found = np.full((len(one.sectors), 8), np.nan)
     for row, sector in zip(found, one.sectors, strict=True):
-        row[: len(sector.period_four)] = getattr(sector.period_four, part)
+        row[: len(sector.periodic)] = getattr(sector.periodic, part)
     return found
