@@ -105,6 +105,10 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
     contact, motion = vi.Contact((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
     run = vi.simulate(damper, state, impacts=20)
+    relay = vi.HybridSystem(
+        modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
+        transitions=(vi.Transition("on", "top", "rising", "on"),),
+    )  # fmt: skip
     section = vi.impact_section(damper, state, points=5, settle=5)
     closed = vi.symmetric_orbits(damper)[0]
     orbit = vi.find_orbit(damper, closed)
@@ -185,8 +189,45 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "Friction": (
             vi.Friction,
             {"row": (1.0,), "kinetic": 0.1, "static": 0.2, "belt_speed": 1.0,
-             "belt_motion": motion},
+             "belt_motion": motion, "load": vi.NormalLoad(1.0)},
         ),
+        "NormalLoad": (
+            vi.NormalLoad,
+            {"constant": 1.0, "position": (1.0,), "velocity": (1.0,), "motion": motion},
+        ),
+        "PhaseSwitch": (
+            vi.PhaseSwitch,
+            {"omega": 1.0, "phases": (0.0, 1.0), "forces": ((1.0,), (0.0,)),
+             "impulses": ((0.0,), (1.0,))},
+        ),
+        "HybridSystem": (
+            vi.HybridSystem,
+            {"modes": relay.modes, "guards": relay.guards, "transitions": relay.transitions,
+             "omegas": (1.0,)},
+        ),
+        "LinearMode": (
+            lambda **mode: vi.HybridSystem(modes={"a": vi.LinearMode(**mode)}, guards={}),
+            {"matrix": [[1.0]], "constant": [1.0]},
+        ),
+        "LinearGuard": (
+            lambda **guard: vi.HybridSystem(
+                modes=relay.modes, guards={"top": vi.LinearGuard(**guard)}
+            ),
+            {"row": [1.0], "level": 1.0},
+        ),
+        "Transition": (
+            lambda **one: vi.HybridSystem(
+                modes=relay.modes, guards=relay.guards, transitions=(vi.Transition(**one),)
+            ),
+            {"mode": "on", "guard": "top", "direction": "rising", "to": "on", "matrix": [[1.0]],
+             "shift": [1.0]},
+        ),
+        "simulate_hybrid": (
+            vi.simulate_hybrid,
+            {"system": relay, "mode": "on", "state": [1.0], "phase": 0.0, "events": 9,
+             "t_max": 1.0},
+        ),
+        "HybridRun.at": (vi.simulate_hybrid(relay, "on", [1.0], t_max=1.0).at, {"t": 0.5}),
         "Harmonic": (vi.Harmonic, {"omega": 1.0, "sine": (1.0,), "cosine": (0.0,)}),
         "Mechanism": (
             vi.Mechanism,
@@ -489,7 +530,9 @@ NONSENSE = {
 NAMES = [
     "ImpactDamper", "ImpactDamper.from_physical", "ImpactDamper.on_stop", "ImpactOscillator",
     "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "Scales", "Contact", "RigidStop",
-    "SoftStop", "Friction", "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family",
+    "SoftStop", "Friction", "NormalLoad", "PhaseSwitch", "HybridSystem", "LinearMode",
+    "LinearGuard", "Transition", "simulate_hybrid", "HybridRun.at",
+    "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family",
     "ExplicitMap", "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised",
     "ExplicitMap.forms", "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian",
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",
@@ -510,7 +553,8 @@ NAMES = [
     "plot_basins", "plot_bifurcation_diagram", "plot_branch_multipliers", "plot_branches",
     "plot_circle_error", "plot_circle_half_width", "plot_circles", "plot_history",
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
-    "plot_tongue", "save", "observe.{kind.__name__}",
+    "plot_tongue", "save",
+    *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
 ]  # fmt: skip
 
 

@@ -23,9 +23,10 @@ GROUPS = {
     "Systems": [
         *("ImpactDamper", "ImpactOscillator", "Scales"),
         *("Mechanism", "RigidStop", "Contact", "SoftStop", "SoftStopState"),
-        *("Friction", "FrictionState", "Harmonic", "State"),
+        *("Friction", "FrictionState", "NormalLoad", "PhaseSwitch", "Harmonic", "State"),
+        *("HybridSystem", "LinearMode", "LinearGuard", "Transition"),
     ],
-    "Simulation": ["simulate", "Run", "RunEnd", "Status"],
+    "Simulation": ["simulate", "Run", "RunEnd", "Status", "simulate_hybrid", "HybridRun"],
     "Sections and following": [
         *(
             "impact_section",

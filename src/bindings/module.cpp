@@ -30,9 +30,10 @@ using binding::to_numpy;
 
 binding::system_data read_system(bool mixed, int dimension, int degrees, numbers omegas,
                                  numbers kappas, double step, const nb::list& laws,
-                                 const std::vector<std::tuple<int, bool>>& elements) {
+                                 const std::vector<std::tuple<int, bool>>& elements, bool given) {
     binding::system_data data{dimension, degrees, mixed, std::move(omegas), std::move(kappas), step,
                               {},        {},      {}};
+    data.given = given;
     for (const auto& [states, soft] : elements) {
         data.states.push_back(states);
         data.soft.push_back(soft);
@@ -57,10 +58,10 @@ class kernel_system {
 public:
     kernel_system(bool dense, bool mixed, int dimension, int degrees, numbers omegas,
                   numbers kappas, double step, const nb::list& laws,
-                  const std::vector<std::tuple<int, bool>>& elements)
+                  const std::vector<std::tuple<int, bool>>& elements, bool given)
         : step_(step) {
         const auto data = read_system(mixed, dimension, degrees, std::move(omegas),
-                                      std::move(kappas), step, laws, elements);
+                                      std::move(kappas), step, laws, elements, given);
         const bool small =
             !mixed && dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
         system_ = dense   ? binding::make_dense(data)
@@ -111,11 +112,14 @@ public:
                 {std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), std::get<4>(t)});
         }
         for (nb::handle watch : watches) {
-            const auto t = nb::cast<std::tuple<numbers, double, double, double, int, bool>>(watch);
+            const auto t =
+                nb::cast<std::tuple<numbers, double, double, double, int, bool, int, int>>(watch);
             data.watches.push_back(
                 {{std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t), 0},
                  std::get<4>(t),
-                 std::get<5>(t)});
+                 std::get<5>(t),
+                 std::get<6>(t),
+                 std::get<7>(t)});
         }
         system_->add_mode(data);
     }
@@ -128,6 +132,10 @@ public:
         out["gap_upper"] = s.gap_upper;
         out["eps"] = s.eps;
         return out;
+    }
+
+    int add_reset(const array& matrix, const numbers& shift) {
+        return system_->add_reset(numbers_of(matrix), shift);
     }
 
     int settle(binding::position& at) const { return system_->settle(at); }
@@ -255,25 +263,25 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
         .def_ro("touching", &binding::position::touching)
         .def_ro("rate", &binding::position::rate)
         .def_ro("y", &binding::position::y)
-        .def_ro("mode", &binding::position::mode)
-        .def_ro("states", &binding::position::states);
+        .def_rw("mode", &binding::position::mode)
+        .def_rw("states", &binding::position::states);
     // Signatures are written out for the type stub; arrays are C-contiguous float64.
     nb::class_<kernel_system>(m, "System")
         .def(
             nb::init<bool, bool, int, int, numbers, numbers, double, const nb::list&,
-                     const std::vector<std::tuple<int, bool>>&>(),
+                     const std::vector<std::tuple<int, bool>>&, bool>(),
             "dense"_a, "mixed"_a, "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a,
-            "laws"_a, "elements"_a,
+            "laws"_a, "elements"_a, "given"_a,
             nb::sig("def __init__(self, *, dense: bool, mixed: bool, dimension: int, degrees: int, "
                     "omegas: list[float], kappas: list[float], step: float, "
                     "laws: list[tuple[list[float], list[float], list[float], float, float]], "
-                    "elements: list[tuple[int, bool]]) "
+                    "elements: list[tuple[int, bool]], given: bool) "
                     "-> None"))
         .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "watches"_a,
              "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a, "shift"_a,
              nb::sig("def add_mode(self, *, code: int, flow: dict[str, object], "
                      "guards: list[tuple[list[float], float, float, float, int]], "
-                     "watches: list[tuple[list[float], float, float, float, int, bool]], "
+                     "watches: list[tuple[list[float], float, float, float, int, bool, int, int]], "
                      "to_x: numpy.typing.NDArray[numpy.float64], to_v: "
                      "numpy.typing.NDArray[numpy.float64], "
                      "offset: list[float], from_x: numpy.typing.NDArray[numpy.float64], "
@@ -282,6 +290,9 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
         .def("start", &kernel_system::start, "x"_a, "v"_a, "phases"_a,
              nb::sig("def start(self, x: list[float], v: list[float], phases: list[float]) "
                      "-> dict[str, typing.Any]"))
+        .def("add_reset", &kernel_system::add_reset, "matrix"_a, "shift"_a,
+             nb::sig("def add_reset(self, *, matrix: numpy.typing.NDArray[numpy.float64], "
+                     "shift: list[float]) -> int"))
         .def("settle", &kernel_system::settle, "at"_a,
              nb::sig("def settle(self, at: Position) -> int"))
         .def("simulate", &kernel_system::simulate, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,

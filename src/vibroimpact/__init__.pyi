@@ -53,9 +53,15 @@ from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOsc
 from vibroimpact.machines.machine import Scales as Scales
 from vibroimpact.model.elements import Friction as Friction
 from vibroimpact.model.elements import FrictionState as FrictionState
+from vibroimpact.model.elements import NormalLoad as NormalLoad
+from vibroimpact.model.elements import PhaseSwitch as PhaseSwitch
 from vibroimpact.model.elements import SoftStop as SoftStop
 from vibroimpact.model.elements import SoftStopState as SoftStopState
 from vibroimpact.model.harmonic import Harmonic as Harmonic
+from vibroimpact.model.hybrid_system import HybridSystem as HybridSystem
+from vibroimpact.model.hybrid_system import LinearGuard as LinearGuard
+from vibroimpact.model.hybrid_system import LinearMode as LinearMode
+from vibroimpact.model.hybrid_system import Transition as Transition
 from vibroimpact.model.mechanism import Contact as Contact
 from vibroimpact.model.mechanism import Mechanism as Mechanism
 from vibroimpact.model.mechanism import RigidStop as RigidStop
@@ -74,6 +80,8 @@ from vibroimpact.orbits.search import find_orbits as find_orbits
 from vibroimpact.orbits.search_result import OrbitSearch as OrbitSearch
 from vibroimpact.simulation.derivatives import MapDerivative as MapDerivative
 from vibroimpact.simulation.derivatives import map_derivative as map_derivative
+from vibroimpact.simulation.hybrid_run import HybridRun as HybridRun
+from vibroimpact.simulation.hybrid_run import simulate_hybrid as simulate_hybrid
 from vibroimpact.simulation.lyapunov import LyapunovEstimate as LyapunovEstimate
 from vibroimpact.simulation.lyapunov import lyapunov_exponent as lyapunov_exponent
 from vibroimpact.simulation.lyapunov_spectrum import LyapunovSpectrum as LyapunovSpectrum

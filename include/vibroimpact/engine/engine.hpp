@@ -30,6 +30,17 @@ template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
            bool may_pause, int earlier) {
+    if constexpr (Flow::shape_type::max_watches > 0)
+        if (const int due = at.elements.due; due != 0) {
+            landing<T, typename Flow::shape_type> end{flight_end::contact,
+                                                      system.contacts() + (due > 0 ? due : -due) -
+                                                          1,
+                                                      due > 0 ? 1 : -1,
+                                                      T(0.0),
+                                                      T(0.0),
+                                                      at.y};
+            return cross_guard(system, at, end);
+        }
     const int struck = approached(at, system.contacts());
     if (struck >= 0) return impact_at_once(system, at, struck);
     event<T, typename Flow::shape_type> e;
@@ -57,16 +68,17 @@ VI_HD inline int settle_after(const hybrid<Flow>& system,
         const auto states = settle_elements(system, at);
         if (states.what == decision::missing) return states.code;
         if (states.what == decision::undecided) e.what = status::undecided;
-        const int element = e.contact - system.contacts();
-        if (e.what == status::change && before == at.elements.code) e.what = status::grazing;
-        if (e.what == status::change && states.what == decision::non_unique)
-            e.what = status::non_unique;
-        if (e.what == status::change && system.elements.soft[element]) {
-            const int state = state_in_code(at.elements.code, element);
-            if (state_in_code(before, element) == 0 && (state == 1 || state == 2)) {
-                e.what = status::engage;
-                e.side = state == 1 ? 1 : -1;
-            }
+        if (system.elements.given) return 0;
+        if (e.what != status::change) return stay_closed(system, at);
+        if (before == at.elements.code) e.what = status::grazing;
+        if (states.what == decision::non_unique) e.what = status::non_unique;
+        for (int i = 0; i < system.elements.count && e.what == status::change; ++i) {
+            const int state = state_in_code(at.elements.code, i);
+            if (!system.elements.soft[i] || state_in_code(before, i) != 0) continue;
+            if (state != 1 && state != 2) continue;
+            e.what = status::engage; // whichever watch was found first
+            e.contact = system.contacts() + i;
+            e.side = state == 1 ? 1 : -1;
         }
     }
     return stay_closed(system, at);

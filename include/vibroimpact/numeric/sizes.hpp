@@ -26,7 +26,7 @@ struct shape {
     static constexpr bool exact = Exact;
     static constexpr bool mixed = Mixed; // of an exact one
     static constexpr int max_elements = Elements;
-    static constexpr int max_watches = 2 * Elements; // guards of elements in a mode
+    static constexpr int max_watches = 3 * Elements; // guards of elements in a mode
 };
 template <int Dimension, int Lines, int Contacts, bool Mixed = false>
 using fixed = shape<Dimension, Lines, Contacts, true, Mixed>;

@@ -43,6 +43,8 @@ template <int Watches>
 struct element_states {
     int code = 0;
     bool settled = false; // decided since the last event
+    int due =
+        0; // a watch whose limit is crossed at once: its number and 1, with the sign of the side
     int zeros[Watches] = {};
     double offset[Watches] = {};
 };

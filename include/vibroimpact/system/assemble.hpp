@@ -26,6 +26,7 @@ struct watch_numbers {
     guard_numbers guard;
     int element;
     bool held;
+    int reset = -1, target = -1;
 };
 struct law_numbers {
     const double *impulse, *mobility, *shift;
@@ -83,6 +84,8 @@ VI_HD inline void add_watch(Mode& m, const watch_numbers& from) {
         set_guard(to.row, from.guard, m.flow);
         to.element = from.element;
         to.held = from.held;
+        to.reset = from.reset;
+        to.target = from.target;
         m.watched.constrained = m.watched.constrained || from.held;
     }
 }

@@ -36,6 +36,8 @@ struct watch {
     guard<R, Dimension, Orders> row;
     int element;
     bool held;
+    int reset = -1;  // which map y takes where the limit is reached; -1: none
+    int target = -1; // code of the mode that follows; -1: decided by transition/elements.hpp
 };
 template <class R, int Dimension, int Orders, int Most>
 struct watches {
@@ -117,6 +119,7 @@ struct gap_terms {
 inline constexpr int radix = 5; // states of an element, at most
 template <int Most>
 struct element_table {
+    bool given = false; // the mode that follows is given by the watch: a hybrid system as data
     int count = 0;
     int states[Most] = {}; // which it has: bit s for state s
     bool soft[Most] = {};  // leaving state 0 is an impact, at the upper (1) or lower (2) stop
@@ -124,6 +127,7 @@ struct element_table {
 template <>
 struct element_table<0> {
     static constexpr int count = 0;
+    static constexpr bool given = false;
 };
 
 template <class Flow>
@@ -136,7 +140,8 @@ struct hybrid : sizes<typename Flow::shape_type> {
     const mode_type* modes;    // modes[0] is free
     const map_type* from_free; // from_free[m]: free coordinates to those of mode m
     const map_type* to_free;
-    const int* codes; // codes[m]: which contacts mode m holds closed
+    const map_type* resets = nullptr; // of watches
+    const int* codes;                 // codes[m]: which contacts mode m holds closed
     int mode_count;
     contact_law<double, max_dimension, max_contacts> laws[max_contacts];
     gap_terms<max_dimension> terms[max_contacts];

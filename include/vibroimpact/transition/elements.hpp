@@ -26,7 +26,7 @@ namespace vi {
 
 enum class decision { kept, changed, non_unique, undecided, missing };
 
-struct settled_states {
+struct decided_states {
     decision what;
     int code = 0; // of the mode that is missing
 };
@@ -205,7 +205,7 @@ VI_HD inline bool law_decides(const hybrid<Flow>& system, int taken, int other) 
 }
 
 template <class Flow>
-VI_HD inline settled_states decide_states(const hybrid<Flow>& system,
+VI_HD inline decided_states decide_states(const hybrid<Flow>& system,
                                           const vec<double, Flow::max_dimension>& y, int closed,
                                           element_states<Flow::shape_type::max_watches>& to) {
     const int n = system.dimension(), sets = system.closed_sets();
@@ -243,17 +243,47 @@ VI_HD inline settled_states decide_states(const hybrid<Flow>& system,
     return {decision::undecided};
 }
 
+// A hybrid system as data is in the mode that the last watch gave: where the flight starts on limits, and
+// which of them it crosses at once.
+template <class T, class Flow>
+VI_HD inline decided_states enter_given(const hybrid<Flow>& system,
+                                        trajectory<T, typename Flow::shape_type>& at) {
+    const auto& m = system.modes[at.mode];
+    const auto y = plain_state(at.y, system.dimension());
+    double largest = 0.0;
+    for (int i = 0; i < system.dimension(); ++i)
+        largest = max(largest, abs(y[i]));
+    auto& to = at.elements;
+    to.settled = true;
+    to.due = 0;
+    for (int j = 0; j < m.watched.count; ++j) {
+        to.zeros[j] = 0;
+        to.offset[j] = 0.0;
+        for (int side = -1; side <= 1; side += 2) {
+            const auto& row = m.watched.at[j].row;
+            if (!(abs(side > 0 ? row.upper : row.lower) < 0x1p1000)) continue;
+            const auto stands = standing_at(row, side, y, largest, m.flow);
+            if (!stands.inside && to.due == 0) to.due = side * (j + 1);
+            if (stands.zeros == 0) continue;
+            to.zeros[j] = side * stands.zeros;
+            to.offset[j] = stands.margin;
+        }
+    }
+    return {decision::kept};
+}
+
 } // namespace detail
 
 // Decide the states of all elements from where the motion is; the trajectory may be in a mode with closed
 // contacts, which stays. Not where nothing has happened since it was done.
 template <class T, class Flow>
-VI_HD inline settled_states settle_elements(const hybrid<Flow>& system,
+VI_HD inline decided_states settle_elements(const hybrid<Flow>& system,
                                             trajectory<T, typename Flow::shape_type>& at) {
     if constexpr (Flow::shape_type::max_elements == 0) {
         return {decision::kept};
     } else {
         if (at.elements.settled) return {decision::kept};
+        if (system.elements.given) return detail::enter_given(system, at);
         const int n = system.dimension(), sets = system.closed_sets();
         const int before = at.elements.code;
         const bool open = system.is_open(at.mode);

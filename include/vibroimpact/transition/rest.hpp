@@ -121,9 +121,10 @@ VI_HD inline bool states_last(const hybrid<Flow>& system, const State& at, doubl
     if constexpr (Flow::shape_type::max_watches > 0) {
         const auto& mode = system.modes[at.mode];
         for (int j = 0; j < mode.watched.count; ++j) {
-            const auto& [g, element, held] = mode.watched.at[j];
+            const auto& w = mode.watched.at[j];
+            const auto& g = w.row;
             const auto u = derivatives<taylor_order>(g, at.y, system.dimension());
-            if (!held && !(min(g.upper - u.d[0], u.d[0] - g.lower) > change_bound(u, t)))
+            if (!w.held && !(min(g.upper - u.d[0], u.d[0] - g.lower) > change_bound(u, t)))
                 return false;
         }
     }

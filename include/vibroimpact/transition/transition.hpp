@@ -85,6 +85,15 @@ VI_HD inline event<double, Shape> values(const event<T, Shape>& e, int n) {
             values_of(e.before, n)};
 }
 
+// Rate of a touching contact from y, zero where it is rounding; free coordinates.
+template <class T, class Flow>
+VI_HD inline void set_rate(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+                           int i) {
+    at.rate[i] =
+        -at.touching[i] * guard_value(system.modes[0].guards[i], 1, at.y, system.dimension());
+    if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at.y, i, 1)) at.rate[i] = T(0.0);
+}
+
 // Which other stops are reached within rounding at the moment of an event, or not left yet.
 template <class T, class Flow>
 VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
@@ -99,10 +108,8 @@ VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
         const double side = side_within(g, u, terms_of(system, at.y, i, 0));
         if (side == 0.0) continue;
         at.touching[i] = side;
-        at.rate[i] = -side * guard_value(g, 1, at.y, n);
         at.flat[i] = 0.0;
-        if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at.y, i, 1))
-            at.rate[i] = T(0.0);
+        set_rate(system, at, i);
     }
 }
 
@@ -195,7 +202,7 @@ end_without_transition(const hybrid<Flow>& system, trajectory<T, typename Flow::
         if (!(held && plain(at.flat[i]) < 0.0)) at.flat[i] = 0.0; // closed without force it stays
     }
     if constexpr (Flow::shape_type::max_watches > 0)
-        if (plain(end.duration) > 0.0) at.elements = {at.elements.code, true};
+        if (plain(end.duration) > 0.0) at.elements = {at.elements.code, true, 0};
     return plain_event<T, typename Flow::shape_type>(status_of(end.end), end.contact, end.side,
                                                      end.duration, in_free_coordinates(system, at));
 }
@@ -218,15 +225,28 @@ VI_HD inline event<T, typename Flow::shape_type>
 reach_watch(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
             const landing<T, typename Flow::shape_type>& end) {
     at.flat = {};
-    touch_held(system, at, at.held);
-    touch_neighbours(system, at, end.contact);
-    int element = end.contact;
-    if constexpr (Flow::shape_type::max_watches > 0)
-        element = system.contacts() +
-                  system.modes[at.mode].watched.at[end.contact - system.contacts()].element;
     const status what = end.end == flight_end::grazing ? status::grazing : status::change;
-    auto e = plain_event<T, typename Flow::shape_type>(what, element, end.side, end.duration, at.y);
+    auto e =
+        plain_event<T, typename Flow::shape_type>(what, end.contact, end.side, end.duration, at.y);
     e.rate_before = e.rate_after = end.rate;
+    if constexpr (Flow::shape_type::max_watches > 0) {
+        const auto& w = system.modes[at.mode].watched.at[end.contact - system.contacts()];
+        e.contact = system.contacts() + w.element;
+        const bool crossed = what == status::change;
+        if (crossed && w.reset >= 0) {
+            at.y = system.resets[w.reset](at.y, system.dimension());
+            touch_held(system, at, at.held);
+            for (int i = 0; i < system.contacts();
+                 ++i) // those at rest may be thrown off, or pressed
+                if (at.touching[i] != 0.0) set_rate(system, at, i);
+        }
+        if (crossed && w.target >= 0) {
+            at.elements.code = w.target;
+            at.mode = system.find_mode(w.target);
+        }
+        if (!crossed || w.reset < 0) touch_held(system, at, at.held);
+        touch_neighbours(system, at, end.contact);
+    }
     return e;
 }
 

@@ -28,6 +28,7 @@ public:
         hybrid_.contacts_ = static_cast<int>(data.contacts.size());
         hybrid_.mixed_ = data.mixed;
         if constexpr (Shape::max_elements > 0) {
+            hybrid_.elements.given = data.given;
             hybrid_.elements.count = static_cast<int>(data.states.size());
             std::copy(data.states.begin(), data.states.end(), hybrid_.elements.states);
             std::copy(data.soft.begin(), data.soft.end(), hybrid_.elements.soft);
@@ -59,6 +60,17 @@ public:
         hybrid_.from_free = from_free_.data();
         hybrid_.to_free = to_free_.data();
         hybrid_.mode_count = m + 1;
+    }
+
+    int add_reset(const numbers& matrix, const numbers& shift) {
+        map_type map{};
+        for (int i = 0; i < n_; ++i) {
+            std::copy_n(matrix.begin() + static_cast<std::ptrdiff_t>(i) * n_, n_, map.matrix[i].x);
+            map.shift[i] = shift[i];
+        }
+        resets_.push_back(map);
+        hybrid_.resets = resets_.data();
+        return static_cast<int>(resets_.size()) - 1;
     }
 
     // A start in the free mode; seeds are columns of (dx, dv, dtheta), of which jets carry those
@@ -102,12 +114,14 @@ private:
         for (const auto& w : data.watches)
             vi::add_watch(m, {{w.guard.row.data(), w.guard.gain, w.guard.lower, w.guard.upper, 0},
                               w.element,
-                              w.held});
+                              w.held,
+                              w.reset,
+                              w.target});
         vi::prepare_search(m, data.code == 0);
         return m;
     }
 
-    std::vector<map_type> from_free_, to_free_;
+    std::vector<map_type> from_free_, to_free_, resets_;
     std::vector<int> codes_;
 };
 

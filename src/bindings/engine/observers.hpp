@@ -10,6 +10,8 @@ template <class Shape>
 struct recorder {
     const physical_maps& physical;
     int n, lines;
+    int mode;     // whose coordinates the state before the event has
+    bool follows; // whether that is the one of the flight: velocities without mass are its own
     record out{};
 
     bool see(const vi::event<double, Shape>& e, const vi::trajectory<double, Shape>& at,
@@ -23,8 +25,9 @@ struct recorder {
         out.rate_before.push_back(e.rate_before);
         out.rate_after.push_back(e.rate_after);
         out.y.insert(out.y.end(), at.y.x, at.y.x + n);
-        physical.append(out.before, 0, e.before);
+        physical.append(out.before, mode, e.before);
         physical.append(out.after, at.mode, at.y);
+        if (follows) mode = at.mode;
         for (int l = 0; l < lines; ++l)
             out.phase.push_back(vi::phase_of(physical[0], l, at.y, n));
         return true;

@@ -24,6 +24,7 @@ struct watch_data {
     guard_data guard;
     int element;
     bool held;
+    int reset, target; // -1: none
 };
 
 // Row-major matrices; see hybrid.py for what they mean.
@@ -46,6 +47,7 @@ struct system_data {
     std::vector<contact_data> contacts;
     std::vector<int> states; // which each element has, as bits
     std::vector<bool> soft;  // which elements are soft stops
+    bool given = false;      // whether watches give the mode that follows
 };
 
 // A trajectory as plain numbers, so that a run can be continued.
@@ -56,6 +58,7 @@ struct position {
     double high = 0.0, low = 0.0; // clock
     int states = 0;               // code of the states of elements, and what belongs to it
     bool settled = false;
+    int due = 0;
     std::vector<int> zeros{};
     numbers offset{};
 };
@@ -103,6 +106,8 @@ class system {
 public:
     virtual ~system() = default;
     virtual void add_mode(const mode_data& data) = 0;
+    // A map y -> matrix y + shift that watches name by its number, row-major. Returns the number.
+    virtual int add_reset(const numbers& matrix, const numbers& shift) = 0;
     virtual start_result start(const start_data& data) const = 0;
     // Decide the states of elements: 0, the code of a mode that this takes, or -1 where none can last.
     virtual int settle(position& at) const = 0;

@@ -23,6 +23,10 @@ public:
 
     void add_mode(const mode_data& data) override { compiled::add_mode(data); }
 
+    int add_reset(const numbers& matrix, const numbers& shift) override {
+        return compiled::add_reset(matrix, shift);
+    }
+
     start_result start(const start_data& data) const override {
         const auto at = this->template begin<double>(data);
         start_result out;
@@ -46,7 +50,8 @@ public:
     }
 
     record simulate(position& from, const limits_data& limit) const override {
-        recorder<Shape> see{physical_, n_, lines_};
+        const bool follows = hybrid_.elements.count > 0;
+        recorder<Shape> see{physical_, n_, lines_, follows ? from.mode : 0, follows};
         const auto end = go_on(from, limit, see);
         see.out.why = static_cast<int>(end.why);
         see.out.code = end.code;
@@ -206,6 +211,7 @@ private:
         if constexpr (Shape::max_elements > 0) {
             out.states = at.elements.code;
             out.settled = at.elements.settled;
+            out.due = at.elements.due;
             out.zeros.assign(at.elements.zeros, at.elements.zeros + Shape::max_watches);
             out.offset.assign(at.elements.offset, at.elements.offset + Shape::max_watches);
         }
@@ -220,6 +226,7 @@ private:
         if constexpr (Shape::max_elements > 0) {
             out.elements.code = p.states;
             out.elements.settled = p.settled;
+            out.elements.due = p.due;
             std::copy(p.zeros.begin(), p.zeros.end(), out.elements.zeros);
             std::copy(p.offset.begin(), p.offset.end(), out.elements.offset);
         }

@@ -118,6 +118,22 @@ def solve_definite(a: Matrix, b: Matrix) -> Matrix:
     return solve_upper(low, solve_lower(low, b))
 
 
+def solve_regular(a: Matrix, b: Matrix) -> Matrix:
+    """A^-1 B by elimination without pivoting, for A whose symmetric part is definite."""
+    rows = [[*x, *y] for x, y in zip(a, b, strict=True)]
+    n = len(a)
+    for i in range(n):
+        for j in range(i + 1, n):
+            factor = rows[j][i] / rows[i][i]
+            rows[j] = [y - factor * x for x, y in zip(rows[i], rows[j], strict=True)]
+    for i in reversed(range(n)):
+        rows[i] = [x / rows[i][i] for x in rows[i]]
+        for j in range(i):
+            factor = rows[j][i]
+            rows[j] = [y - factor * x for x, y in zip(rows[i], rows[j], strict=True)]
+    return [row[n:] for row in rows]
+
+
 def symmetric_eigenvectors(a: Matrix, sweeps: int = 60) -> Matrix:
     """Orthogonal V with V^T A V diagonal, by cyclic Jacobi rotations in fixed order.
 

@@ -89,6 +89,11 @@ class Hybrid:
         return [code_of(closed) for closed in ((), *self.closed)]
 
     @property
+    def resets(self) -> list[tuple[Matrix, Vector]]:
+        """No element has impulses of its own."""
+        return []
+
+    @property
     def elements(self) -> list[tuple[int, bool]]:
         """No element has states of its own."""
         return []
@@ -265,7 +270,10 @@ class Compiled:
             step=h.step,
             laws=h.laws(),
             elements=h.elements,
+            given=False,
         )
+        for matrix, shift in h.resets:
+            self.kernel.add_reset(matrix=np.array(matrix), shift=shift)
         self.codes = list[int]()
         for code in h.codes:
             self._add_mode(code)

@@ -13,7 +13,8 @@ STEP_BITS = 20  # binary digits of the step of the march, so that multiples of i
 SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
 
 Guard = tuple[Vector, float, float, float, int]  # row, gain, lower, upper, side closed
-Watch = tuple[Vector, float, float, float, int, bool]  # row, gain, lower, upper, element, held
+# row, gain, lower, upper, element, held, number of a reset and code of the next mode (-1: none)
+Watch = tuple[Vector, float, float, float, int, bool, int, int]
 
 
 def code_of(closed: Closed) -> int:

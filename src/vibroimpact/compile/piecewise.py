@@ -15,6 +15,9 @@ so that a change of state leaves y as it is; a mode with constraints is entered 
 
     v <- v - M^-1 R^T (R M^-1 R^T)^-1 (R v - s)                                              (3)
 
+Coordinates z without mass have no velocity among y: their equations of (1) give v_z as rows, which
+are put in wherever v_z stands; the unused entry of y is 1, for the constant part of v_z (4).
+
 (theory.md, "Elements").
 """
 
@@ -28,6 +31,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact._core.scalars import greatest, is_infinite, rounded_down, square_root
+from vibroimpact._kernel import sincos
 from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
 from vibroimpact.compile.modes import (
     FASTEST,
@@ -39,7 +43,13 @@ from vibroimpact.compile.modes import (
     closed_from_code,
 )
 from vibroimpact.compile.reduction import Closed
-from vibroimpact.model.elements import Friction, FrictionState, SoftStop, SoftStopState
+from vibroimpact.model.elements import (
+    Friction,
+    FrictionState,
+    PhaseSwitch,
+    SoftStop,
+    SoftStopState,
+)
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
 
@@ -48,6 +58,7 @@ SIDES = {
     SoftStopState.UPPER: 1, SoftStopState.LOWER: -1,
     SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
 }  # fmt: skip
+Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
 PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
 
 
@@ -72,6 +83,7 @@ class Forces:
     pull: Matrix
     constraints: list[Constraint]
     multipliers: Matrix  # (2), rows on (y, 1)
+    light: Matrix  # (4): v / scale of each coordinate without mass, rows on (y, 1)
 
 
 class Piecewise:
@@ -83,6 +95,9 @@ class Piecewise:
         self.mechanism = m = mechanism
         self.lines, self.degrees = len(m.forces), m.degrees
         self.size = 2 * (self.degrees + self.lines)
+        self.light = m.massless
+        self.heavy = [i for i in range(self.degrees) if i not in self.light]
+        self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
         self.rate = self._rate()
@@ -94,7 +109,8 @@ class Piecewise:
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.codes = [0]
-        self.free = self._coordinates(Forces([], [], []))
+        self.free = self._coordinates(Forces([], [], [], []))
+        self.resets = self._resets()
         self.elements = [
             (sum(1 << s for s in e.states), isinstance(e, SoftStop)) for e in m.elements
         ]
@@ -113,9 +129,17 @@ class Piecewise:
                     continue
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
-        norms = [linear.row_sum_norm(linear.solve_definite(m.mass, a)) for a in (stiff, damp)]
+        norms = [linear.row_sum_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
         return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
+
+    def _accelerations(self, forces: Matrix) -> Matrix:
+        """M^-1 of rows of forces; zero for coordinates without mass."""
+        solved = linear.solve_definite(self.mass, [forces[i] for i in self.heavy])
+        out = linear.zeros(self.degrees, len(forces[0]))
+        for i, row in zip(self.heavy, solved, strict=True):
+            out[i] = row
+        return out
 
     def mode(self, code: int) -> Mode:
         """Compile the mode with this code."""
@@ -127,6 +151,18 @@ class Piecewise:
             code, self._coordinates(forces), self._guards(closed, forces),
             self._watches(states, forces, len(closed)),
         )  # fmt: skip
+
+    def _resets(self) -> list[tuple[Matrix, Vector]]:
+        """Maps of y that watches name by their number: the impulses of phase switches."""
+        out = []
+        for e in self.mechanism.elements:
+            for impulse in e.impulses if isinstance(e, PhaseSwitch) else ():
+                change = self._accelerations([[x] for x in impulse])
+                shift = [0.0] * self.size
+                for i, (x,) in enumerate(change):
+                    shift[2 * i + 1] = x / self.scale
+                out.append((linear.identity(self.size), shift))
+        return out
 
     # ---- rows on (y, 1) --------------------------------------------------------------------------
 
@@ -170,6 +206,21 @@ class Piecewise:
         out[-1] = out[-1] - side * (k * limit)
         return out
 
+    def _load(self, e: Friction) -> Vector:
+        """Row of the normal load; 1 where it is in the levels."""
+        if e.load is None:
+            return [*[0.0] * self.size, 1.0]
+        out = self._waves(self._motion(e.load.motion))
+        out = _sum(out, self._position(e.load.position))
+        out = _sum(out, self._velocity(e.load.velocity))
+        out[-1] = e.load.constant
+        return out
+
+    def _from_phase(self, e: PhaseSwitch, phase: float) -> Vector:
+        """Row of sin(theta - phase)."""
+        sine, cosine = sincos(phase)
+        return self._waves(self._motion((Harmonic(e.omega, (cosine,), (-sine,)),)))
+
     def _slip(self, e: Friction) -> Vector:
         out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
         out[-1] = out[-1] - e.belt_speed
@@ -198,21 +249,43 @@ class Piecewise:
                 if state in PRESSED:
                     side = SIDES[SoftStopState(state)]
                     _add_force(pull, e.row, self._press(e, side), -side)
+            elif isinstance(e, PhaseSwitch):
+                for i, x in enumerate(e.forces[e.arcs[state][2]]):
+                    pull[i][-1] = pull[i][-1] + x
             elif state == FrictionState.STICK:
                 speed = self._motion(e.belt_motion)
                 speed[-1] = e.belt_speed
                 constraints.append(Constraint(list(e.row), speed, self._motion(e.belt_motion, 1)))
-            else:
-                kinetic = [0.0] * self.size + [e.kinetic]
+            elif state != FrictionState.LIFTED:
+                kinetic = [e.kinetic * x for x in self._load(e)]
                 _add_force(pull, e.row, kinetic, -1 if state == FrictionState.FORWARD else 1)
-        return Forces(pull, constraints, self._multipliers(pull, constraints))
+        light = self._light_speeds(pull)
+        pull = [self._put_in(row, light) for row in pull]
+        return Forces(pull, constraints, self._multipliers(pull, constraints), light)
+
+    def _light_speeds(self, pull: Matrix) -> Matrix:
+        """(4): speeds at which no force is left on coordinates without mass."""
+        slots = [2 * i + 1 for i in self.light]
+        if not slots:
+            return []
+        own = [[-pull[i][j] for j in slots] for i in self.light]
+        rest = [[0.0 if j in slots else x for j, x in enumerate(pull[i])] for i in self.light]
+        return linear.solve_regular(own, rest)
+
+    def _put_in(self, row: Vector, light: Matrix) -> Vector:
+        """A row with the speeds of coordinates without mass put in."""
+        out = list(row)
+        for i, speed in zip(self.light, light, strict=True):
+            factor, out[2 * i + 1] = out[2 * i + 1], 0.0
+            out = _sum(out, speed, factor)
+        return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
         """(2)."""
         if not constraints:
             return []
         rows = [c.row for c in constraints]
-        lift = linear.solve_definite(self.mechanism.mass, transpose(rows))
+        lift = self._accelerations(transpose(rows))
         free = product(transpose(lift), pull)
         wanted = [self._waves(c.acceleration) for c in constraints]
         missing = [_sum(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
@@ -233,9 +306,14 @@ class Piecewise:
         from_x, from_v = linear.zeros(size, n), linear.zeros(size, n)
         for i in range(n):
             to_x[i][2 * i] = from_x[2 * i][i] = 1.0
-            to_v[i][2 * i + 1] = scale
-            from_v[2 * i + 1][i] = 1.0 / scale
+            if i in self.heavy:
+                to_v[i][2 * i + 1] = scale
+                from_v[2 * i + 1][i] = 1.0 / scale
         shift, particular = [0.0] * size, linear.zeros(size, 2 * lines)
+        for i, speed in zip(self.light, forces.light, strict=False):
+            to_v[i] = [scale * x for x in speed[:-1]]
+            to_v[i][2 * i + 1] = scale * speed[-1]
+            shift[2 * i + 1] = 1.0
         if forces.constraints:
             self._project(forces.constraints, from_v, particular, shift)
         flow = self._flow(forces) if forces.pull else {}
@@ -246,7 +324,7 @@ class Piecewise:
     ) -> None:
         """(3)."""
         rows = [c.row for c in constraints]
-        lift = linear.solve_definite(self.mechanism.mass, transpose(rows))
+        lift = self._accelerations(transpose(rows))
         inverse = linear.solve_definite(self._mobility(rows, lift), linear.identity(len(rows)))
         push = product(lift, inverse)
         for i in range(self.degrees):
@@ -256,17 +334,21 @@ class Piecewise:
             speeds = apply_rows(push[i], [c.speed for c in constraints])
             for j, x in enumerate(speeds[:-1]):
                 particular[2 * i + 1][j] = x / self.scale
-            shift[2 * i + 1] = speeds[-1] / self.scale
+            if i in self.heavy:
+                shift[2 * i + 1] = speeds[-1] / self.scale
 
     def _flow(self, forces: Forces) -> dict[str, object]:
-        m, n, size = self.mechanism, self.degrees, self.size
+        n, size = self.degrees, self.size
         total = [list(row) for row in forces.pull]
         for c, mu in zip(forces.constraints, forces.multipliers, strict=True):
             for i in range(n):
                 total[i] = _sum(total[i], mu, c.row[i])
-        acceleration = linear.solve_definite(m.mass, total)
+        acceleration = self._accelerations(total)
         b, constant = linear.zeros(size, size), [0.0] * size
-        for i in range(n):
+        for i, speed in zip(self.light, forces.light, strict=True):
+            b[2 * i] = [self.scale * x for x in speed[:-1]]
+            constant[2 * i] = self.scale * speed[-1]
+        for i in self.heavy:
             b[2 * i][2 * i + 1] = self.scale
             b[2 * i + 1] = [x / self.scale for x in acceleration[i][:-1]]
             constant[2 * i + 1] = acceleration[i][-1] / self.scale
@@ -302,34 +384,74 @@ class Piecewise:
         watches: list[Watch] = []
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
+            reset = -1
             if isinstance(e, SoftStop):
                 found = self._soft_watches(e, SoftStopState(state))
+            elif isinstance(e, PhaseSwitch):
+                begin, end, _ = e.arcs[state]
+                found = [(self._from_phase(e, begin), 0.0, math.inf),
+                         (self._from_phase(e, end), -math.inf, 0.0)]  # fmt: skip
+                reset = self._impulse_after(number, state)
             elif state == FrictionState.STICK:
-                assert e.static is not None
-                force = forces.multipliers[stuck]
+                watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
+                found = self._sticking_watches(e, forces.multipliers[stuck])
                 stuck += 1
-                found = [(self._slip(e), 0.0, 0.0, True), (force, -e.static, e.static, False)]
             else:
-                limits = (0.0, math.inf) if state == FrictionState.FORWARD else (-math.inf, 0.0)
-                found = [(self._slip(e), *limits, False)]
-            watches += [
-                (row[:-1], row[-1], low, high, number, held) for row, low, high, held in found
-            ]
+                found = self._slipping_watches(e, FrictionState(state))
+            for row, low, high in found:
+                at_end = isinstance(e, PhaseSwitch) and high == 0.0
+                watches.append(
+                    self._watch(row, low, high, number, forces, reset=reset if at_end else -1)
+                )
         return watches
 
-    def _soft_watches(
-        self, e: SoftStop, state: SoftStopState
-    ) -> list[tuple[Vector, float, float, bool]]:
+    def _watch(
+        self, row: Vector, low: float, high: float, number: int, forces: Forces,
+        *, held: bool = False, reset: int = -1,
+    ) -> Watch:  # fmt: skip
+        whole = self._put_in(row, forces.light)
+        return whole[:-1], whole[-1], low, high, number, held, reset, -1
+
+    def _sticking_watches(self, e: Friction, force: Vector) -> list[Row]:
+        assert e.static is not None
+        if e.load is None:
+            return [(force, -e.static, e.static)]
+        most = [e.static * x for x in self._load(e)]
+        return [(_sum(most, force, -1.0), 0.0, math.inf), (_sum(most, force), 0.0, math.inf)]
+
+    def _slipping_watches(self, e: Friction, state: FrictionState) -> list[Row]:
+        if state is FrictionState.LIFTED:
+            return [(self._load(e), -math.inf, 0.0)]
+        limits = (0.0, math.inf) if state is FrictionState.FORWARD else (-math.inf, 0.0)
+        pressed = [(self._load(e), 0.0, math.inf)] if e.load else []
+        return [(self._slip(e), *limits), *pressed]
+
+    def _impulse_after(self, number: int, state: int) -> int:
+        """Number of the reset at the end of a piece of an arc; -1 where there is no impulse."""
+        e = self.mechanism.elements[number]
+        assert isinstance(e, PhaseSwitch)
+        following = e.arcs[(state + 1) % len(e.arcs)]
+        begins = following[0] == e.phases[following[2]]
+        if not e.impulses or not begins:
+            return -1
+        before = sum(
+            len(other.impulses)
+            for other in self.mechanism.elements[:number]
+            if isinstance(other, PhaseSwitch)
+        )
+        return before + following[2]
+
+    def _soft_watches(self, e: SoftStop, state: SoftStopState) -> list[Row]:
         gap = self._gap(e)
         if state is SoftStopState.OPEN:
-            return [(gap, e.lower, e.upper, False)]
+            return [(gap, e.lower, e.upper)]
         side = SIDES[state]
         within = (e.upper, math.inf) if side > 0 else (-math.inf, e.lower)
         if state in PRESSED:
             if e.release == "gap" or not e.law(side)[2]:
-                return [(gap, *within, False)]
-            return [(self._press(e, side), 0.0, math.inf, False)]
-        return [(gap, *within, False), (self._press(e, side), -math.inf, 0.0, False)]
+                return [(gap, *within)]
+            return [(self._press(e, side), 0.0, math.inf)]
+        return [(gap, *within), (self._press(e, side), -math.inf, 0.0)]
 
     def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
         """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
@@ -337,7 +459,7 @@ class Piecewise:
         if not m.contacts:
             return []
         rows = [list(contact.row) for contact in m.contacts]
-        lift = linear.solve_definite(m.mass, transpose(rows))
+        lift = self._accelerations(transpose(rows))
         mobility = product(rows, lift)
         impulses, shifts = (
             transpose(product(a, lift)) for a in (self.free.from_v, self.free.from_x)

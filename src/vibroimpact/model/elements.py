@@ -1,4 +1,4 @@
-"""Elements with states of their own: soft stops and Coulomb friction (theory.md, "Elements").
+"""Elements with states of their own: soft stops, friction, phase switches (theory.md, "Elements").
 
 An element has a few states. Each adds to the equations of motion, and lasts while its guards hold;
 :mod:`vibroimpact.compile.piecewise` writes both as rows on the coordinates of the kernel.
@@ -6,6 +6,7 @@ An element has a few states. Each adds to the equations of motion, and lasts whi
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from enum import IntEnum
@@ -13,6 +14,7 @@ from typing import Any, Literal
 
 from vibroimpact._core.checks import (
     check_choice,
+    check_kind,
     names_arguments,
     nonnegative,
     positive,
@@ -23,9 +25,10 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact.model.harmonic import Harmonic, as_lines
+from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 Release = Literal["force", "gap"]
+MOST_ARCS = 5
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 
 
@@ -45,6 +48,7 @@ class FrictionState(IntEnum):
     FORWARD = 0  #: slips with positive slip speed
     BACKWARD = 1
     STICK = 2
+    LIFTED = 3  #: without normal load
 
 
 def pair_of(name: str, value: Any, check: Any) -> tuple[float, float]:
@@ -113,6 +117,10 @@ class SoftStop:
         k, c = (pair[i] if isinstance(pair, tuple) else pair for pair in pairs)
         return (self.upper if side > 0 else self.lower), k, c
 
+    def check_size(self, n: int) -> None:
+        """Refuse a row that does not have n entries."""
+        vector("row", self.row, n)
+
     @property
     def states(self) -> tuple[SoftStopState, ...]:
         """The states that it can have; behind a stop only where a dashpot holds that back."""
@@ -127,6 +135,36 @@ class SoftStop:
             waits = self.release == "force" and damping != 0.0
             found += [pressed, behind] if waits else [pressed]
         return tuple(found)
+
+
+@names_arguments(force="Give constant, position, velocity, motion.")
+@dataclass(frozen=True, slots=True)
+class NormalLoad:
+    """A normal load that depends on the motion: constant + position . x + velocity . v + motion(t).
+
+    Where it is negative the surfaces have lifted off and there is no friction.
+
+    Parameters
+    ----------
+    constant
+        Its constant part.
+    position, velocity
+        What coordinates and velocities add, shape (n,) each; nothing where left out.
+    motion
+        Harmonic parts: a :class:`Harmonic` with one amplitude, or several.
+    """
+
+    constant: float = 0.0
+    position: tuple[float, ...] = ()
+    velocity: tuple[float, ...] = ()
+    motion: tuple[Harmonic, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "constant", real("constant", self.constant))
+        for name in ("position", "velocity"):
+            given = getattr(self, name)
+            object.__setattr__(self, name, () if empty(given) else vector(name, given))
+        object.__setattr__(self, "motion", as_lines("motion", self.motion))
 
 
 @names_arguments(
@@ -147,13 +185,16 @@ class Friction:
     row
         Slipping coordinate row . x, shape (n,), not all zero; (1, -1) for two masses on each other.
     kinetic
-        Friction force while it slips, >= 0.
+        Friction force while it slips, >= 0; with ``load`` the coefficient of friction.
     static
-        Largest friction force while it sticks, >= kinetic; equal to it where left out.
+        Largest friction force, or coefficient, while it sticks, >= kinetic; equal to it where left
+        out.
     belt_speed
         Constant part of the speed of the belt.
     belt_motion
         Harmonic parts of it: a :class:`Harmonic` with one amplitude (of the speed), or several.
+    load
+        A :class:`NormalLoad` that depends on the motion.
     """
 
     row: tuple[float, ...]
@@ -161,6 +202,7 @@ class Friction:
     static: float | None = None
     belt_speed: float = 0.0
     belt_motion: tuple[Harmonic, ...] = ()
+    load: NormalLoad | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "row", _nonzero(self.row))
@@ -174,19 +216,107 @@ class Friction:
         object.__setattr__(self, "static", static)
         object.__setattr__(self, "belt_speed", real("belt_speed", self.belt_speed))
         object.__setattr__(self, "belt_motion", as_lines("belt_motion", self.belt_motion))
+        if self.load is not None:
+            check_kind("load", self.load, NormalLoad, "a NormalLoad, or left out")
 
     @property
     def states(self) -> tuple[FrictionState, ...]:
         """The states that it can have."""
-        return tuple(FrictionState)
+        found = tuple(FrictionState)
+        return found if self.load else found[:3]
 
     @property
     def motion(self) -> tuple[Harmonic, ...]:
-        """Harmonic parts of the speed of the belt."""
-        return self.belt_motion
+        """Harmonic parts of the speed of the belt and of the load."""
+        return (*self.belt_motion, *(self.load.motion if self.load else ()))
+
+    def check_size(self, n: int) -> None:
+        """Refuse rows that do not have n entries."""
+        vector("row", self.row, n)
+        for name in ("position", "velocity"):
+            if self.load and getattr(self.load, name):
+                vector(name, getattr(self.load, name), n)
 
 
-Element = SoftStop | Friction
+@names_arguments(
+    period="Give omega, the angular frequency of the line whose phase switches.",
+    force="Give forces, one vector for each arc.",
+)
+@dataclass(frozen=True, slots=True)
+class PhaseSwitch:
+    """Forces and impulses that change at given phases of a forcing line: square waves, kicks.
+
+    From phase ``phases[k]`` on, to the next one, the constant force ``forces[k]`` acts; at
+    ``phases[k]`` itself the impulse ``impulses[k]``.
+
+    Parameters
+    ----------
+    omega
+        Angular frequency of the line.
+    phases
+        Rising, in [0, 2 pi), 1 to 5 of them. An arc longer than pi counts as two.
+    forces
+        One vector of shape (n,) for each arc.
+    impulses
+        Likewise, for the beginning of each arc; none where left out.
+    """
+
+    omega: float
+    phases: tuple[float, ...]
+    forces: tuple[tuple[float, ...], ...]
+    impulses: tuple[tuple[float, ...], ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "omega", positive("omega", self.omega))
+        phases = vector("phases", self.phases)
+        rising = all(a < b for a, b in itertools.pairwise(phases))
+        if not phases or not rising or phases[0] < 0.0 or phases[-1] >= 2.0 * math.pi:
+            raise refusal("phases", self.phases, "rising, in [0, 2 pi), one at least")
+        object.__setattr__(self, "phases", phases)
+        for name in ("forces", "impulses"):
+            given = getattr(self, name)
+            if not isinstance(given, tuple | list):
+                raise refusal(name, given, "a tuple of vectors, one for each phase")
+            rows = tuple(vector(name, row) for row in given)
+            if len(rows) != len(phases) and (rows or name == "forces"):
+                raise InvalidParameterError(
+                    f"{name}: {len(rows)} are given; must be one for each of {len(phases)} phases."
+                )
+            object.__setattr__(self, name, rows)
+        if len(self.arcs) > MOST_ARCS:
+            raise InvalidParameterError(
+                f"phases: {len(self.arcs)} arcs up to pi long; must be at most {MOST_ARCS}."
+            )
+
+    @property
+    def arcs(self) -> tuple[tuple[float, float, int], ...]:
+        """Begin, end and number of every arc; one longer than pi comes in two pieces."""
+        out = []
+        ends = (*self.phases[1:], self.phases[0] + 2.0 * math.pi)
+        for k, (begin, end) in enumerate(zip(self.phases, ends, strict=True)):
+            pieces = max(1, math.ceil((end - begin) / math.pi - 2.0**-40))
+            cuts = [begin + (end - begin) * i / pieces for i in range(pieces)]
+            out += [(a, b, k) for a, b in zip(cuts, [*cuts[1:], end], strict=True)]
+        return tuple(out)
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """The states that it can have: pieces of its arcs."""
+        return tuple(range(len(self.arcs)))
+
+    @property
+    def motion(self) -> tuple[Harmonic, ...]:
+        """The line whose phase switches, without amplitude."""
+        return (Harmonic(self.omega, (0.0,)),)
+
+    def check_size(self, n: int) -> None:
+        """Refuse vectors that do not have n entries."""
+        for name in ("forces", "impulses"):
+            for row in getattr(self, name):
+                vector(name, row, n)
+
+
+Element = SoftStop | Friction | PhaseSwitch
 
 
 def _nonzero(value: Any) -> tuple[float, ...]:

@@ -21,6 +21,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.checks import (
     fraction,
     names_arguments,
+    nonnegative,
     numbers,
     real_or_infinite,
     refusal,
@@ -29,7 +30,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._kernel import MAX_CONTACTS, MAX_DEGREES, MAX_LINES
-from vibroimpact.model.elements import Element, Friction, SoftStop
+from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
@@ -63,6 +64,8 @@ class Contact:
         Motion of each stop about its place: a :class:`Harmonic` with one amplitude, or several.
         Impacts are relative to the stop. In a mechanism, a contact whose stops move differently
         becomes two, the upper stop first.
+    active
+        Allow restitution above 1: a stop that kicks, as a pinball bumper does.
     """
 
     row: tuple[float, ...]
@@ -71,6 +74,7 @@ class Contact:
     restitution: float | tuple[float, float] = 1.0
     upper_motion: tuple[Harmonic, ...] = ()
     lower_motion: tuple[Harmonic, ...] = ()
+    active: bool = False
 
     def __post_init__(self) -> None:
         row = vector("row", self.row)
@@ -88,7 +92,8 @@ class Contact:
         both = pair if isinstance(pair, tuple | list) else (pair, pair)
         if len(both) != 2:
             raise refusal("restitution", pair, "one number, or (lower, upper)")
-        object.__setattr__(self, "restitution", tuple(fraction("restitution", r) for r in both))
+        check = nonnegative if self.active else fraction
+        object.__setattr__(self, "restitution", tuple(check("restitution", r) for r in both))
         for name, limit in (("upper_motion", self.upper), ("lower_motion", self.lower)):
             lines = as_lines(name, getattr(self, name))
             if lines and infinite(limit):
@@ -148,7 +153,8 @@ class Mechanism:
     mass, damping, stiffness
         M (symmetric, positive definite), C and K, shape (n, n), 1 <= n <= 10. K may be singular:
         free masses are ordinary. Damping need not be proportional. C and K need not be symmetric:
-        gyroscopic and circulatory forces, creep.
+        gyroscopic and circulatory forces, creep. Coordinates without mass, whose rows of M are zero,
+        are first-order states; dashpots must hold them.
     forces
         Harmonic lines, at most 6, those of moving stops and belts included.
     contacts
@@ -179,10 +185,12 @@ class Mechanism:
         n = len(mass)
         if not 1 <= n <= MAX_DEGREES:
             raise InvalidParameterError(f"mass has {n} coordinates: must be 1 to {MAX_DEGREES}.")
-        if linear.cholesky(mass) is None or not symmetric(mass):
+        heavy = [i for i in range(n) if any(mass[i])]
+        moved = [[mass[i][j] for j in heavy] for i in heavy]
+        if not heavy or linear.cholesky(moved) is None or not symmetric(mass):
             raise InvalidParameterError(
-                "mass: must be positive definite and symmetric. Remove massless coordinates, and "
-                "negative masses."
+                "mass: must be positive definite and symmetric, but for coordinates without mass "
+                "(row and column zero). Remove negative masses."
             )
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "damping", _square("damping", self.damping, n))
@@ -194,16 +202,45 @@ class Mechanism:
         contacts = self.contacts
         names = _several("contact_names", self.contact_names, str, 0, len(contacts))
         object.__setattr__(self, "contact_names", names)
-        for element in (*self.contacts, *self.elements):
-            vector("row", element.row, n)
+        for contact in self.contacts:
+            vector("row", contact.row, n)
+        for element in self.elements:
+            element.check_size(n)
+        self._check_massless()
         for force in self.forces:
             vector("sine", force.sine, n)
+
+    @property
+    def massless(self) -> list[int]:
+        """Coordinates without mass: first-order states, held by dashpots."""
+        return [i for i, row in enumerate(self.mass) if not any(row)]
+
+    def _check_massless(self) -> None:
+        """Refuse a coordinate without mass that no dashpot holds, or that a stop would hit."""
+        light = self.massless
+        if not light:
+            return
+        damping = [[self.damping[i][j] for j in light] for i in light]
+        if linear.cholesky(linear.plus(damping, linear.transpose(damping))) is None:
+            raise InvalidParameterError(
+                f"mass: coordinate {light[0]} is massless, and no dashpot holds it (damping between "
+                "massless coordinates must be positive definite). Give it a mass or a dashpot, or "
+                "remove it."
+            )
+        for name, element in [("contacts", c) for c in self.contacts] + [
+            ("elements", e) for e in self.elements if isinstance(e, Friction)
+        ]:
+            if any(element.row[i] for i in light):
+                raise InvalidParameterError(
+                    f"{name}: a rigid stop or friction on coordinate {light[0]}, which has no mass, "
+                    "would need an infinite acceleration. Give it a mass, or take a SoftStop."
+                )
 
     def _set_elements(self) -> None:
         """Rigid stops become contacts, and those whose stops move differently two each."""
         contacts = _several("contacts", self.contacts, Contact, 0, MAX_CONTACTS)
         elements = _several(
-            "elements", self.elements, (Contact, SoftStop, Friction), 0, MAX_CONTACTS
+            "elements", self.elements, (Contact, SoftStop, Friction, PhaseSwitch), 0, MAX_CONTACTS
         )
         rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
         apart = tuple(one for contact in rigid for one in contact.moved_alike)
@@ -251,7 +288,8 @@ def symmetric(a: linear.Matrix) -> bool:
 def needs_elements(m: Mechanism) -> bool:
     """Whether a mechanism has more than rigid stops that stand still and symmetric matrices."""
     moving = any(contact.motion for contact in m.contacts)
-    return bool(m.elements) or moving or not (symmetric(m.damping) and symmetric(m.stiffness))
+    even = symmetric(m.damping) and symmetric(m.stiffness)
+    return bool(m.elements) or moving or bool(m.massless) or not even
 
 
 def stop_sizes(m: Mechanism) -> list[float]:

@@ -1,0 +1,233 @@
+"""Piecewise-linear hybrid systems as data: modes, guards, transitions (theory.md, "Elements").
+
+The layer below :class:`~vibroimpact.Mechanism`, for what is no mechanism: a converter, a relay loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact._core.checks import (
+    check_choice,
+    check_kind,
+    names_arguments,
+    numbers,
+    positive,
+    real,
+    refusal,
+    shown,
+)
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact._kernel import MAX_DEGREES, MAX_LINES
+
+Direction = Literal["rising", "falling"]
+MOST_STATES = 2 * MAX_DEGREES
+MOST_GUARDS = 24  # of one mode
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearMode:
+    """A mode: y' = matrix y + constant + waves w, with w = (sin theta_1, cos theta_1, ...).
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, n).
+    constant
+        Shape (n,); zero where left out.
+    waves
+        Shape (n, 2 L) for L forcing lines; zero where left out.
+    """
+
+    matrix: Floats
+    constant: Floats | None = None
+    waves: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearGuard:
+    """A guard: the value row . y + waves . w, which is compared with a level.
+
+    Parameters
+    ----------
+    row
+        Shape (n,).
+    level
+        Value at which transitions happen.
+    waves
+        Shape (2 L,); zero where left out.
+    """
+
+    row: Floats
+    level: float = 0.0
+    waves: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transition:
+    """What happens in a mode where a guard reaches its level: y becomes matrix y + shift.
+
+    Parameters
+    ----------
+    mode, guard
+        Names of the mode that is left and of the guard.
+    direction
+        ``"rising"``: the value comes from below the level; ``"falling"``: from above.
+    to
+        Name of the mode that follows; it may be the same.
+    matrix, shift
+        Reset, shapes (n, n) and (n,); the unit matrix and zero where left out.
+    """
+
+    mode: str
+    guard: str
+    direction: Direction
+    to: str
+    matrix: Floats | None = None
+    shift: Floats | None = None
+
+
+@names_arguments(
+    resets="A transition has matrix and shift.", forces="A mode has constant and waves.",
+)  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class HybridSystem:
+    """A piecewise-linear hybrid system: linear modes, and transitions where guards reach levels.
+
+    Parameters
+    ----------
+    modes
+        :class:`LinearMode` by name; states y of shape (n,), n <= 20.
+    guards
+        :class:`LinearGuard` by name.
+    transitions
+        :class:`Transition` of every mode, at most 24 each. While a mode lasts, a guard with a
+        rising transition is at or below its level, one with a falling transition at or above;
+        one that lies beyond it where the mode begins is crossed at once.
+    omegas
+        Angular frequencies of the forcing lines, at most 6. Phases run in proportion to these.
+
+    Raises
+    ------
+    InvalidParameterError
+        Shapes that do not fit, names that do not exist, numbers that are not finite.
+
+    Examples
+    --------
+    A relay that holds a first-order plant between 1 and 2:
+
+    >>> import vibroimpact as vi
+    >>> relay = vi.HybridSystem(
+    ...     modes={"on": vi.LinearMode([[-1.0]], [3.0]), "off": vi.LinearMode([[-1.0]])},
+    ...     guards={"upper": vi.LinearGuard([1.0], 2.0), "lower": vi.LinearGuard([1.0], 1.0)},
+    ...     transitions=(vi.Transition("on", "upper", "rising", "off"),
+    ...                  vi.Transition("off", "lower", "falling", "on")))
+    >>> vi.simulate_hybrid(relay, "on", [1.0], t_max=4.0).modes
+    ('on', 'off', 'on', 'off', 'on', 'off', 'on')
+    """
+
+    modes: Mapping[str, LinearMode]
+    guards: Mapping[str, LinearGuard]
+    transitions: tuple[Transition, ...] = ()
+    omegas: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_kind("modes", self.modes, Mapping, "LinearMode by name, {'on': LinearMode(...)}")
+        check_kind("guards", self.guards, Mapping, "LinearGuard by name")
+        if not self.modes:
+            raise refusal("modes", self.modes, "one LinearMode at least, by name")
+        lines = np.atleast_1d(numbers("omegas", self.omegas, "angular frequencies"))
+        if lines.ndim != 1 or lines.size > MAX_LINES:
+            raise refusal("omegas", self.omegas, f"at most {MAX_LINES} angular frequencies")
+        omegas = tuple(positive("omegas", w) for w in lines.tolist())
+        object.__setattr__(self, "omegas", omegas)
+        n, waves = self._states(), 2 * len(omegas)
+        modes = {
+            name: LinearMode(
+                _array(
+                    f"modes[{name!r}].matrix", check_kind_of(name, mode, LinearMode).matrix, (n, n)
+                ),
+                _array(f"modes[{name!r}].constant", mode.constant, (n,)),
+                _array(f"modes[{name!r}].waves", mode.waves, (n, waves)),
+            )
+            for name, mode in self.modes.items()
+        }
+        guards = {
+            name: LinearGuard(
+                _array(f"guards[{name!r}].row", check_kind_of(name, guard, LinearGuard).row, (n,)),
+                real(f"guards[{name!r}].level", guard.level),
+                _array(f"guards[{name!r}].waves", guard.waves, (waves,)),
+            )
+            for name, guard in self.guards.items()
+        }
+        object.__setattr__(self, "modes", modes)
+        object.__setattr__(self, "guards", guards)
+        object.__setattr__(
+            self, "transitions", tuple(self._transition(t, n) for t in self._given())
+        )
+        for name in modes:
+            count = sum(t.mode == name for t in self.transitions)
+            if count > MOST_GUARDS:
+                raise InvalidParameterError(
+                    f"transitions: {count} leave mode {name!r}; must be at most {MOST_GUARDS}."
+                )
+
+    def _states(self) -> int:
+        first = next(iter(self.modes.values()))
+        check_kind("modes", first, LinearMode, "LinearMode by name")
+        matrix = numbers("matrix", first.matrix, "a square matrix of numbers")
+        if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+            raise InvalidParameterError(f"matrix has shape {matrix.shape}; expected (n, n).")
+        if not 1 <= len(matrix) <= MOST_STATES:
+            raise InvalidParameterError(
+                f"matrix has {len(matrix)} rows: there must be 1 to {MOST_STATES} states."
+            )
+        return len(matrix)
+
+    def _given(self) -> tuple[Transition, ...]:
+        if not isinstance(self.transitions, tuple | list):
+            raise refusal("transitions", self.transitions, "several Transition in a tuple or list")
+        return tuple(self.transitions)
+
+    def _transition(self, t: Transition, n: int) -> Transition:
+        check_kind("transitions", t, Transition, "several Transition")
+        for name, value in (("mode", t.mode), ("to", t.to)):
+            check_choice(name, value, list(self.modes))
+        check_choice("guard", t.guard, list(self.guards))
+        check_choice("direction", t.direction, ["rising", "falling"])
+        matrix = np.eye(n) if t.matrix is None else _array("matrix", t.matrix, (n, n))
+        return Transition(
+            t.mode, t.guard, t.direction, t.to, matrix, _array("shift", t.shift, (n,))
+        )
+
+    @property
+    def states(self) -> int:
+        """Number of states n."""
+        return len(next(iter(self.modes.values())).matrix)
+
+    def __repr__(self) -> str:
+        return (
+            f"HybridSystem: {self.states} states, modes {', '.join(self.modes)}; "
+            f"{len(self.guards)} guards, {len(self.transitions)} transitions"
+        )
+
+
+def check_kind_of(name: str, value: Any, kind: type) -> Any:
+    """Return an object of a class, or raise naming it."""
+    check_kind(name, value, kind, f"a {kind.__name__}")
+    return value
+
+
+def _array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return an array of a shape, zeros for None, read-only, or raise naming it."""
+    array = np.zeros(shape) if value is None else numbers(name, value)
+    if array.shape != shape or array.dtype != float:
+        raise InvalidParameterError(f"{name} = {shown(value)}: must be of shape {shape}.")
+    array.flags.writeable = False
+    return array

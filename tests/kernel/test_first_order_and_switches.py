@@ -1,0 +1,98 @@
+"""Coordinates without mass, phase switches, friction under a changing load, active stops."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import vibroimpact as vi
+
+ULPS = 64 * 2.0**-53
+FAR = 100.0  # a stop that is not met
+
+
+def test_a_maxwell_element_has_its_frequency_response() -> None:
+    """A mass on a spring, and beside it a dashpot in series with another spring."""
+    k, c, own, w = 1.0, 0.3, 2.0, 1.3
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[c, -c], [-c, c]], stiffness=[[k, 0.0], [0.0, own]],
+        forces=(vi.Harmonic(w, (0.5, 0.2)),), constant_force=(0.1, 0.05),
+        elements=(vi.SoftStop((1.0, 0.0), upper=FAR),),
+    )  # fmt: skip
+    impedance = np.array([[k - w * w + 1j * w * c, -1j * w * c], [-1j * w * c, own + 1j * w * c]])
+    response = np.linalg.solve(impedance, [0.5, 0.2])
+    rest = np.linalg.solve([[k, 0.0], [0.0, own]], [0.1, 0.05])
+    x, v = response.imag + rest, (1j * w * response).imag  # of exp(i w t) at t = 0: sine is Im
+    run = vi.simulate(m, vi.State(tuple(x), (v[0], 0.0)), t_max=20.0)
+    t = np.linspace(0.0, 20.0, 50)
+    wave = np.exp(1j * w * t)[:, None]
+    position, velocity = run.at(t)
+    np.testing.assert_allclose(position, (response * wave).imag + rest, atol=1e3 * ULPS)
+    np.testing.assert_allclose(velocity, (1j * w * response * wave).imag, atol=1e3 * ULPS)
+
+
+def test_a_square_wave_and_kicks_move_a_free_mass_as_a_sum() -> None:
+    w, mass, force, kick = 2.0, 2.0, 1.0, 0.4
+    switch = vi.PhaseSwitch(
+        w, (0.5, 0.5 + math.pi), ((force,), (-force,)), impulses=((kick,), (0.0,))
+    )
+    m = vi.Mechanism(mass=[[mass]], damping=[[0.0]], stiffness=[[0.0]], elements=(switch,))
+    run = vi.simulate(m, vi.State((0.0,), (0.0,)), t_max=20.0)
+    half = math.pi / w
+    switched = 0.25 + half * np.arange(len(run) - 1)
+    np.testing.assert_allclose(run.time[:-1], switched, rtol=ULPS)
+    jumps = (run.velocity_after - run.velocity_before)[:-1, 0]
+    np.testing.assert_allclose(jumps[::2], kick / mass, rtol=ULPS)
+    np.testing.assert_allclose(jumps[1::2], 0.0, atol=ULPS)
+    gained = np.diff(run.velocity_after[:-1, 0]) - jumps[1:]
+    np.testing.assert_allclose(np.abs(gained), force / mass * half, rtol=1e2 * ULPS)
+
+
+def test_an_arc_longer_than_pi_is_one_force_in_two_pieces() -> None:
+    switch = vi.PhaseSwitch(1.0, (0.0, 5.0), ((1.0,), (-2.0,)))
+    m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(switch,))
+    run = vi.simulate(m, vi.State((0.0,), (0.0,), 0.1), t_max=10.0)
+    _, velocity = run.at([4.9, 2.0 * math.pi - 0.1])
+    np.testing.assert_allclose(velocity[0], 4.9, rtol=ULPS)
+    np.testing.assert_allclose(velocity[1], 4.9 - 2.0 * (2.0 * math.pi - 5.0), rtol=1e2 * ULPS)
+
+
+def test_friction_ends_where_the_load_has_lifted_off() -> None:
+    """Load 1 + 2 cos 3 t: gone from 3 t = 2 pi / 3 to 4 pi / 3."""
+    load = vi.NormalLoad(1.0, motion=vi.Harmonic(3.0, (0.0,), (2.0,)))
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
+        elements=(vi.Friction((1.0,), 0.3, 0.4, load=load),),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0,), (5.0,)), t_max=2.0)
+    np.testing.assert_allclose(run.time[:2], [2.0 * math.pi / 9.0, 4.0 * math.pi / 9.0], rtol=ULPS)
+    t = run.time[0]
+    impulse = 0.3 * (t + 2.0 / 3.0 * math.sin(3.0 * t))
+    np.testing.assert_allclose(run.velocity_after[:2, 0], 5.0 - impulse, rtol=ULPS)
+
+
+def test_friction_under_the_force_of_a_soft_stop_is_the_same_as_its_load() -> None:
+    """A mass pressed on a plate by a spring, sliding along it: N = k (z - gap) while it presses."""
+    k, gap, mu = 50.0, 0.2, 0.3
+    stop = vi.SoftStop((0.0, 1.0), upper=gap, stiffness=k)
+    load = vi.NormalLoad(-k * gap, position=(0.0, k))
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0] * 2] * 2, stiffness=[[0.0, 0.0], [0.0, 1.0]],
+        elements=(stop, vi.Friction((1.0, 0.0), mu, load=load)),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0), (9.0, 1.0)), t_max=3.0)
+    meeting = run.time[run.status == vi.Status.ENGAGE][0]
+    np.testing.assert_allclose(meeting, math.asin(gap), rtol=ULPS)
+    end = meeting + 0.02  # the plate has stopped the mass by mu times the impulse of the stop
+    _, velocity = run.at([meeting, end])
+    drift = -(run.at(np.linspace(meeting, end, 2001))[0][:, 1]).sum() * 0.02 / 2000  # of the spring
+    pressed = (velocity[0, 1] - velocity[1, 1]) + drift
+    np.testing.assert_allclose(velocity[0, 0] - velocity[1, 0], mu * pressed, rtol=1e-2)
+
+
+def test_an_active_stop_returns_more_than_it_takes() -> None:
+    bumper = vi.RigidStop((1.0,), upper=1.0, restitution=1.5, active=True)
+    m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=(bumper,))
+    run = vi.simulate(m, vi.State((0.0,), (2.0,)), impacts=10)
+    np.testing.assert_allclose(run.rate_after, -1.5 * run.rate_before, rtol=ULPS)
