@@ -247,6 +247,9 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
     m.attr("MAX_DEGREES") = vi::max_degrees;
     m.attr("MAX_CONTACTS") = vi::most_contacts;
     m.attr("MAX_LINES") = vi::max_lines;
+    m.attr("BLOCK_DEGREES") = vi::block_degrees;
+    m.attr("BLOCK_CONTACTS") = vi::block_contacts;
+    m.attr("BLOCK_LINES") = vi::block_lines;
     m.def(
         "sincos",
         [](double x) {

@@ -7,11 +7,17 @@ import numpy.typing
 
 def version() -> str: ...
 
-MAX_DEGREES: int = 10
+MAX_DEGREES: int = 20
 
-MAX_CONTACTS: int = 8
+MAX_CONTACTS: int = 16
 
-MAX_LINES: int = 6
+MAX_LINES: int = 12
+
+BLOCK_DEGREES: int = 10
+
+BLOCK_CONTACTS: int = 8
+
+BLOCK_LINES: int = 6
 
 def sincos(x: float) -> tuple[float, float]:
     """Sine and cosine with the kernel's own bits."""

@@ -91,3 +91,46 @@ def test_a_ball_meets_a_moving_table_at_its_relative_speed() -> None:
     np.testing.assert_allclose(run.position[:, 0], table, atol=1e3 * ULPS)
     before, after = run.velocity_before[:, 0] - speed, run.velocity_after[:, 0] - speed
     np.testing.assert_allclose(after, -e * before, atol=1e3 * ULPS)
+
+
+def chain(seed: int, size: int, contacts: int, omegas: list[float]) -> vi.Mechanism:
+    rng = np.random.default_rng(seed)
+    spring = 2.0 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    return vi.Mechanism(
+        mass=np.eye(size).tolist(), damping=(0.05 * spring).tolist(), stiffness=spring.tolist(),
+        forces=tuple(vi.Harmonic(w, tuple(rng.normal(size=size))) for w in omegas),
+        contacts=tuple(
+            vi.Contact(tuple(np.eye(size)[i]), upper=0.5 + 0.1 * rng.random(), restitution=0.6)
+            for i in range(contacts)
+        ),
+    )  # fmt: skip
+
+
+def test_a_machine_of_twenty_coordinates_moves_as_its_halves() -> None:
+    """Sixteen contacts, twelve lines, in the general flow; its halves are in blocks."""
+    lines = [0.7 + 0.13 * i for i in range(12)]
+    halves = [chain(1, 10, 8, lines[:6]), chain(2, 10, 8, lines[6:])]
+    none, n = np.zeros((10, 10)), np.zeros(10)
+
+    def both(name: str) -> list[list[float]]:
+        a, b = (np.array(getattr(m, name)) for m in halves)
+        return np.block([[a, none], [none, b]]).tolist()
+
+    whole = vi.Mechanism(
+        mass=both("mass"), damping=both("damping"), stiffness=both("stiffness"),
+        forces=tuple(
+            vi.Harmonic(f.omega, tuple([*f.sine, *n] if i == 0 else [*n, *f.sine]))
+            for i, m in enumerate(halves) for f in m.forces
+        ),
+        contacts=tuple(
+            vi.Contact(tuple([*c.row, *n] if i == 0 else [*n, *c.row]), upper=c.upper,
+                       restitution=0.6)
+            for i, m in enumerate(halves) for c in m.contacts
+        ),
+    )  # fmt: skip
+    zero = tuple([0.0] * 20)
+    run = vi.simulate(whole, vi.State(zero, zero), t_max=12.0)
+    apart = [vi.simulate(m, vi.State(zero[:10], zero[:10]), t_max=12.0) for m in halves]
+    found = np.sort(np.concatenate([r.time[r.impacts] for r in apart]))
+    assert len(found) > 12
+    np.testing.assert_allclose(run.time[run.impacts], found, rtol=1e-9)  # before chaos forgets

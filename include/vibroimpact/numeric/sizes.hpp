@@ -11,12 +11,13 @@
 
 namespace vi {
 
-// The largest mechanism; Python reads these limits.
-inline constexpr int max_degrees = 10;
-inline constexpr int most_contacts = 8;
-inline constexpr int max_lines = 6;
+// The largest mechanism, and the largest whose modes may have blocks: states are copied at every event, and longer
+// arrays cost all of them. Python reads these limits.
+inline constexpr int max_degrees = 20, most_contacts = 16, max_lines = 12;
+inline constexpr int block_degrees = 10, block_contacts = 8, block_lines = 6;
 inline constexpr int most_elements = 8; // with states of their own: soft stops, friction
 inline constexpr int largest_dimension = 2 * (max_degrees + max_lines);
+inline constexpr int block_dimension = 2 * (block_degrees + block_lines);
 
 template <int Dimension, int Lines, int Contacts, bool Exact, bool Mixed = false, int Elements = 0>
 struct shape {
@@ -32,7 +33,7 @@ template <int Dimension, int Lines, int Contacts, bool Mixed = false>
 using fixed = shape<Dimension, Lines, Contacts, true, Mixed>;
 template <int Dimension, int Contacts>
 using bounded = shape<Dimension, 0, Contacts, false>;
-using any_size = bounded<largest_dimension, most_contacts>;
+using any_size = bounded<block_dimension, block_contacts>;
 using any_elements = shape<largest_dimension, 0, most_contacts, false, false, most_elements>;
 
 // A whole number that the compiler knows.

@@ -33,7 +33,7 @@ struct stop {
 };
 
 template <class T>
-using orbit_state = vec<T, 2 * max_degrees + 1>; // x, v, theta
+using orbit_state = vec<T, 2 * block_degrees + 1>; // x, v, theta
 
 // What a flight of given length arrives at, before and after the impact.
 template <class T>
@@ -53,8 +53,8 @@ struct prescribed {
     field_type field;
     int degrees, lines;
     double rate;
-    R omega;                 // of the first line, 0 where there is none
-    double ratio[max_lines]; // of the other frequencies to it
+    R omega;                   // of the first line, 0 where there is none
+    double ratio[block_lines]; // of the other frequencies to it
 
     template <class T>
     VI_HD state<T> embed(const orbit_state<T>& z) const {

@@ -40,8 +40,9 @@ public:
                 "columns must have 2 axes (V, S), omegas 1 (L), impulse 2 (C, D).");
         const std::size_t s = columns.shape(1), lines = omegas.shape(0), c = impulse.shape(0);
         const std::size_t d = 2 * (static_cast<std::size_t>(degrees) + lines);
-        const bool fits = d <= vi::largest_dimension && c >= 1 && c <= vi::most_contacts &&
-                          lines <= vi::max_lines;
+        const std::size_t most = dense ? vi::largest_dimension : vi::block_dimension;
+        const std::size_t contacts = dense ? vi::most_contacts : vi::block_contacts;
+        const bool fits = d <= most && c >= 1 && c <= contacts && lines <= vi::max_lines;
         if (s == 0 || degrees < 1 || !fits)
             throw std::invalid_argument("a batch needs at least one system, and sizes that fit.");
         one_.systems = 1;

@@ -103,7 +103,7 @@ class HybridSystem:
     Parameters
     ----------
     modes
-        :class:`LinearMode` by name; states y of shape (n,), n <= 20.
+        :class:`LinearMode` by name; states y of shape (n,), n <= 40.
     guards
         :class:`LinearGuard` by name.
     transitions
@@ -111,7 +111,7 @@ class HybridSystem:
         rising transition is at or below its level, one with a falling transition at or above;
         one that lies beyond it where the mode begins is crossed at once.
     omegas
-        Angular frequencies of the forcing lines, at most 6. Phases run in proportion to these.
+        Angular frequencies of the forcing lines, at most 12. Phases run in proportion to these.
 
     Raises
     ------

@@ -29,11 +29,19 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact._kernel import MAX_CONTACTS, MAX_DEGREES, MAX_LINES
+from vibroimpact._kernel import (
+    BLOCK_CONTACTS,
+    BLOCK_DEGREES,
+    BLOCK_LINES,
+    MAX_CONTACTS,
+    MAX_DEGREES,
+    MAX_LINES,
+)
 from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
+MOST_ELEMENTS = 8
 MOVES = "A stop that moves has upper_motion, lower_motion: a Harmonic with one amplitude each."
 FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
 RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
@@ -151,16 +159,17 @@ class Mechanism:
     Parameters
     ----------
     mass, damping, stiffness
-        M (symmetric, positive definite), C and K, shape (n, n), 1 <= n <= 10. K may be singular:
+        M (symmetric, positive definite), C and K, shape (n, n), 1 <= n <= 20. K may be singular:
         free masses are ordinary. Damping need not be proportional. C and K need not be symmetric:
         gyroscopic and circulatory forces, creep. Coordinates without mass, whose rows of M are zero,
         are first-order states; dashpots must hold them.
     forces
-        Harmonic lines, at most 6, those of moving stops and belts included.
+        Harmonic lines, at most 12, those of moving stops and belts included.
     contacts
-        Rigid stops, at most 8; contacts and elements at most 8 together, at least one.
+        Rigid stops, at most 16.
     elements
-        Soft stops and friction; rigid stops given here are added to ``contacts``. Numbers of
+        Soft stops, friction, phase switches, at most 8; with contacts 16 together, at least one, and
+        3^contacts 5^elements below 2^31. Rigid stops given here are added to ``contacts``. Numbers of
         elements in results follow those of the contacts.
     constant_force
         f0, shape (n,): gravity, preload.
@@ -245,10 +254,13 @@ class Mechanism:
         rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
         apart = tuple(one for contact in rigid for one in contact.moved_alike)
         others = tuple(e for e in elements if not isinstance(e, Contact))
-        if not 1 <= len(apart) + len(others) <= MAX_CONTACTS:
+        many = 3 ** len(apart) * 5 ** len(others) >= 2**31 or len(others) > MOST_ELEMENTS
+        if many or not 1 <= len(apart) + len(others) <= MAX_CONTACTS:
             raise InvalidParameterError(
                 f"contacts and elements: {len(apart) + len(others)} are given; must be 1 to "
-                f"{MAX_CONTACTS} together (a contact whose stops move differently counts twice)."
+                f"{MAX_CONTACTS} together (a contact whose stops move differently counts twice), "
+                f"at most {MOST_ELEMENTS} of them no rigid stops, and with 3^(rigid stops) "
+                "5^(others) below 2^31."
             )
         object.__setattr__(self, "contacts", apart)
         object.__setattr__(self, "elements", others)
@@ -286,10 +298,15 @@ def symmetric(a: linear.Matrix) -> bool:
 
 
 def needs_elements(m: Mechanism) -> bool:
-    """Whether a mechanism has more than rigid stops that stand still and symmetric matrices."""
+    """Whether a mechanism is more than a few rigid stops that stand still, and symmetric matrices."""
     moving = any(contact.motion for contact in m.contacts)
     even = symmetric(m.damping) and symmetric(m.stiffness)
-    return bool(m.elements) or moving or bool(m.massless) or not even
+    sizes = m.degrees, len(m.contacts), len(m.forces)
+    large = any(
+        size > most
+        for size, most in zip(sizes, (BLOCK_DEGREES, BLOCK_CONTACTS, BLOCK_LINES), strict=True)
+    )
+    return bool(m.elements) or moving or large or bool(m.massless) or not even
 
 
 def stop_sizes(m: Mechanism) -> list[float]:
