@@ -208,7 +208,8 @@ template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
      flight_memory<Flow>& memory, bool (*interrupted)() = nullptr) {
-    if (at.held == 0) return detail::fly_to_event(system, at, horizon, memory, interrupted);
+    if constexpr (Flow::shape_type::max_elements == 0)
+        if (at.held == 0) return detail::fly_to_event(system, at, horizon, memory, interrupted);
     const auto start = at;
     const auto e = detail::fly_to_event(system, at, horizon, memory, interrupted);
     if (e.what == status::missing_mode) at = start;
