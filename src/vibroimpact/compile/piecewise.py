@@ -84,6 +84,7 @@ class Forces:
     constraints: list[Constraint]
     multipliers: Matrix  # (2), rows on (y, 1)
     light: Matrix  # (4): v / scale of each coordinate without mass, rows on (y, 1)
+    redundant: int | None = None  # friction that others hold already: (2) has no answer
 
 
 class Piecewise:
@@ -239,12 +240,13 @@ class Piecewise:
                 pull[i][2 * (n + line)] = force.sine[i]
                 pull[i][2 * (n + line) + 1] = force.cosine[i]
             pull[i][-1] = m.constant_force[i]
-        constraints = []
+        constraints: list[Constraint] = []
+        redundant = None
         for contact, _ in closed:
             c = m.contacts[contact]
             speed, change = (self._motion(c.motion, d) for d in (1, 2))
             constraints.append(Constraint(list(c.row), speed, change))
-        for e, state in zip(m.elements, states, strict=True):
+        for number, (e, state) in enumerate(zip(m.elements, states, strict=True)):
             if isinstance(e, SoftStop):
                 if state in PRESSED:
                     side = SIDES[SoftStopState(state)]
@@ -253,6 +255,9 @@ class Piecewise:
                 for i, x in enumerate(e.forces[e.arcs[state][2]]):
                     pull[i][-1] = pull[i][-1] + x
             elif state == FrictionState.STICK:
+                if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
+                    redundant = number
+                    continue
                 speed = self._motion(e.belt_motion)
                 speed[-1] = e.belt_speed
                 constraints.append(Constraint(list(e.row), speed, self._motion(e.belt_motion, 1)))
@@ -261,7 +266,7 @@ class Piecewise:
                 _add_force(pull, e.row, kinetic, -1 if state == FrictionState.FORWARD else 1)
         light = self._light_speeds(pull)
         pull = [self._put_in(row, light) for row in pull]
-        return Forces(pull, constraints, self._multipliers(pull, constraints), light)
+        return Forces(pull, constraints, self._multipliers(pull, constraints), light, redundant)
 
     def _light_speeds(self, pull: Matrix) -> Matrix:
         """(4): speeds at which no force is left on coordinates without mass."""
@@ -381,6 +386,8 @@ class Piecewise:
         return guards
 
     def _watches(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Watch]:
+        if forces.redundant is not None:  # never taken: one of them slips, at speed zero
+            return [([0.0] * self.size, 1.0, 0.0, 0.0, forces.redundant, True)]
         watches: list[Watch] = []
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
@@ -450,7 +457,8 @@ class Piecewise:
         if state in PRESSED:
             if e.release == "gap" or not e.law(side)[2]:
                 return [(gap, *within)]
-            return [(self._press(e, side), 0.0, math.inf)]
+            # it has come beyond the stop: from the other one, too, its law may ask for pressure
+            return [(gap, *within), (self._press(e, side), 0.0, math.inf)]
         return [(gap, *within), (self._press(e, side), -math.inf, 0.0)]
 
     def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
