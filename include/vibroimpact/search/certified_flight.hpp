@@ -45,6 +45,7 @@ struct element_states {
     bool settled = false; // decided since the last event
     int due =
         0; // a watch whose limit is crossed at once: its number and 1, with the sign of the side
+    double size = 0.0;    // largest coordinate where the present flight began, which rounding is of
     int zeros[Watches] = {};
     double offset[Watches] = {};
 };
@@ -198,6 +199,7 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
         const double eps = rounding_after(applications + earlier, terms + abs(limit));
+        if (still && abs(zeros) > most_zeros && zeros * side < 0) continue; // the other is at its
         const bool here = zeros * side > 0;
         taylor<N> g = gap_on(side, limit, u);
         if (here) g.d[0] = g.d[0] - start.elements.offset[j];

@@ -5,7 +5,8 @@
 //                 g > 0,  or  g = 0 and g' > 0,  or  g = g' = 0 and g'' > 0, ...               (1)
 //             g being the margin to the limit, and if every held row of it is zero: slip speed, to stick.
 //             A margin whose derivatives up to `most_zeros` all vanish lasts, too.
-//             The present states are kept where they can last. Else the elements with a watch that is
+//             The present states are kept where they can last, but at a start those of friction without
+//             slip. Else the elements with a watch that is
 //             not inside are decided together: of the combinations of their states the first that can
 //             last is taken, states in falling order, so that friction sticks where it can. Values alone
 //             exclude most states of each before.
@@ -13,7 +14,8 @@
 // Assumes     a state next to the limits that were reached; no impulse acts but those of stops: friction
 //             leaves velocities as an impact makes them
 // Accuracy    zero is what lies below 64 ulp of the terms of a derivative, those of the next one times a
-//             step included
+//             step included; coordinates count with the largest at either end of the flight before,
+//             or half of what they counted with there
 // Fails       undecided: no combination can last; missing: a mode that was not built has this code, and
 //             nothing was changed
 // Reference   theory.md, "Elements"; Filippov, Differential Equations with Discontinuous Righthand
@@ -40,6 +42,14 @@ VI_HD inline double rounding_of_derivative(const Guard& g, int m, double largest
     for (int j = 0; j < flow.dimension(); ++j)
         sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * largest;
     return tie_margin * sum;
+}
+
+template <int D>
+VI_HD inline double largest_of(const vec<double, D>& y, int n) {
+    double largest = 0.0;
+    for (int i = 0; i < n; ++i)
+        largest = max(largest, abs(y[i]));
+    return largest;
 }
 
 // (1) for one limit: the first derivative of the margin that is not zero, and whether it leads inside.
@@ -107,6 +117,8 @@ VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double larges
     }
     return true;
 }
+
+inline constexpr int sticking_state = 2;
 
 VI_HD inline int power_of_radix(int n) {
     int p = 1;
@@ -182,7 +194,9 @@ open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension
             bool may = true;
             for (int j = 0; j < system.modes[m].watched.count; ++j) {
                 const auto& w = system.modes[m].watched.at[j];
-                if (w.element == e)
+                // the force that holds it depends on what the others do
+                const bool known = s != sticking_state || system.elements.soft[e] || w.held;
+                if (w.element == e && known)
                     may = may && look_at(w, y, largest, system.modes[m].flow).allowed;
             }
             if (may) allowed |= 1 << s;
@@ -194,7 +208,6 @@ open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension
 }
 
 // Whether two codes differ only in that friction sticks in the one taken and slips in the other: there the law decides.
-inline constexpr int sticking_state = 2;
 template <class Flow>
 VI_HD inline bool law_decides(const hybrid<Flow>& system, int taken, int other) {
     for (int e = 0; e < system.elements.count; ++e)
@@ -204,18 +217,30 @@ VI_HD inline bool law_decides(const hybrid<Flow>& system, int taken, int other) 
     return true;
 }
 
+// Whether friction slips, by its state, at slip speed zero: a start has no states to keep, and sticks where it can.
+template <class Flow, class Mode, class States>
+VI_HD inline bool any_without_slip(const hybrid<Flow>& system, const Mode& m,
+                                   const States& states) {
+    for (int j = 0; j < m.watched.count; ++j) {
+        const int e = m.watched.at[j].element;
+        if (!system.elements.soft[e] && states.zeros[j] != 0 &&
+            state_in_code(states.code, e) != sticking_state)
+            return true;
+    }
+    return false;
+}
+
 template <class Flow>
 VI_HD inline decided_states decide_states(const hybrid<Flow>& system,
                                           const vec<double, Flow::max_dimension>& y, int closed,
                                           element_states<Flow::shape_type::max_watches>& to) {
     const int n = system.dimension(), sets = system.closed_sets();
-    double largest = 0.0;
-    for (int i = 0; i < n; ++i)
-        largest = max(largest, abs(y[i]));
+    const double largest = max(to.size, largest_of(y, n)); // rounding is of the whole flight
     const int now = system.find_mode(closed + sets * to.code);
     if (now < 0) return {decision::missing, closed + sets * to.code};
     auto next = to;
-    if (can_last(system.modes[now], y, largest, next)) {
+    if (can_last(system.modes[now], y, largest, next) &&
+        !(to.size == 0.0 && any_without_slip(system, system.modes[now], next))) {
         to = next;
         return {decision::kept};
     }
@@ -301,6 +326,8 @@ VI_HD inline decided_states settle_elements(const hybrid<Flow>& system,
         at.mode = m;
         at.elements = states;
         at.elements.settled = true;
+        at.elements.size = // what a motion that has shrunk at once has lost, it does not win back
+            max(detail::largest_of(detail::plain_state(at.y, n), n), 0.5 * at.elements.size);
         return out;
     }
 }

@@ -202,7 +202,7 @@ end_without_transition(const hybrid<Flow>& system, trajectory<T, typename Flow::
         if (!(held && plain(at.flat[i]) < 0.0)) at.flat[i] = 0.0; // closed without force it stays
     }
     if constexpr (Flow::shape_type::max_watches > 0)
-        if (plain(end.duration) > 0.0) at.elements = {at.elements.code, true, 0};
+        if (plain(end.duration) > 0.0) at.elements = {at.elements.code, true, 0, at.elements.size};
     return plain_event<T, typename Flow::shape_type>(status_of(end.end), end.contact, end.side,
                                                      end.duration, in_free_coordinates(system, at));
 }

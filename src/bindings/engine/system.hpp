@@ -59,6 +59,7 @@ struct position {
     int states = 0;               // code of the states of elements, and what belongs to it
     bool settled = false;
     int due = 0;
+    double size = 0.0;
     std::vector<int> zeros{};
     numbers offset{};
 };

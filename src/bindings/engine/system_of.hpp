@@ -212,6 +212,7 @@ private:
             out.states = at.elements.code;
             out.settled = at.elements.settled;
             out.due = at.elements.due;
+            out.size = at.elements.size;
             out.zeros.assign(at.elements.zeros, at.elements.zeros + Shape::max_watches);
             out.offset.assign(at.elements.offset, at.elements.offset + Shape::max_watches);
         }
@@ -227,6 +228,7 @@ private:
             out.elements.code = p.states;
             out.elements.settled = p.settled;
             out.elements.due = p.due;
+            out.elements.size = p.size;
             std::copy(p.zeros.begin(), p.zeros.end(), out.elements.zeros);
             std::copy(p.offset.begin(), p.offset.end(), out.elements.offset);
         }
