@@ -1,0 +1,248 @@
+"""States that elements take where several are reached at once, or where nothing moves them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+ULPS = 64 * 2.0**-53
+Status = vi.Status
+WAVE = vi.Harmonic(1.0, (0.2,))
+
+
+def one(*elements: Any, stiffness: float = 1.0, push: float = 0.0) -> vi.Mechanism:
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[stiffness]], constant_force=(push,),
+        elements=elements,
+    )  # fmt: skip
+
+
+def two(*elements: Any, coupling: float = 0.0, **more: Any) -> vi.Mechanism:
+    k = [[1.0 + coupling, -coupling], [-coupling, 1.0 + coupling]]
+    return vi.Mechanism(mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=k, elements=elements,
+                        **more)  # fmt: skip
+
+
+# A motion that is not disturbed: machine, start, and position after t of the first coordinate.
+def swing(x: float, v: float = 0.0) -> Any:
+    return lambda t: x * math.cos(t) + v * math.sin(t)
+
+
+REST = swing(0.0)
+LASTING: dict[str, tuple[vi.Mechanism, vi.State, Any]] = {
+    "rest between two springs without a gap": (
+        one(vi.SoftStop((1.0,), lower=0.0, upper=0.0, stiffness=3.0)), vi.State((0.0,), (0.0,)),
+        REST),
+    "rest between two dashpots without a gap": (
+        one(vi.SoftStop((1.0,), lower=0.0, upper=0.0, stiffness=3.0, damping=0.2)),
+        vi.State((0.0,), (0.0,)), REST),
+    "rest at a soft stop": (
+        one(vi.SoftStop((1.0,), upper=0.0, stiffness=3.0, damping=0.2)),
+        vi.State((0.0,), (0.0,)), REST),
+    "rest on a preloaded stop": (
+        one(vi.SoftStop((1.0,), upper=-0.5, damping=0.2), push=0.5),
+        vi.State((0.0,), (0.0,)), REST),
+    "friction with nothing to hold": (
+        one(vi.Friction((1.0,), kinetic=0.0)), vi.State((0.0,), (0.0,)), REST),
+    "friction that carries its static level": (
+        one(vi.Friction((1.0,), kinetic=0.125, static=0.25)), vi.State((0.25,), (0.0,)),
+        lambda _: 0.25),
+    "equal oscillators with friction between": (
+        two(vi.Friction((1.0, -1.0), kinetic=0.1, static=0.15)),
+        vi.State((1.0, 1.0), (0.3, 0.3)), swing(1.0, 0.3)),
+    "equal oscillators with friction of no force between": (
+        two(vi.Friction((1.0, -1.0), kinetic=0.0)),
+        vi.State((1.0, 1.0), (0.3, 0.3)), swing(1.0, 0.3)),
+    "equal oscillators with a soft stop between": (
+        two(vi.SoftStop((1.0, -1.0), upper=0.0, stiffness=3.0, damping=0.2)),
+        vi.State((1.0, 1.0), (0.3, 0.3)), swing(1.0, 0.3)),
+    "equal oscillators with soft stops both ways between": (
+        two(vi.SoftStop((1.0, -1.0), lower=0.0, upper=0.0, stiffness=3.0, damping=0.2)),
+        vi.State((1.0, 1.0), (0.3, 0.3)), swing(1.0, 0.3)),
+    "a belt that moves like the free mass": (
+        one(vi.Friction((1.0,), kinetic=0.3, belt_motion=vi.Harmonic(1.0, (0.0,), (0.2,)))),
+        vi.State((0.0,), (0.2,)), swing(0.0, 0.2)),
+    "a soft stop that moves like the free mass": (
+        one(vi.SoftStop((1.0,), upper=0.0, stiffness=5.0, damping=0.5, motion=WAVE)),
+        vi.State((0.0,), (0.2,)), swing(0.0, 0.2)),
+    "a rigid stop that moves like the free mass": (
+        one(vi.RigidStop((1.0,), upper=0.0, restitution=0.5, upper_motion=WAVE)),
+        vi.State((0.0,), (0.2,)), swing(0.0, 0.2)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", LASTING)
+def test_a_margin_that_stays_zero_is_no_chain_of_events(what: str) -> None:
+    m, start, position = LASTING[what]
+    run = vi.simulate(m, start, t_max=20.0)
+    assert run.end is vi.RunEnd.HORIZON
+    assert set(run.status) <= {Status.STICK, Status.HORIZON}
+    # some 2000 steps, each with the rounding of the largest coordinate
+    np.testing.assert_allclose(run.position[-1, 0], position(20.0), atol=2000 * 2.0**-53)
+
+
+@pytest.mark.parametrize("place", [0.15, -0.15])
+def test_friction_holds_a_mass_that_starts_at_rest_within_its_static_level(place: float) -> None:
+    m = one(vi.Friction((1.0,), kinetic=0.1, static=0.2))
+    run = vi.simulate(m, vi.State((place,), (0.0,)), t_max=5.0)
+    assert list(run.status) == [Status.HORIZON]
+    assert run.position[-1, 0] == place
+
+
+def test_friction_holds_a_mass_that_stops_where_its_spring_is_free() -> None:
+    # from 1 it turns at -0.8, 0.6, -0.4, 0.2 and 0: there all that is left of y is rounding
+    run = vi.simulate(one(vi.Friction((1.0,), kinetic=0.1)), vi.State((1.0,), (0.0,)), t_max=40.0)
+    np.testing.assert_allclose(run.time[:-1], math.pi * np.arange(1, 6), rtol=ULPS)
+    assert run.end is vi.RunEnd.HORIZON
+    assert abs(run.position[-1, 0]) < ULPS
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_equal_masses_that_stick_at_once_do_as_one_does(side: float) -> None:
+    friction = [vi.Friction(row, kinetic=0.1, static=0.15) for row in ((1.0, 0.0), (0.0, 1.0))]
+    run = vi.simulate(two(*friction, coupling=0.7), vi.State((1.0, side), (0.0, 0.0)), t_max=60.0)
+    rate = 1.0 if side > 0.0 else math.sqrt(1.0 + 2.0 * 0.7)
+    turn, place = math.pi / rate, 1.0
+    level = 0.1 / rate**2
+    while place > 0.15 / rate**2 * (1.0 + ULPS):
+        place -= 2.0 * level
+    turns = round((1.0 - place) / (2.0 * level))
+    times = np.unique(np.round(run.time[:-1] / turn, 9))
+    np.testing.assert_array_equal(times, np.arange(1, turns + 1))
+    np.testing.assert_allclose(abs(run.position[-1]), abs(place), atol=16 * ULPS)
+    assert run.end is vi.RunEnd.HORIZON
+
+
+def test_equal_masses_meet_equal_soft_stops_at_once() -> None:
+    stops = [vi.SoftStop(row, upper=0.3, stiffness=5.0, damping=0.5)
+             for row in ((1.0, 0.0), (0.0, 1.0))]  # fmt: skip
+    both = vi.simulate(two(*stops, coupling=0.7), vi.State((0.0, 0.0), (1.0, 1.0)), t_max=20.0)
+    alone = vi.simulate(
+        one(vi.SoftStop((1.0,), upper=0.3, stiffness=5.0, damping=0.5)),
+        vi.State((0.0,), (1.0,)), t_max=20.0,
+    )  # fmt: skip
+    np.testing.assert_allclose(both.time, alone.time, rtol=16 * ULPS)
+    np.testing.assert_allclose(both.position[:, 1], alone.position[:, 0], atol=16 * ULPS)
+
+
+def test_one_friction_that_sticks_may_break_another_away_at_once() -> None:
+    # Block 2 on block 1 on the ground. Block 1 sticks already; when block 2 catches up, friction
+    # between them would have to carry 0.3 > 0.25, so that it slips the other way at once.
+    m = vi.Mechanism(
+        mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=np.zeros((2, 2)),
+        constant_force=(0.0, -0.3),
+        elements=(vi.Friction((1.0, 0.0), kinetic=0.5),
+                  vi.Friction((-1.0, 1.0), kinetic=0.25)),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.55)), t_max=3.0)
+    np.testing.assert_allclose(run.time[0], 0.55 / 0.55, rtol=ULPS)
+    assert [Status(s) for s in run.status] == [Status.CHANGE, Status.HORIZON]
+    np.testing.assert_allclose(run.position[-1], [0.0, 0.275 - 0.05 * 2.0**2 / 2.0], atol=ULPS)
+
+
+def test_sticking_of_one_mass_lets_another_slip() -> None:
+    # Both slide as one, 2 on top of 1; the ground stops 1, and 2 slips on, as 0.05 < 1 needed.
+    m = vi.Mechanism(
+        mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=np.zeros((2, 2)),
+        constant_force=(0.0, 0.3),
+        elements=(vi.Friction((1.0, 0.0), kinetic=0.9, static=2.0),
+                  vi.Friction((-1.0, 1.0), kinetic=0.05, static=1.0)),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0), (0.6, 0.6)), t_max=6.0)
+    # together: acceleration (0.3 - 0.9) / 2 = -0.3, the upper friction carries 0.6 < 1; at rest
+    # after 2 it carries 0.3 and holds
+    np.testing.assert_allclose(run.time[0], 2.0, rtol=ULPS)
+    np.testing.assert_allclose(run.position[-1], [0.6, 0.6], atol=ULPS)
+
+
+def test_a_soft_stop_does_not_press_from_the_other_side_of_its_gap() -> None:
+    # k (u - lower) + c u' asks for pressure at the lower stop while u is still at the upper one
+    m = one(vi.SoftStop((1.0,), lower=-0.5, upper=0.5, stiffness=1.0, damping=(8.0, 0.5)))
+    run = vi.simulate(m, vi.State((0.0,), (4.0,)), impacts=2)
+    assert [Status(s) for s in run.status] == [
+        Status.ENGAGE, Status.CHANGE, Status.CHANGE, Status.ENGAGE
+    ]  # fmt: skip
+    np.testing.assert_allclose(run.position[[0, 2, 3], 0], [0.5, 0.5, -0.5], rtol=ULPS)
+    assert list(run.stop[[0, 3]]) == [0, 1]
+
+
+def test_friction_between_two_belts_sticks_to_each_in_turn() -> None:
+    belts = [vi.Friction((1.0,), kinetic=level, belt_speed=speed)
+             for level, speed in ((0.1, 0.5), (0.2, -0.5))]  # fmt: skip
+    run = vi.simulate(one(*belts, stiffness=0.0), vi.State((0.0,), (2.0,)), t_max=20.0)
+    # 2 - 0.3 t = 0.5, then 0.5 - 0.1 (t - 5) = -0.5; the second holds with 0.1
+    np.testing.assert_allclose(run.time, [5.0, 15.0, 20.0], rtol=ULPS)
+    np.testing.assert_allclose(run.velocity_after[:, 0], [0.5, -0.5, -0.5], rtol=ULPS)
+
+
+def test_friction_twice_on_one_coordinate_is_friction_of_both() -> None:
+    pair = one(vi.Friction((1.0,), kinetic=0.1), vi.Friction((1.0,), kinetic=0.05))
+    single = one(vi.Friction((1.0,), kinetic=0.1 + 0.05))
+    runs = [vi.simulate(m, vi.State((1.05,), (0.0,)), t_max=40.0) for m in (pair, single)]
+    np.testing.assert_allclose(runs[0].time, runs[1].time, rtol=ULPS)
+    np.testing.assert_allclose(runs[0].position, runs[1].position, atol=ULPS)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_block_with_friction_rests_on_a_stop(restitution: float) -> None:
+    m = one(vi.Friction((1.0,), kinetic=0.1), vi.RigidStop((1.0,), upper=0.5,
+            restitution=restitution), push=1.0)  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0,), (1.0,)), t_max=20.0)
+    assert run.end is vi.RunEnd.HORIZON
+    assert run.status[-2] == Status.STICK
+    np.testing.assert_allclose(run.position[-1], 0.5, rtol=4 * ULPS)  # of a sum of bounces
+
+
+@pytest.mark.parametrize("restitution", [0.0, 1e-12, 0.3])
+def test_a_ball_at_rest_on_a_table_moves_with_it(restitution: float) -> None:
+    a, w = 0.1, 2.0  # a w^2 < g: it never leaves
+    table = vi.RigidStop(
+        (1.0,), lower=0.0, restitution=restitution, lower_motion=vi.Harmonic(w, (a,))
+    )
+    run = vi.simulate(one(table, stiffness=0.0, push=-1.0), vi.State((0.6,), (0.0,), 0.3),
+                      t_max=40.0)  # fmt: skip
+    assert run.end is vi.RunEnd.HORIZON
+    assert Status.RELEASE not in run.status
+    t = np.linspace(run.time[-2], 40.0, 1000)
+    x, v = (part[:, 0] for part in run.at(t))
+    # phases are good to the rounding of w t, and to that of some 1000 steps
+    np.testing.assert_allclose(x, a * np.sin(0.3 + w * t), atol=1000 * 2.0**-53)
+    np.testing.assert_allclose(v, a * w * np.cos(0.3 + w * t), atol=1000 * 2.0**-53)
+
+
+def test_a_ball_leaves_a_table_that_falls_faster() -> None:
+    a, w = 0.5, 2.0
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=0.0, lower_motion=vi.Harmonic(w, (a,)))
+    run = vi.simulate(one(table, stiffness=0.0, push=-1.0), vi.State((0.6,), (0.0,), 0.3),
+                      t_max=40.0)  # fmt: skip
+    released = run.status == Status.RELEASE
+    assert released.sum() >= 3
+    # the table's acceleration -a w^2 sin is -g there
+    np.testing.assert_allclose(np.sin(0.3 + w * run.time[released]), 1.0 / (a * w * w), rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("speed", "engaged"), [(-5.0, False), (5.0, True)], ids=["leaves", "is pressed"]
+)
+def test_a_start_behind_a_soft_stop_is_held_where_its_force_presses(
+    speed: float, engaged: bool
+) -> None:
+    m = one(vi.SoftStop((1.0,), upper=0.0, stiffness=3.0, damping=2.0))
+    run = vi.simulate(m, vi.State((0.1,), (speed,)), t_max=5.0)
+    first = run.position[0, 0], run.velocity_after[0, 0]
+    if engaged:  # the first event is that its force is zero
+        assert abs(3.0 * first[0] + 2.0 * first[1]) < 16 * ULPS
+    else:  # it flies on, without a force, to x = 0
+        np.testing.assert_allclose(first, (0.0, -math.hypot(0.1, 5.0)), rtol=ULPS, atol=ULPS)
+
+
+def test_a_long_flight_keeps_its_time_where_the_next_mode_has_to_be_built() -> None:
+    # Steps are of some 0.7 / sqrt(k): 8192 are behind when the stop is met, and its mode is new.
+    m = one(vi.SoftStop((1.0,), upper=0.8, stiffness=1e8 + 3.0))
+    run = vi.simulate(m, vi.State((0.0,), (1.0,)), impacts=1)
+    np.testing.assert_allclose(run.time[0], math.asin(0.8), rtol=1e-12)  # 1e4 steps of rounding
