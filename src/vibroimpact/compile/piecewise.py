@@ -23,6 +23,7 @@ are put in wherever v_z stands; the unused entry of y is 1, for the constant par
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -41,6 +42,7 @@ from vibroimpact.compile.modes import (
     Mode,
     Watch,
     closed_from_code,
+    code_of,
 )
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.elements import (
@@ -52,14 +54,22 @@ from vibroimpact.model.elements import (
 )
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.stop import Stop
 
 RADIX = 5  # states of an element in a code
+FEW = 32  # modes: up to this number, all are built at first
 SIDES = {
     SoftStopState.UPPER: 1, SoftStopState.LOWER: -1,
     SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
 }  # fmt: skip
 Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
 PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
+
+
+def code_of_states(states: tuple[int, ...], contacts: int) -> int:
+    """Code of the mode with these states and no closed contact."""
+    number = sum(int(state) * RADIX**i for i, state in enumerate(states))
+    return int(number * 3**contacts)
 
 
 def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]:
@@ -109,7 +119,7 @@ class Piecewise:
             )
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
-        self.codes = [0]
+        self.codes = self._codes()
         self.free = self._coordinates(Forces([], [], [], []))
         self.resets = self._resets()
         self.elements = [
@@ -141,6 +151,36 @@ class Piecewise:
         for i, row in zip(self.heavy, solved, strict=True):
             out[i] = row
         return out
+
+    def _codes(self) -> list[int]:
+        """Modes that are built at first: all, all without closed contacts, or the free one."""
+        m, contacts = self.mechanism, len(self.mechanism.contacts)
+        states = list(itertools.product(*(e.states for e in m.elements)))
+        sides = [
+            [0, *(s for s in (1, -1) if not is_infinite(Stop(i, s).limit(m.contacts)))]
+            for i in range(contacts)
+        ]
+        closed = list(itertools.product(*sides))
+        if len(states) > FEW:
+            return [0]
+        if len(states) * len(closed) > FEW:
+            closed = closed[:1]
+        pairs = itertools.product(closed, states)  # open ones come first
+        return [
+            code_of(stops) + code_of_states(taken, contacts)
+            for sides_, taken in pairs
+            for stops in [tuple(Stop(i, s) for i, s in enumerate(sides_) if s)]
+            if self._exists(stops, taken)
+        ]
+
+    def _exists(self, closed: Closed, states: tuple[int, ...]) -> bool:
+        """Whether the forces of a mode's constraints are determined."""
+        m = self.mechanism
+        rows = [list(m.contacts[i].row) for i, _ in closed]
+        for e, state in zip(m.elements, states, strict=True):
+            if isinstance(e, Friction) and state == FrictionState.STICK:
+                rows.append(list(e.row))
+        return not rows or linear.null_space(rows) is not None
 
     def mode(self, code: int) -> Mode:
         """Compile the mode with this code."""

@@ -282,6 +282,11 @@ class Mechanism:
         return hash((rows, self.contacts, self.forces, self.constant_force, self.elements))
 
     @property
+    def numbered(self) -> tuple[Contact | Element, ...]:
+        """Contacts, then elements, as results number them."""
+        return (*self.contacts, *self.elements)
+
+    @property
     def degrees(self) -> int:
         """Number of coordinates n."""
         return len(self.mass)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
+from vibroimpact.model.elements import Element, Friction
 from vibroimpact.model.mechanism import Contact
 
 StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the lower
@@ -62,9 +64,11 @@ class Stop(NamedTuple):
         """Description in words, as in "the upper stop of contact 0"."""
         return f"the {'upper' if self.upper else 'lower'} stop of contact {self.contact}"
 
-    def limit(self, contacts: Sequence[Contact]) -> float:
+    def limit(self, contacts: Sequence[Contact | Element]) -> float:
         """Position of the stop; infinite if there is none."""
         contact = contacts[self.contact]
+        if isinstance(contact, Friction):
+            return math.inf
         return contact.upper if self.upper else contact.lower
 
     def restitution(self, contacts: Sequence[Contact]) -> float:
