@@ -23,7 +23,7 @@ VI_HD inline start_gap gap_at_start(const hybrid<Flow>& system,
     const int n = system.dimension();
     const double u = guard_value(g, 0, at.y, n);
     const double above = u - g.lower, below = g.upper - u;
-    const double terms = terms_of(system, at.y, contact, 0);
+    const double terms = terms_of(system, at, contact, 0);
     return {above, below, rounding_at(above < below ? g.lower : g.upper, terms)};
 }
 
@@ -46,7 +46,7 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
     const auto& g = system.modes[0].guards[i];
     const int n = system.dimension(), degrees = system.oscillators();
     const double u = plain(guard_value(g, 0, at.y, n));
-    at.touching[i] = side_within(g, u, terms_of(system, at.y, i, 0));
+    at.touching[i] = side_within(g, u, terms_of(system, at, i, 0));
     at.rate[i] = T(0.0);
     if (at.touching[i] == 0.0) return;
     T rate = T(0.0);

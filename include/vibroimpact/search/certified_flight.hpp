@@ -156,6 +156,16 @@ VI_HD inline void take_first(const window_verdict& v, int number, int side, cons
     if (first.what == finding::none || v.s < first.s) first = {v.what, v.s, number, side, g};
 }
 
+// Whether a guard of a flow without blocks need not be looked at: the verdict would be none.
+template <class Guard, class T, int D, class Flow>
+VI_HD inline bool is_out_of_reach(const Guard& g, const vec<T, D>& y, double span,
+                                  double applications, const Flow& flow) {
+    if constexpr (is_modal<Flow>)
+        return false;
+    else
+        return applications < most_out_of_reach && stays_out_of_reach(g, y, span, flow);
+}
+
 // `still` says whether the flight has not left the stop that it started on.
 template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_dimension>& y,
@@ -164,6 +174,10 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
                                   earliest<N>& first) {
     const auto& guard = m.guards[i];
     const int n = m.flow.dimension();
+    if (!guard.closed && is_out_of_reach(guard, y, span, applications + earlier, m.flow)) {
+        still = still && (start.touching[i] == 0.0 || applications == 0);
+        return;
+    }
     const taylor<N> u = derivatives<N>(guard, y, n);
     const double farthest = change_bound(u, span);
     const double terms = max(plain(magnitude(guard, 0, y, m.flow)), -plain(start.flat[i]));
@@ -191,6 +205,10 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
                                 int earlier, double span, earliest<N>& first) {
     const auto& guard = m.watched.at[j].row;
     if (m.watched.at[j].held) return;
+    if (is_out_of_reach(guard, y, span, applications + earlier, m.flow)) {
+        still = still && (start.elements.zeros[j] == 0 || applications == 0);
+        return;
+    }
     const taylor<N> u = derivatives<N>(guard, y, m.flow.dimension());
     const double farthest = change_bound(u, span);
     const double terms = plain(magnitude(guard, 0, y, m.flow));

@@ -74,6 +74,7 @@ VI_HD inline void set_guard(guard<double, D>& g, const guard_numbers& from, cons
     g.closed = from.closed;
     g.reach = max(detail::finite_part(g.lower), detail::finite_part(g.upper));
     differentiate(g, flow);
+    if constexpr (!is_modal<Flow>) prepare_reach(g, flow);
 }
 
 // The next watch of a mode.
@@ -156,12 +157,13 @@ VI_HD inline double next_terms(const Flow& flow, const vec<double, D>& row, vec<
 
 } // namespace detail
 
-// Of all gaps of a system, whose free mode this is; `more`: another mode without closed contacts, and
-// the larger ones count.
+// Of all gaps, from a mode that holds no contact closed.
 template <class Flow>
-VI_HD inline void set_terms(hybrid<Flow>& system, const mode<double, Flow>& free,
-                            const mode_coordinates& p, bool more = false) {
+VI_HD inline void set_terms(hybrid<Flow>& system, mode<double, Flow>& free,
+                            const mode_coordinates& p) {
     constexpr int D = Flow::max_dimension;
+    auto* terms = system.terms;
+    if constexpr (Flow::shape_type::max_elements > 0) terms = free.watched.terms;
     const int n = free.flow.dimension();
     const auto of_y = detail::terms_of_coordinates<D>(p, n);
     for (int i = 0; i < free.flow.contacts(); ++i) {
@@ -188,13 +190,7 @@ VI_HD inline void set_terms(hybrid<Flow>& system, const mode<double, Flow>& free
             row = next;
             gain = later;
         }
-        auto& largest = system.terms[i];
-        if (!more) largest = {};
-        for (int m = 0; m < gap_terms<D>::orders; ++m) {
-            largest.gains[m] = max(largest.gains[m], to.gains[m]);
-            for (int j = 0; j < n; ++j)
-                largest.rows[m][j] = max(largest.rows[m][j], to.rows[m][j]);
-        }
+        terms[i] = to;
     }
 }
 

@@ -29,6 +29,16 @@ struct view_of<R, Flow, true> {
     using type = stride_view<R, Flow>;
 };
 
+// The terms that add up to the m-th derivative of a gap in free flight, within a step, are of the size
+// rows[m] . |y| + gains[m]. Those terms are counted of which rows and y are sums themselves: there, too,
+// large ones may have cancelled, and left their rounding.
+template <int Dimension>
+struct gap_terms {
+    static constexpr int orders = 4;
+    vec<double, Dimension> rows[orders];
+    double gains[orders];
+};
+
 // A guard of an element in a mode: the state lasts while lower <= u <= upper. A constraint of the mode
 // keeps a `held` one at zero: it says who may enter, and is not searched.
 template <class R, int Dimension, int Orders>
@@ -39,14 +49,15 @@ struct watch {
     int reset = -1;  // which map y takes where the limit is reached; -1: none
     int target = -1; // code of the mode that follows; -1: decided by transition/elements.hpp
 };
-template <class R, int Dimension, int Orders, int Most>
+template <class R, int Dimension, int Orders, int Contacts, int Most>
 struct watches {
     watch<R, Dimension, Orders> at[Most];
     int count = 0;
-    bool constrained = false; // whether entering the mode projects y
+    bool constrained = false;             // whether entering the mode projects y
+    gap_terms<Dimension> terms[Contacts]; // where the mode holds no contact closed
 };
-template <class R, int Dimension, int Orders>
-struct watches<R, Dimension, Orders, 0> {
+template <class R, int Dimension, int Orders, int Contacts>
+struct watches<R, Dimension, Orders, Contacts, 0> {
     static constexpr int count = 0;
 };
 
@@ -56,8 +67,8 @@ struct mode {
     static constexpr int dimension_limit = Flow::max_dimension;
     Flow flow;
     guard<R, dimension_limit, Orders> guards[Flow::max_contacts];
-    [[no_unique_address]] watches<R, dimension_limit, Orders, Flow::shape_type::max_watches>
-        watched;
+    [[no_unique_address]] watches<R, dimension_limit, Orders, Flow::max_contacts,
+                                  Flow::shape_type::max_watches> watched;
     [[no_unique_address]] typename view_of<R, Flow>::type view;
 };
 
@@ -105,16 +116,6 @@ struct contact_law {
     R restitution_lower, restitution_upper;
 };
 
-// The terms that add up to the m-th derivative of a gap in free flight, within a step, are of the size
-// rows[m] . |y| + gains[m]. Those terms are counted of which rows and y are sums themselves: there, too,
-// large ones may have cancelled, and left their rounding.
-template <int Dimension>
-struct gap_terms {
-    static constexpr int orders = 4;
-    vec<double, Dimension> rows[orders];
-    double gains[orders];
-};
-
 // What all modes say of the elements.
 inline constexpr int radix = 5; // states of an element, at most
 template <int Most>
@@ -144,7 +145,7 @@ struct hybrid : sizes<typename Flow::shape_type> {
     const int* codes;                 // codes[m]: which contacts mode m holds closed
     int mode_count;
     contact_law<double, max_dimension, max_contacts> laws[max_contacts];
-    gap_terms<max_dimension> terms[max_contacts];
+    gap_terms<max_dimension> terms[max_contacts]; // with elements the modes have them
     double inverse_omega_squared[max_lines];
     [[no_unique_address]] element_table<Flow::shape_type::max_elements> elements;
 
@@ -171,11 +172,24 @@ struct hybrid : sizes<typename Flow::shape_type> {
     }
 };
 
-// The size of those terms at y, free coordinates.
-template <class T, class Flow>
-VI_HD inline double terms_of(const hybrid<Flow>& system, const vec<T, Flow::max_dimension>& y,
-                             int contact, int m) {
-    const auto& terms = system.terms[contact];
+// Terms of the gaps while elements are in the states that the motion is in: what else was built, or when, does
+// not matter.
+template <class Flow, class State>
+VI_HD inline const gap_terms<Flow::max_dimension>* terms_in(const hybrid<Flow>& system,
+                                                            const State& at) {
+    if constexpr (Flow::shape_type::max_elements > 0) {
+        const int open = system.find_mode(system.closed_sets() * at.elements.code);
+        return system.modes[open < 0 ? 0 : open].watched.terms;
+    } else {
+        return system.terms;
+    }
+}
+
+// The size of those terms where a motion stands, free coordinates.
+template <class Flow, class State>
+VI_HD inline double terms_of(const hybrid<Flow>& system, const State& at, int contact, int m) {
+    const auto& y = at.y;
+    const auto& terms = terms_in(system, at)[contact];
     const int n = system.dimension();
     double largest = 0.0, sum = terms.gains[m];
     for (int j = 0; j < n; ++j)

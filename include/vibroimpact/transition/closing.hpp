@@ -63,7 +63,7 @@ VI_HD inline double terms_of_force(const hybrid<Flow>& system, const State& at, 
     for (int j = 0; j < system.contacts(); ++j) {
         if (at.touching[j] == 0.0 || at.rate[j] != 0.0) continue;
         const double share = abs(gap_mobility(system, at, i, j)) / system.laws[j].mobility[j];
-        sum = sum + share * terms_of(system, at.y, j, 2);
+        sum = sum + share * terms_of(system, at, j, 2);
     }
     return sum / system.laws[i].mobility[i];
 }
@@ -113,10 +113,10 @@ VI_HD inline small_system<N> problem_of_ties(const hybrid<Flow>& system, const S
     for (int j = 0; j < p.n; ++j) {
         const auto shares = shares_of(system, at, resting, active, ties.index[j]);
         p.b[j] = gap_derivative<double>(system, there, ties.index[j], 3);
-        p.slack[j] = terms_of(system, at.y, ties.index[j], 3);
+        p.slack[j] = terms_of(system, at, ties.index[j], 3);
         for (int c = 0; c < resting.others.count; ++c)
             if (active >> c & 1)
-                p.slack[j] += abs(shares[c]) * terms_of(system, at.y, resting.others.index[c], 3);
+                p.slack[j] += abs(shares[c]) * terms_of(system, at, resting.others.index[c], 3);
         p.slack[j] = tie_margin * p.slack[j];
         for (int i = 0; i < p.n; ++i) {
             p.a[i][j] = gap_mobility(system, at, ties.index[i], ties.index[j]);

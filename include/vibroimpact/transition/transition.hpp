@@ -91,7 +91,7 @@ VI_HD inline void set_rate(const hybrid<Flow>& system, trajectory<T, typename Fl
                            int i) {
     at.rate[i] =
         -at.touching[i] * guard_value(system.modes[0].guards[i], 1, at.y, system.dimension());
-    if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at.y, i, 1)) at.rate[i] = T(0.0);
+    if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at, i, 1)) at.rate[i] = T(0.0);
 }
 
 // Which other stops are reached within rounding at the moment of an event, or not left yet.
@@ -105,7 +105,7 @@ VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
         at.touching[i] = 0.0;
         const auto& g = free.guards[i];
         const double u = plain(guard_value(g, 0, at.y, n));
-        const double side = side_within(g, u, terms_of(system, at.y, i, 0));
+        const double side = side_within(g, u, terms_of(system, at, i, 0));
         if (side == 0.0) continue;
         at.touching[i] = side;
         at.flat[i] = 0.0;
@@ -268,7 +268,7 @@ VI_HD inline event<T, typename Flow::shape_type>
 arrive(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
        const landing<T, typename Flow::shape_type>& end, bool from_rest) {
     const int c = end.contact;
-    if (from_rest && -plain(end.rate) <= tie_margin * terms_of(system, at.y, c, 1))
+    if (from_rest && -plain(end.rate) <= tie_margin * terms_of(system, at, c, 1))
         return graze(system, at, end, from_rest);
     at.touching[c] = end.side;
     at.rate[c] = end.rate;

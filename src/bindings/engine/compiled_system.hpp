@@ -49,8 +49,7 @@ public:
                        data.shift});
         modes_.push_back(compile(data));
         if (data.code % hybrid_.closed_sets() == 0)
-            vi::set_terms(hybrid_, modes_.back(), physical_[static_cast<int>(modes_.size()) - 1],
-                          data.code != 0);
+            vi::set_terms(hybrid_, modes_.back(), physical_[static_cast<int>(modes_.size()) - 1]);
         codes_.push_back(data.code);
         const int m = static_cast<int>(modes_.size()) - 1;
         from_free_.push_back(vi::map_between<D>(physical_[0], physical_[m], n_));
