@@ -42,12 +42,17 @@ class Batch:
 
     def __init__(self, *, columns: Any, varied: Any, **system: Any) -> None:  # noqa: ARG002
         assert not varied
+        assert not system.pop("piecewise")
+        assert not system.pop("elements")
         assert (system["dense"], system["mixed"], system["degrees"]) == (False, False, 2)
         self.arrays: dict[str, list[Any]] = {}
         self._add(system)
 
-    def add_mode(self, *, flow: dict[str, Any], code: int, varied: Any, **mode: Any) -> None:
+    def add_mode(
+        self, *, flow: dict[str, Any], code: int, varied: Any, piecewise: Any, **mode: Any
+    ) -> None:
         assert not varied
+        assert not piecewise
         self._add({**mode, **flow, "codes": [code]})
 
     def run(self, *, observers: dict[str, dict[str, Any]], **members: Any) -> dict[str, Any]:

@@ -15,6 +15,9 @@ struct batch_arrays : batch_sizes {
     const double* mobility;
     const double* shift;
     const double* restitution;
+    const int*
+        states; // which each element has, as bits; whether it is a soft stop: the same for all
+    const int* soft;
 
     // modes: the arguments of add_mode for one system, leading axes (mode, system); the free mode is first
     const int* codes; // (mode)
@@ -36,6 +39,18 @@ struct batch_arrays : batch_sizes {
     const double* from_x;
     const double* from_v;
     const double* particular;
+
+    // The same of modes with elements: the step of each, the constant of the map into it, and watches, all of
+    // a mode together. None where they are null.
+    const double* mode_steps;
+    const double* map_shift;
+    const int* watch_counts; // (mode)
+    const int* watch_element;
+    const int* watch_held;
+    const double* watch_rows;
+    const double* watch_gains;
+    const double* watch_lower;
+    const double* watch_upper;
 
     // members
     const int* system;

@@ -29,9 +29,11 @@ VI_HD inline sizes<Shape> sizes_of(const batch_arrays& b) {
 
 VI_HD inline mode_coordinates coordinates_of(const batch_arrays& b, long long mode, long long s) {
     const long long n = b.degrees, d = 2 * (n + b.lines), at = mode * b.systems + s;
-    return {b.to_x + at * n * d,    b.to_v + at * n * d,   b.offset + at * n,
-            b.from_x + at * d * n,  b.from_v + at * d * n, b.particular + at * d * 2 * b.lines,
-            b.kappas + s * b.lines, static_cast<int>(n),   static_cast<int>(b.lines)};
+    return {b.to_x + at * n * d,       b.to_v + at * n * d,
+            b.offset + at * n,         b.from_x + at * d * n,
+            b.from_v + at * d * n,     b.particular + at * d * 2 * b.lines,
+            b.kappas + s * b.lines,    static_cast<int>(n),
+            static_cast<int>(b.lines), b.map_shift ? b.map_shift + at * d : nullptr};
 }
 
 template <class Flow>
@@ -45,10 +47,29 @@ VI_HD inline flow_numbers flow_of(const batch_arrays& b, long long mode, long lo
     } else {
         from.b = b.b + at * d * d;
         from.constant = b.constant + at * d;
-        from.norm = b.norm + at * d * d;
-        from.growth = b.growth + at;
+        if (b.mode_steps) from.step = b.mode_steps[at];
+        if (b.norm) from.norm = b.norm + at * d * d;
+        if (b.growth) from.growth = b.growth + at;
     }
     return from;
+}
+
+// The watches of mode m of system s.
+template <class Flow>
+VI_HD inline void build_watches(const batch_arrays& b, long long m, long long s,
+                                mode<double, Flow>& to) {
+    if (!b.watch_counts) return;
+    long long first = 0;
+    for (long long k = 0; k < m; ++k)
+        first += b.watch_counts[k];
+    const int count = b.watch_counts[m], n = to.flow.dimension();
+    for (int j = 0; j < count; ++j) {
+        const long long at = first * b.systems + s * count + j;
+        add_watch(to, {{b.watch_rows + at * n, b.watch_gains[at], b.watch_lower[at],
+                        b.watch_upper[at], no_side},
+                       b.watch_element[first + j],
+                       b.watch_held[first + j] != 0});
+    }
 }
 
 // Mode m of system s, with the maps to it and the rows that observers watch.
@@ -68,9 +89,10 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
             {b.rows + at * n, b.gains[at], b.lower[at], b.upper[at], b.side[m * contacts + i]},
             flow);
     }
+    build_watches(b, m, s, to);
     prepare_search(to, m == 0);
     const auto free = coordinates_of(b, 0, s), here = coordinates_of(b, m, s);
-    if (m == 0) set_terms(*room.system, to, free);
+    if (b.codes[m] % room.system->closed_sets() == 0) set_terms(*room.system, to, here);
     room.from_free[m] = map_between<D>(free, here, n);
     room.to_free[m] = map_between<D>(here, free, n);
     auto* row = room.rows + m * room.row_count;
@@ -92,6 +114,13 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
     h.codes = b.codes;
     h.mode_count = static_cast<int>(b.modes);
     set_lines(h, b.kappas + s * b.lines, static_cast<int>(b.lines));
+    if constexpr (Flow::shape_type::max_elements > 0) {
+        h.elements.count = static_cast<int>(b.elements);
+        for (int e = 0; e < h.elements.count; ++e) {
+            h.elements.states[e] = b.states[e];
+            h.elements.soft[e] = b.soft[e] != 0;
+        }
+    }
     const int n = h.dimension(), contacts = h.contacts();
     for (int i = 0; i < contacts; ++i) {
         const long long at = s * contacts + i;

@@ -89,6 +89,15 @@ VI_HD inline void leave_out_flow(const Flow& flow, vec<jet<double, W>, Flow::max
     }
 }
 
+// Elements whose margins grow have left their limits; what stays on one goes on to do so.
+template <int Watches>
+VI_HD inline void leave_limits(element_states<Watches>& states) {
+    if constexpr (Watches > 0)
+        for (int j = 0; j < Watches; ++j)
+            if (states.zeros[j] <= most_zeros && -states.zeros[j] <= most_zeros)
+                states.zeros[j] = 0;
+}
+
 // The flight from a trajectory to its event, which left it `at`: the tangents of that but the first, by
 // way of pieces, whose growth is the answer. Nothing is changed where they do not lead to that event.
 template <int W, class Flow>
@@ -123,6 +132,7 @@ VI_CALL growth<W> in_pieces(const hybrid<Flow>& system,
         from.y[i].v = there[i];
     for (int i = 0; i < contacts; ++i)
         if (side_in_code(from.held, i) == 0.0) from.touching[i] = 0.0;
+    leave_limits(from.elements);
     const auto last = step(system, from, duration - flown + piece);
     const bool same = last.what == e.what && last.contact == e.contact && last.side == e.side &&
                       from.mode == at.mode && from.held == at.held;

@@ -66,6 +66,17 @@ VI_CALL void start_member(const batch_arrays& b, const hybrid<Flow>& system, lon
              b.phases + i * b.lines, at);
 }
 
+// Give the elements of a start their states, with modes that the host builds. Where one is missing the run says so.
+template <class Flow, class Build>
+VI_HD inline void settle_start(const hybrid<Flow>& system,
+                               trajectory<double, typename Flow::shape_type>& at, Build& build) {
+    if constexpr (Flow::shape_type::max_elements > 0)
+        for (;;) {
+            const auto states = settle_elements(system, at);
+            if (states.what != decision::missing || !build(states.code)) return;
+        }
+}
+
 // Frequency of the first forcing line of system s; 0 without forcing.
 VI_HD inline double forcing_of(const batch_arrays& b, long long s) {
     return b.lines ? b.omegas[s * b.lines] : 0.0;
@@ -78,13 +89,14 @@ template <class Observer>
 VI_HD inline void finished_member<Flow, Build>::run_again(Observer& observer) const {
     motion<double, Flow> again{};
     detail::start_member(batch, system, row, again.at);
+    detail::settle_start(system, again.at, build);
     detail::run_building(system, again, limits_of(window), observer, build);
 }
 
 // Take member i to its start; false if it ends there, behind a stop or beyond all sizes.
-template <class Flow>
+template <class Flow, class Build>
 VI_HD inline bool load_member(const batch_arrays& b, long long i, const system_room<Flow>& built,
-                              member_state<Flow>& out) {
+                              member_state<Flow>& out, Build& build) {
     detail::start_member(b, *built.system, i, out.now.at);
     const bool diverged = has_diverged(built.system->modes[0], out.now.at.y);
     if (diverged || behind_stop(*built.system, out.now.at)) {
@@ -92,6 +104,7 @@ VI_HD inline bool load_member(const batch_arrays& b, long long i, const system_r
         b.end[i] = static_cast<signed char>(end);
         return false;
     }
+    detail::settle_start(*built.system, out.now.at, build);
     const long long s = b.system[i];
     out.now.so_far = {};
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};

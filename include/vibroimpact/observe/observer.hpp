@@ -55,7 +55,7 @@ inline constexpr long long no_limit = 0x7fffffff;
 
 struct batch_sizes {
     long long systems, modes, members;
-    long long degrees, lines, contacts;
+    long long degrees, lines, contacts, elements; // their numbers follow those of contacts
     long long mixed; // whether positions show q' of blocks in free flight
 };
 

@@ -16,6 +16,7 @@
 #include "vibroimpact/observe/shares.hpp"
 #include "vibroimpact/observe/spectrum.hpp"
 #include "vibroimpact/observe/speeds.hpp"
+#include "vibroimpact/observe/states.hpp"
 #include "vibroimpact/observe/stroboscopic.hpp"
 #include "vibroimpact/observe/symbol.hpp"
 
@@ -28,6 +29,6 @@ using all_observers =
     observer_list<observe::section, observe::symbol, observe::impacts, observe::speeds,
                   observe::power, observe::extremes, observe::rms, observe::lyapunov,
                   observe::spectrum, observe::shares, observe::settling, observe::final_state,
-                  observe::rotation, observe::stroboscopic>;
+                  observe::rotation, observe::stroboscopic, observe::states>;
 
 } // namespace vi

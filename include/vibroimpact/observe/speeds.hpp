@@ -1,7 +1,8 @@
 // Statistics of impact speeds: the rate at which the gap closed.
 //
 // Method      speed = -rate_before of every impact; of simultaneous ones that of the contact found
-//             first. Completed chatter has no single speed and is left out.
+//             first; at a soft stop that with which it is met. Completed chatter has no single
+//             speed and is left out.
 #pragma once
 
 #include "vibroimpact/observe/observer.hpp"
@@ -21,7 +22,7 @@ struct speeds {
         double smallest = infinity(), largest = 0.0;
 
         VI_HD void on_event(const event_view<Flow>& s) {
-            if (s.e.what != status::impact && s.e.what != status::simultaneous) return;
+            if (!counts_as_impact(s.e.what) || s.e.what == status::chatter) return;
             const double speed = -s.e.rate_before;
             ++count;
             sum = sum + speed;

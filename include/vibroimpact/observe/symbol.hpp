@@ -1,4 +1,5 @@
-// The symbol n-p-q of a periodic motion, p and q of every contact.
+// The symbol n-p-q of a periodic motion, p and q of every contact, then of every element: a soft stop counts
+// how often it is met.
 //
 // Method      The first impact in the window is the reference; a later one is a return if the motion
 //             stands at the same contact and stop in the same state (state.hpp). The period is the
@@ -18,10 +19,10 @@
 
 namespace vi::observe {
 
-template <int Contacts>
+template <int Stops>
 struct periodic_symbol {
     int impacts = 0;
-    int n = 0, p[Contacts] = {}, q[Contacts] = {};
+    int n = 0, p[Stops] = {}, q[Stops] = {};
 };
 
 struct symbol {
@@ -35,7 +36,7 @@ struct symbol {
         to.count("returns", returns, 1, largest_count);
     }
     void tables(const batch_sizes& n, const auto& to) {
-        to("numbers", numbers, 1 + 2 * n.contacts, 0.0);
+        to("numbers", numbers, 1 + 2 * (n.contacts + n.elements), 0.0);
     }
     template <class Flow>
     struct observer;
@@ -46,7 +47,7 @@ struct symbol::observer {
     static constexpr int most_impacts = 4096, most_periods = 32, word = 64;
     static constexpr int too_long = -1;
     static constexpr double largest = 32767.0; // of n; p and q stay below most_impacts
-    using repeated = periodic_symbol<Flow::max_contacts>;
+    using repeated = periodic_symbol<Flow::max_contacts + Flow::shape_type::max_elements>;
 
     double tolerance = 0.0;
     long returns = 0;
@@ -92,11 +93,11 @@ struct symbol::observer {
     VI_HD void write(const auto& m, const symbol& to) const {
         const auto found = result();
         double* row = to.numbers.row(m.row);
-        const auto contacts = (to.numbers.width - 1) / 2;
+        const auto stops = (to.numbers.width - 1) / 2;
         row[0] = found.n;
-        for (long long c = 0; c < contacts; ++c) {
+        for (long long c = 0; c < stops; ++c) {
             row[1 + c] = found.p[c];
-            row[1 + contacts + c] = found.q[c];
+            row[1 + stops + c] = found.q[c];
         }
     }
 

@@ -5,10 +5,12 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "ensemble/batch.hpp"
@@ -33,8 +35,9 @@ class batch {
 public:
     batch(bool dense, bool mixed, int degrees, const array& columns, const varied_places& varied,
           const array& omegas, const array& kappas, const array& steps, const array& impulse,
-          const array& mobility, const array& shift, const array& restitution)
-        : dense_(dense), columns_(columns) {
+          const array& mobility, const array& shift, const array& restitution, bool piecewise,
+          const std::vector<std::tuple<int, bool>>& elements)
+        : dense_(dense), piecewise_(piecewise), columns_(columns) {
         if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2)
             throw std::invalid_argument(
                 "columns must have 2 axes (V, S), omegas 1 (L), impulse 2 (C, D).");
@@ -42,14 +45,23 @@ public:
         const std::size_t d = 2 * (static_cast<std::size_t>(degrees) + lines);
         const std::size_t most = dense ? vi::largest_dimension : vi::block_dimension;
         const std::size_t contacts = dense ? vi::most_contacts : vi::block_contacts;
-        const bool fits = d <= most && c >= 1 && c <= contacts && lines <= vi::max_lines;
-        if (s == 0 || degrees < 1 || !fits)
+        const bool fits = d <= most && c + elements.size() >= 1 && c <= contacts &&
+                          elements.size() <= vi::most_elements && lines <= vi::max_lines;
+        const bool flown = dense || !piecewise;
+        if (s == 0 || degrees < 1 || !fits || !flown || (!piecewise && !elements.empty()))
             throw std::invalid_argument("a batch needs at least one system, and sizes that fit.");
         one_.systems = 1;
         one_.degrees = degrees;
         one_.lines = static_cast<long long>(lines);
         one_.contacts = static_cast<long long>(c);
         one_.mixed = mixed;
+        for (const auto& [states, soft] : elements) {
+            states_.push_back(states);
+            soft_.push_back(soft);
+        }
+        one_.elements = static_cast<long long>(states_.size());
+        one_.states = states_.data();
+        one_.soft = soft_.data();
         add({{"omegas", &fields::omegas, omegas, lines},
              {"kappas", &fields::kappas, kappas, lines},
              {"steps", &fields::steps, steps, 1},
@@ -64,7 +76,7 @@ public:
                   const array& gains, const array& lower, const array& upper,
                   const std::vector<int>& side, const array& to_x, const array& to_v,
                   const array& offset, const array& from_x, const array& from_v,
-                  const array& particular) {
+                  const array& particular, const nb::dict& piecewise) {
         const auto [n, lines, c, d] = sizes();
         if (side.size() != c || (codes_.empty() && code != 0))
             throw std::invalid_argument("side: one per contact; the free mode, code 0, is first.");
@@ -82,14 +94,41 @@ public:
         if (dense_) {
             parts.push_back({"b", &fields::b, of_flow("b"), d * d});
             parts.push_back({"constant", &fields::constant, of_flow("constant"), d});
-            parts.push_back({"norm", &fields::norm, of_flow("norm"), d * d});
-            parts.push_back({"growth", &fields::growth, of_flow("growth"), 1});
+            if (!piecewise_) {
+                parts.push_back({"norm", &fields::norm, of_flow("norm"), d * d});
+                parts.push_back({"growth", &fields::growth, of_flow("growth"), 1});
+            }
         } else {
             parts.push_back({"k", &fields::k, of_flow("k"), d / 2});
             parts.push_back({"c", &fields::c, of_flow("c"), d / 2});
             parts.push_back({"a", &fields::a, of_flow("a"), d / 2});
         }
+        std::vector<int> of_watch, held;
+        if (piecewise_) {
+            of_watch = nb::cast<std::vector<int>>(piecewise["watch_element"]);
+            held = nb::cast<std::vector<int>>(piecewise["watch_held"]);
+            const std::size_t count = of_watch.size();
+            const auto other = [&](int e) { return e < 0 || e >= one_.elements; };
+            if (held.size() != count || count > 2 * states_.size() ||
+                std::any_of(of_watch.begin(), of_watch.end(), other))
+                throw std::invalid_argument("watches: at most two of each element.");
+            const auto named = [&](const char* name) { return nb::cast<array>(piecewise[name]); };
+            parts.push_back({"mode_step", &fields::mode_steps, named("mode_step"), 1});
+            parts.push_back({"map_shift", &fields::map_shift, named("map_shift"), d});
+            parts.push_back({"watch_rows", &fields::watch_rows, named("watch_rows"), count * d});
+            parts.push_back({"watch_gains", &fields::watch_gains, named("watch_gains"), count});
+            parts.push_back({"watch_lower", &fields::watch_lower, named("watch_lower"), count});
+            parts.push_back({"watch_upper", &fields::watch_upper, named("watch_upper"), count});
+        }
         add(parts, varied);
+        if (piecewise_) {
+            counts_.push_back(static_cast<int>(of_watch.size()));
+            of_watch_.insert(of_watch_.end(), of_watch.begin(), of_watch.end());
+            held_.insert(held_.end(), held.begin(), held.end());
+            one_.watch_counts = counts_.data();
+            one_.watch_element = of_watch_.data();
+            one_.watch_held = held_.data();
+        }
         codes_.push_back(code);
         sides_.insert(sides_.end(), side.begin(), side.end());
         one_.codes = codes_.data();
@@ -176,11 +215,13 @@ private:
         return out;
     }
 
-    bool dense_;
+    bool dense_, piecewise_;
     array columns_; // the systems' own numbers (V, S)
     system_numbers numbers_{};
     vi::batch_arrays one_{};
     std::vector<int> codes_, sides_;
+    std::vector<int> states_, soft_;            // of elements
+    std::vector<int> counts_, of_watch_, held_; // of watches, modes one after the other
 };
 
 } // namespace
@@ -206,9 +247,10 @@ void bind_batch(nb::module_& m) {
         "of members\nhave a leading axis of members.")
         .def(nb::init<bool, bool, int, const array&, const varied_places&, const array&,
                       const array&, const array&, const array&, const array&, const array&,
-                      const array&>(),
+                      const array&, bool, const std::vector<std::tuple<int, bool>>&>(),
              "dense"_a, "mixed"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a,
-             "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
+             "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a, "piecewise"_a,
+             "elements"_a,
              nb::sig("def __init__(self, *, dense: bool, mixed: bool, degrees: int, "
                      "columns: numpy.typing.NDArray[numpy.float64], "
                      "varied: dict[str, dict[int, int]], "
@@ -218,10 +260,11 @@ void bind_batch(nb::module_& m) {
                      "impulse: numpy.typing.NDArray[numpy.float64], "
                      "mobility: numpy.typing.NDArray[numpy.float64], "
                      "shift: numpy.typing.NDArray[numpy.float64], "
-                     "restitution: numpy.typing.NDArray[numpy.float64]) -> None"))
+                     "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
+                     "elements: list[tuple[int, bool]]) -> None"))
         .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,
              "lower"_a, "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
-             "particular"_a,
+             "particular"_a, "piecewise"_a,
              nb::sig("def add_mode(self, *, code: int, "
                      "varied: dict[str, dict[int, int]], "
                      "flow: dict[str, numpy.typing.NDArray[numpy.float64]], "
@@ -234,7 +277,8 @@ void bind_batch(nb::module_& m) {
                      "offset: numpy.typing.NDArray[numpy.float64], "
                      "from_x: numpy.typing.NDArray[numpy.float64], "
                      "from_v: numpy.typing.NDArray[numpy.float64], "
-                     "particular: numpy.typing.NDArray[numpy.float64]) -> None"))
+                     "particular: numpy.typing.NDArray[numpy.float64], "
+                     "piecewise: dict[str, typing.Any]) -> None"))
         .def("run", &batch::run, "system"_a, "position"_a, "velocity"_a, "phases"_a, "settle"_a,
              "observe"_a, "most_impacts"_a, "observers"_a,
              nb::sig("def run(self, *, system: numpy.typing.NDArray[numpy.int32], "

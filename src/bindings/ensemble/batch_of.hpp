@@ -41,8 +41,12 @@ public:
         (*this)(b_.codes[0]);
     }
 
-    // Build the mode of this closed set; false if the batch has none.
+    // Build the mode with this code; false if the batch has none. That of the same states without closed contacts
+    // is there before.
     bool operator()(int code) {
+        const int open = code - code % system_.closed_sets();
+        if (code < 0 || (code != open && system_.find_mode(open) < 0 && !(*this)(open)))
+            return false;
         const auto m = std::find(b_.codes, b_.codes + b_.modes, code) - b_.codes;
         if (m == b_.modes) return false;
         std::construct_at(&modes_[m]);
@@ -123,7 +127,7 @@ public:
         i_ = i;
         built_.reset();
         built_ = systems_.of(b_.system[i]);
-        if (!vi::load_member(built_->arrays(), i, built_->in(), here_)) return false;
+        if (!vi::load_member(built_->arrays(), i, built_->in(), here_, *built_)) return false;
         here_.window.interrupted = interrupted_;
         until_ = tangents_ ? vi::begin_of_tangents(here_.window) : vi::infinity();
         return true;

@@ -57,7 +57,7 @@ def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
     position, velocity, time = (
         members[f"section_{kind}"].values for kind in ("position", "velocity", "time")
     )
-    rows = max(sum(map(abs, contact.row)) for contact in mechanism_of(system).contacts)
+    rows = max(sum(map(abs, one.row)) for one in mechanism_of(system).numbered)
     return sections.scale_of(position, velocity, members["speed_largest"].values / rows, time)
 
 

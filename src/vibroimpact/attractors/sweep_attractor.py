@@ -140,8 +140,10 @@ def carried(
     on_stop
         Whether the state is on that stop; otherwise it is moved only if it lies behind one.
     """
-    law = mechanism.contacts[contact]
-    u = float(np.dot(law.row, state.position))
+    law = mechanism.numbered[contact]
+    if not isinstance(law, Contact):  # a soft stop keeps no position out
+        return state
+    u = float(np.dot(law.row, state.position)) - _moved(mechanism, law, state.phase)
     target = _nearest(law, u)
     if on_stop:
         target = Stop.at(stop, contact).limit(mechanism.contacts)
@@ -150,6 +152,12 @@ def carried(
     lift = np.array(linear.solve_definite(mechanism.mass, [[x] for x in law.row]))[:, 0]
     shift = (target - u) / float(np.dot(law.row, lift)) * lift
     return State(tuple(np.add(state.position, shift)), state.velocity, state.phase)
+
+
+def _moved(mechanism: Mechanism, law: Contact, phase: float) -> float:
+    """How far the stops have moved at this phase of the first line."""
+    angles = [(line, phase * (line.omega / mechanism.omega)) for line in law.motion]
+    return sum(line.sine[0] * math.sin(a) + line.cosine[0] * math.cos(a) for line, a in angles)
 
 
 def _nearest(law: Contact, u: float) -> float:

@@ -8,20 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Hybrid
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise
+
+WATCHED = ("watch_element", "watch_held")
 
 
 class Stack(NamedTuple):
@@ -53,8 +54,8 @@ class Stacks:
 
     Attributes
     ----------
-    dense, mixed, degrees
-        Properties that all systems share.
+    dense, mixed, piecewise, degrees, elements
+        Properties that all systems share; elements as ``_kernel.Batch`` takes them.
     systems
         Stacks, by name of the argument of ``_kernel.Batch``.
     modes
@@ -65,21 +66,28 @@ class Stacks:
 
     dense: bool
     mixed: bool
+    piecewise: bool
     degrees: int
+    elements: list[tuple[int, bool]]
     systems: dict[str, Stack]
     modes: list[dict[str, Any]]
     columns: Floats
 
     @property
     def sizes(self) -> tuple[int, int, int]:
-        """Coordinates, contacts and forcing lines."""
+        """Coordinates, rigid contacts and forcing lines."""
         systems = self.systems
         return self.degrees, len(systems["restitution"].shared), systems["omegas"].shared.size
 
     @property
     def structure(self) -> tuple[object, ...]:
         """Properties that systems of one kernel batch have in common."""
-        return self.dense, self.mixed, self.sizes, tuple(mode["code"] for mode in self.modes)
+        kinds = self.dense, self.mixed, self.piecewise, self.sizes, tuple(self.elements)
+        modes = (
+            (mode["code"], *(tuple(mode["piecewise"].get(name, ())) for name in WATCHED))
+            for mode in self.modes
+        )
+        return *kinds, tuple(modes)
 
     @property
     def omegas(self) -> Floats:
@@ -90,7 +98,7 @@ class Stacks:
         """Kernel batch of the systems."""
         batch = _kernel.Batch(
             dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
-            **kernel_arguments(self.systems),
+            piecewise=self.piecewise, elements=self.elements, **kernel_arguments(self.systems),
         )  # fmt: skip
         for mode in self.modes:
             batch.add_mode(**kernel_arguments(mode))
@@ -99,7 +107,7 @@ class Stacks:
 
 def kernel_arguments(part: dict[str, Any]) -> dict[str, Any]:
     """Arguments of the kernel for stacks: the arrays of one system, and ``varied``."""
-    flat = part | part.get("flow", {})
+    flat = part | part.get("flow", {}) | part.get("piecewise", {})
     varied = {name: x.columns for name, x in flat.items() if isinstance(x, Stack) and x.columns}
     return _mapped(lambda stack: stack.shared, part) | {"varied": varied}
 
@@ -134,10 +142,6 @@ def stacks_of(
         A mode is needed whose contact forces are not determined.
     """
     m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
-    if isinstance(hybrid, Piecewise):
-        raise InvalidParameterError(
-            "sweeps run rigid stops that stand still, with symmetric matrices. Simulate this system."
-        )
     contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
     systems = {
         "omegas": stack(hybrid.omegas, lines),
@@ -150,18 +154,22 @@ def stacks_of(
     }
     modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]
     table = stack.table(grid)
-    return Stacks(hybrid.dense, hybrid.mixed, m.degrees, systems, modes, table)
+    piecewise = isinstance(hybrid, Piecewise)
+    return Stacks(
+        hybrid.dense, hybrid.mixed, piecewise, m.degrees, hybrid.elements, systems, modes, table
+    )
 
 
 def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, Any]:
     c, n, size = mode.coordinates, hybrid.mechanism.degrees, hybrid.size
     contacts, lines = len(mode.guards), len(hybrid.omegas)
-    rows, gains, lower, upper, side = zip(*mode.guards, strict=True)
+    rows, gains, lower, upper, side = _columns(mode.guards, 5)
     square, row = (size, size), (size,)
     shapes = {"b": square, "constant": row, "norm": square, "growth": (1,)} if hybrid.dense else {}
+    flow = {k: stack(x, *shapes.get(k, (size // 2,))) for k, x in c.flow.items() if k != "step"}
     return {
         "code": mode.code,
-        "flow": {k: stack(x, *shapes.get(k, (size // 2,))) for k, x in c.flow.items()},
+        "flow": flow,
         "rows": stack(rows, contacts, size),
         "gains": stack(gains, contacts),
         "lower": stack(lower, contacts),
@@ -173,7 +181,29 @@ def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, 
         "from_x": stack(c.from_x, size, n),
         "from_v": stack(c.from_v, size, n),
         "particular": stack(c.particular, size, 2 * lines),
+        "piecewise": _watched(mode, size, stack) if isinstance(hybrid, Piecewise) else {},
     }
+
+
+def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
+    """What modes with elements have besides: their step, a shift, watches."""
+    rows, gains, lower, upper, element, held = _columns(mode.watches, 6)
+    count = len(mode.watches)
+    return {
+        "mode_step": stack(cast(list[float], mode.coordinates.flow["step"]), 1),
+        "map_shift": stack(mode.coordinates.shift, size),
+        "watch_rows": stack(rows, count, size),
+        "watch_gains": stack(gains, count),
+        "watch_lower": stack(lower, count),
+        "watch_upper": stack(upper, count),
+        "watch_element": list(element),
+        "watch_held": [int(one) for one in held],
+    }
+
+
+def _columns(rows: Sequence[tuple[Any, ...]], count: int) -> list[tuple[Any, ...]]:
+    """Columns of a table that may have no rows."""
+    return [tuple(row[i] for row in rows) for i in range(count)]
 
 
 class _Stacker:
@@ -218,4 +248,4 @@ def joined(parts: Sequence[Stacks], order: NDArray[np.intp]) -> Stacks:
     systems = _mapped(stack, *(part.systems for part in parts))
     modes = [_mapped(stack, *same) for same in zip(*(part.modes for part in parts), strict=True)]
     table = np.array(columns).reshape(len(columns), len(order))
-    return Stacks(first.dense, first.mixed, first.degrees, systems, modes, table)
+    return replace(first, systems=systems, modes=modes, columns=table)

@@ -18,6 +18,7 @@ from vibroimpact._core.checks import check_count, check_memory, check_stop_name,
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
+from vibroimpact.model.elements import Friction
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -119,7 +120,7 @@ class Section(SectionPoints):
     contact, stop
         Contact and stop of the impacts.
     status
-        :class:`~vibroimpact.Status` of each: impact, simultaneous or chatter.
+        :class:`~vibroimpact.Status` of each: impact, simultaneous, chatter or engage.
     """
 
     contact: int
@@ -232,7 +233,7 @@ def impact_section(
     stop
         "A", the upper stop, or "B", the lower.
     contact
-        Index of the contact.
+        Number of the contact, or of a soft stop, which counts where it is met.
 
     Returns
     -------
@@ -394,13 +395,20 @@ def section_of(
 
 
 def check_stop(system: System, contact: Any, stop: StopName) -> None:
-    """Refuse a stop that the system does not have."""
-    contacts = mechanism_of(system).contacts
+    """Refuse a stop that the system does not have: those of contacts, and soft ones."""
+    contacts = mechanism_of(system).numbered
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not whole or not 0 <= contact < len(contacts):
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
         raise refusal("contact", contact, known)
     check_stop_name(stop)
+    if isinstance(contacts[contact], Friction):
+        stops = [str(i) for i, one in enumerate(contacts) if not isinstance(one, Friction)]
+        raise InvalidParameterError(
+            f"contact = {contact}: is friction, which has no stop. Take "
+            + (f"{' or '.join(stops)}, or the " if stops else "the ")
+            + "stroboscopic section."
+        )
     if math.isinf(Stop.at(stop, contact).limit(contacts)):
         raise InvalidParameterError(
             f"stop = {stop!r}: contact {contact} has no such stop; use the other one."

@@ -25,6 +25,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
 from vibroimpact._core.progress import Progress, interruptible
 from vibroimpact._core.types import Arrays
+from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System, mechanism_of
@@ -230,9 +231,16 @@ def plan_of(
 def _ordinary(mechanism: Mechanism, length: float) -> float:
     """Upper estimate of impacts of ordinary motion in so many forcing periods or units of time."""
     mass = np.array(mechanism.mass)
+    stiffness, damping = np.array(mechanism.stiffness), np.array(mechanism.damping)
+    for element in mechanism.elements:
+        if isinstance(element, SoftStop):
+            square = np.outer(element.row, element.row)
+            (_, k_a, c_a), (_, k_b, c_b) = map(element.law, (1, -1))
+            stiffness = stiffness + max(k_a, k_b) * square
+            damping = damping + max(c_a, c_b) * square
     stiff, damp = (
-        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, np.array(part)))).max())
-        for part in (mechanism.stiffness, mechanism.damping)
+        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, part))).max())
+        for part in (stiffness, damping)
     )
     fastest = max(math.sqrt(stiff) + damp, *(force.omega for force in mechanism.forces), 0.0)
     cycles = length * (1.0 + fastest / (mechanism.omega or 2.0 * math.pi))
@@ -241,7 +249,7 @@ def _ordinary(mechanism: Mechanism, length: float) -> float:
         for contact in mechanism.contacts
         for r in contact.restitutions
     )
-    return cycles * chatters
+    return cycles * (chatters + MORE_IMPACTS * len(mechanism.elements))
 
 
 def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:

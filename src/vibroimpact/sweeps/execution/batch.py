@@ -1,10 +1,11 @@
 """Many systems of one kind, and the run of trajectories of theirs: the members of an ensemble.
 
 Method      Systems are compiled together (compile/many_systems.py) and handed to the kernel in parts of one
-            structure; each part runs its members. Where members close a set of contacts whose mode
-            their systems do not have yet, these run once more from their start with that mode.
+            structure; each part runs its members. Where members close a set of contacts, or their
+            elements take states, whose mode their systems do not have yet, these run once more from
+            their start with that mode.
 Accuracy    Every member has the bits of running it alone.
-Fails       A member that closes contacts whose forces are not determined ends as MISSING.
+Fails       A member that comes into a mode whose forces are not determined ends as MISSING.
 """
 
 from __future__ import annotations
@@ -267,12 +268,12 @@ def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
     """Codes of the modes that a member asks for on its way, as far as they can be compiled."""
     k = members.system[row]
     system = with_parameters(batch.system, {name: x[k].item() for name, x in batch.values.items()})
-    compiled, codes = Compiled(mechanism_of(system)), list[int]()
+    compiled = Compiled(mechanism_of(system))
+    known = len(compiled.codes)
     state = State(tuple(members.position[row]), tuple(members.velocity[row]), members.phase[row])
     at, end = begin(compiled, state), members.settle[row] + members.observe[row]
     most = members.most_impacts
     while True:
         why, code, _ = compiled.kernel.advance(at, end, math.inf, events_for(most), most)
         if why != RunEnd.MISSING or not compiled.add_code(code):
-            return codes
-        codes.append(code)
+            return compiled.codes[known:]

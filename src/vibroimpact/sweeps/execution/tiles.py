@@ -74,7 +74,8 @@ def compiled_bytes(mechanism: Mechanism) -> int:
     """
     n, lines, contacts = mechanism.degrees, len(mechanism.forces), len(mechanism.contacts)
     size = 2 * (n + lines)
-    modes = 3**contacts if contacts <= 2 else 1  # others are compiled when they are wanted
+    states = math.prod(len(e.states) for e in mechanism.elements)
+    modes = states * (3**contacts if contacts <= 2 else 1)  # others come when they are wanted
     numbers = modes * size * (contacts + 4 * n + 2 * lines + size) + contacts * (
         2 * size + contacts
     )

@@ -12,5 +12,6 @@ from vibroimpact.sweeps.observers.settling import Settling as Settling
 from vibroimpact.sweeps.observers.shares import Shares as Shares
 from vibroimpact.sweeps.observers.spectrum import Spectrum as Spectrum
 from vibroimpact.sweeps.observers.speeds import Speeds as Speeds
+from vibroimpact.sweeps.observers.states import States as States
 from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic as Stroboscopic
 from vibroimpact.sweeps.observers.symbol import Symbol as Symbol

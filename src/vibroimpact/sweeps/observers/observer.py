@@ -20,6 +20,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.mechanism import Mechanism
 
 COORDINATE, CONTACT, EXPONENT = "coordinate", "contact", "exponent"  # dimensions
+ELEMENT, STATE = "element", "state"
 QUANTITIES = {"position": "length", "velocity": "velocity", "time": "time"}
 ROWS = "rows"  # the option of observers that can be there several times in one run
 

@@ -13,7 +13,8 @@ from vibroimpact.sweeps.observers.observer import CONTACT, Observer, Variables, 
 class Symbol(Observer):
     """The symbol n-p-q of a periodic motion: forcing periods, impacts at stops A and B.
 
-    With several contacts p and q have a dimension of them.
+    With several contacts p and q have a dimension of them; soft stops follow, counted where they are
+    met, and friction, which counts nothing.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ class Symbol(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``n``, ``p``, ``q``: (...) with one contact, p and q (..., contact) with several."""
-        count = len(mechanism.contacts)
+        count = len(mechanism.numbered)
         more = ((CONTACT,), (count,)) if count > 1 else ((), ())
         text = "until the motion repeats itself"
         return {"n": whole("numbers", f"forcing periods {text}", 0, "int16")} | {

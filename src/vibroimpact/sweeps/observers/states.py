@@ -1,0 +1,28 @@
+"""States: how long every element is in each of its states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from vibroimpact.compile.piecewise import RADIX
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.sweeps.observers.observer import ELEMENT, STATE, Observer, Variables, real
+
+
+@dataclass(frozen=True)
+class States(Observer):
+    """Share of time that every element, a soft stop or friction, is in each of its states.
+
+    Elements in the order of the mechanism, states by their numbers: of a soft stop open, pressed at
+    the upper stop, at the lower one, waiting behind the upper, behind the lower; of friction slip
+    forwards, backwards, stick. Rigid stops have "shares".
+    """
+
+    name: ClassVar[str] = "states"
+
+    def variables(self, mechanism: Mechanism) -> Variables:
+        """``share_in_state`` (..., element, state)."""
+        shape = len(mechanism.elements), RADIX
+        share = real("shares", "share of time in state", dims=(ELEMENT, STATE), shape=shape)
+        return {"share_in_state": share}
