@@ -5,9 +5,10 @@ A parameter is
 - a field of a system that is a dataclass with a ``mechanism``, such as ``"omega"`` of
   :class:`~vibroimpact.ImpactDamper`;
 - a keyword of a :class:`Family`, a function that builds a mechanism;
-- a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry),
-  ``"contacts[0].upper"``, ``"contacts[0].restitution"``, ``"forces[0].sine[1]"``,
-  ``"constant_force[0]"``, or ``"omega"``: all forcing frequencies in proportion.
+- a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry, if equal),
+  ``"contacts[0].upper"``, ``"contacts[0].restitution"``, ``"elements[0].stiffness"``,
+  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, or ``"omega"``: all forcing frequencies in
+  proportion, those of moving stops and belts included.
 
 Derivatives with respect to it are exact: the system is built once more with a jet for the number,
 and every entry of M, C, K, of the stops and of the forces comes out with its derivatives.
@@ -28,11 +29,13 @@ from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
+from vibroimpact.model.elements import Element
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.system import System, mechanism_of
 
 SYMMETRIC = ("mass", "damping", "stiffness")
+PAIRS = ("restitution", "].stiffness", "].damping")  # numbers at the lower and at the upper stop
 Step = str | int
 
 
@@ -201,7 +204,7 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
             here = here[step] if isinstance(step, int) else _field(here, step)
     except (AttributeError, IndexError, TypeError):
         here = None
-    if path.endswith("restitution") and isinstance(here, tuple):
+    if path.endswith(PAIRS) and isinstance(here, tuple):
         if here[0] != here[1]:
             raise InvalidParameterError(
                 f"parameter = {path!r}: is {here[0]} at the lower and {here[1]} at the upper stop. "
@@ -235,9 +238,14 @@ def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
         items[first] = _replaced(items[first], rest, value)
         return type(here)(items)
     inside = _replaced(getattr(here, first), rest, value)
-    if first in SYMMETRIC and len(rest) == 2 and rest[0] != rest[1]:
+    if first in SYMMETRIC and len(rest) == 2 and _mirrored(getattr(here, first), *rest):
         inside = _replaced(inside, rest[::-1], value)
     return replace(here, **{first: inside})
+
+
+def _mirrored(matrix: Any, i: Any, j: Any) -> bool:
+    """Whether an entry of a matrix has a mirror entry, and equals it: both are one parameter."""
+    return i != j and bool(matrix[i][j] == matrix[j][i])
 
 
 def _with_entry(mechanism: Mechanism, path: str, value: Any) -> Mechanism:
@@ -253,4 +261,20 @@ def _at_omega(mechanism: Mechanism, omega: Any) -> Mechanism:
     ]
     varied = copy(mechanism)  # the rest has been checked
     object.__setattr__(varied, "forces", tuple(lines))
+    for name in ("contacts", "elements"):
+        moved = tuple(_moved_at(one, omega, mechanism.omega) for one in getattr(mechanism, name))
+        object.__setattr__(varied, name, moved)
     return varied
+
+
+def _moved_at(one: Contact | Element, omega: Any, before: float) -> Contact | Element:
+    """A stop or a belt with the frequencies of its motion in proportion."""
+    motions: dict[str, Any] = {
+        name: tuple(
+            Harmonic(omega * (line.omega / before), line.sine, line.cosine)
+            for line in getattr(one, name)
+        )
+        for name in ("upper_motion", "lower_motion", "motion", "belt_motion")
+        if name in {f.name for f in dataclasses.fields(one)} and getattr(one, name)
+    }
+    return replace(one, **motions) if motions else one
