@@ -39,6 +39,7 @@ enum class flight_end { contact, grazing, horizon, paused, searching, undecided,
 // then how many derivatives of that margin, from its value on, are zero, with the sign of the side;
 // most_zeros + 1 where no derivative leads away. Values lie on the limit but for rounding, the offset.
 inline constexpr int most_zeros = 6;
+inline constexpr int no_states = -1; // code of a start, whose states are still to be decided
 template <int Watches>
 struct element_states {
     int code = 0;

@@ -5,8 +5,7 @@
 //                 g > 0,  or  g = 0 and g' > 0,  or  g = g' = 0 and g'' > 0, ...               (1)
 //             g being the margin to the limit, and if every held row of it is zero: slip speed, to stick.
 //             A margin whose derivatives up to `most_zeros` all vanish lasts, too.
-//             The present states are kept where they can last, but at a start those of friction without
-//             slip. Else the elements with a watch that is
+//             The present states are kept where they can last; a start has none. Else the elements with a watch that is
 //             not inside are decided together: of the combinations of their states the first that can
 //             last is taken, states in falling order, so that friction sticks where it can. Values alone
 //             exclude most states of each before.
@@ -217,30 +216,18 @@ VI_HD inline bool law_decides(const hybrid<Flow>& system, int taken, int other) 
     return true;
 }
 
-// Whether friction slips, by its state, at slip speed zero: a start has no states to keep, and sticks where it can.
-template <class Flow, class Mode, class States>
-VI_HD inline bool any_without_slip(const hybrid<Flow>& system, const Mode& m,
-                                   const States& states) {
-    for (int j = 0; j < m.watched.count; ++j) {
-        const int e = m.watched.at[j].element;
-        if (!system.elements.soft[e] && states.zeros[j] != 0 &&
-            state_in_code(states.code, e) != sticking_state)
-            return true;
-    }
-    return false;
-}
-
 template <class Flow>
 VI_HD inline decided_states decide_states(const hybrid<Flow>& system,
                                           const vec<double, Flow::max_dimension>& y, int closed,
                                           element_states<Flow::shape_type::max_watches>& to) {
     const int n = system.dimension(), sets = system.closed_sets();
     const double largest = max(to.size, largest_of(y, n)); // rounding is of the whole flight
+    const bool start = to.code == no_states;
+    if (start) to.code = 0;
     const int now = system.find_mode(closed + sets * to.code);
     if (now < 0) return {decision::missing, closed + sets * to.code};
     auto next = to;
-    if (can_last(system.modes[now], y, largest, next) &&
-        !(to.size == 0.0 && any_without_slip(system, system.modes[now], next))) {
+    if (!start && can_last(system.modes[now], y, largest, next)) {
         to = next;
         return {decision::kept};
     }
