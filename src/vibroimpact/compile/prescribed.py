@@ -223,13 +223,19 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
             )
 
 
-def _compile(system: Any, parameter: str) -> Prescribed:
+def check_rigid(system: System) -> Mechanism:
+    """The mechanism of a system, refused where motions with prescribed impacts do not cover it."""
     m = mechanism_of(system)
     if needs_elements(m):
         raise InvalidParameterError(
             f"system = {shown(system)}: orbits are found for rigid stops that stand still, with "
-            "symmetric matrices. Simulate this one: simulate, sections, lyapunov."
+            "symmetric matrices. Take simulate, sections, classify, sweeps, Lyapunov exponents."
         )
+    return m
+
+
+def _compile(system: Any, parameter: str) -> Prescribed:
+    m = check_rigid(system)
     varied = expanded(system, parameter) if parameter else m
     _check_ratios(varied, parameter)
     n, lines = m.degrees, len(m.forces)

@@ -20,6 +20,7 @@ from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
+from vibroimpact.compile.prescribed import check_rigid
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -106,7 +107,7 @@ def find_orbit(
         check_count("cycles", cycles, 0)
     if symmetric is not None:
         check_flag("symmetric", symmetric)
-    mechanism_of(system)
+    check_rigid(system)
     if isinstance(guess, SymmetricOrbit):
         guess = of_symmetric(guess)
     if isinstance(guess, State):

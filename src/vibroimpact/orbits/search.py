@@ -32,6 +32,7 @@ import numpy as np
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_kind
 from vibroimpact._core.progress import Progress
 from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
+from vibroimpact.compile.prescribed import check_rigid
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import (
     SAME,
@@ -111,6 +112,7 @@ def find_orbits(
     >>> [(orbit.symbol, orbit.stable) for orbit in found.orbits if orbit.admissible]
     [('1-1-1', False), ('1-1-1', True)]
     """
+    check_rigid(system)
     check_count("cycles", cycles, 1, MOST_CYCLES)
     for name, value in (("impacts", impacts), ("starts", starts)):
         check_count(name, value, 1)

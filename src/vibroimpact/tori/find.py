@@ -20,6 +20,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.compile.prescribed import check_rigid
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -291,6 +292,7 @@ def _of_system(
     settle: int,
     points: int,
 ) -> Started:
+    check_rigid(system)
     if isinstance(start, SectionPoints):
         start = start.last
     if isinstance(start, State):
