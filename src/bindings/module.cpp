@@ -7,6 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
+#include "engine/small.hpp"
 #include "engine/system.hpp"
 #include "ensemble/batch_module.hpp"
 #include "interrupt.hpp"
@@ -64,7 +65,9 @@ public:
                                       std::move(kappas), step, laws, elements, given);
         const bool small =
             !mixed && dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
-        system_ = dense   ? binding::make_dense(data)
+        const bool few = binding::is_small(static_cast<std::size_t>(dimension),
+                                           data.contacts.size(), data.states.size());
+        system_ = dense   ? (few ? binding::make_dense_small : binding::make_dense)(data)
                   : small ? binding::make_modal_small(data)
                           : binding::make_modal(data);
         dimension_ = static_cast<std::size_t>(dimension);
@@ -221,6 +224,25 @@ public:
         return out;
     }
 
+    nb::dict spectrum(const binding::position& at, double t_max, double flight_limit, long events,
+                      long impacts, long block, int count) const {
+        binding::lyapunov_result r;
+        {
+            nb::gil_scoped_release release;
+            r = system_->spectrum(at, {t_max, flight_limit, events, impacts, interrupted}, block,
+                                  count);
+        }
+        raise_if_interrupted();
+        const std::size_t n = r.time.size();
+        nb::dict out;
+        out["why"] = r.why;
+        out["code"] = r.code;
+        out["events"] = r.events;
+        out["growth"] = to_numpy(std::move(r.growth), {n, static_cast<std::size_t>(count)});
+        out["time"] = to_numpy(std::move(r.time), {n});
+        return out;
+    }
+
     nb::object acceleration(numbers x, numbers v, numbers phases) const {
         return to_numpy(system_->acceleration({std::move(x), std::move(v), std::move(phases)}),
                         {degrees_});
@@ -320,6 +342,11 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
              "impacts"_a, "block"_a,
              nb::sig("def lyapunov(self, at: Position, t_max: float, flight_limit: float, "
                      "events: int, impacts: int, block: int) -> dict[str, typing.Any]"))
+        .def("spectrum", &kernel_system::spectrum, "at"_a, "t_max"_a, "flight_limit"_a, "events"_a,
+             "impacts"_a, "block"_a, "count"_a,
+             nb::sig("def spectrum(self, at: Position, t_max: float, flight_limit: float, "
+                     "events: int, impacts: int, block: int, count: int) "
+                     "-> dict[str, typing.Any]"))
         .def("acceleration", &kernel_system::acceleration, "x"_a, "v"_a, "phases"_a,
              nb::sig("def acceleration(self, x: list[float], v: list[float], "
                      "phases: list[float]) -> numpy.typing.NDArray[numpy.float64]"))

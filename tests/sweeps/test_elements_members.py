@@ -12,11 +12,20 @@ import vibroimpact as vi
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.sweeps.execution.batch import Members, batch_of, run_members
 from vibroimpact.sweeps.member_status import MemberStatus
-from vibroimpact.sweeps.observers import Final, Impacts, Lyapunov, Shares, Spectrum, States, Symbol
+from vibroimpact.sweeps.observers import (
+    Dissipation,
+    Final,
+    Impacts,
+    Lyapunov,
+    Shares,
+    Spectrum,
+    States,
+    Symbol,
+)
 from vibroimpact.sweeps.observers.observer import Observer
 
 SEEN: tuple[Observer, ...] = (
-    Final(), Impacts(), Shares(), States(), Symbol(), Lyapunov(), Spectrum(),
+    Final(), Impacts(), Shares(), States(), Symbol(), Lyapunov(), Spectrum(), Dissipation(),
 )  # fmt: skip
 
 
@@ -165,3 +174,80 @@ def test_friction_on_a_steady_motion_sticks_and_slips_for_the_times_of_the_run()
     assert abs(shares[2] - stuck) < 2.0 * len(run) / 20000.0  # an interval at either end of a phase
     assert 0.05 < shares[2] < 0.95
     np.testing.assert_allclose(shares.sum(), 1.0, rtol=2.0**-46)
+
+
+@pytest.mark.parametrize("release", ["force", "gap"])
+def test_what_elements_take_is_what_the_motion_loses(release: Any) -> None:
+    """Free decay: no other dashpot, so that the energy goes into the stops and into friction."""
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 2.0]], damping=[[0.0] * 2] * 2, stiffness=[[2.0, -1.0], [-1.0, 3.0]],
+        elements=(
+            vi.SoftStop((1.0, -1.0), -0.3, 0.2, stiffness=(5.0, 20.0), damping=(0.3, 0.8),
+                        release=release),
+            vi.Friction((0.0, 1.0), 0.01),
+        ),
+    )  # fmt: skip
+    start = vi.GridStarts({"v1": [1.0, 2.0]}, vi.State((0.0, 0.0), (0.0, 0.5)))
+    length = 30.0
+    found = vi.sweep(
+        m, over={}, start=start, observe=["dissipation", "final"], settle=0.0, periods=length,
+        progress=False,
+    )  # fmt: skip
+
+    def energy(x: np.ndarray, v: np.ndarray) -> Any:
+        spring = np.array([[2.0, -1.0], [-1.0, 3.0]])
+        return (x @ spring @ x + v @ np.diag([1.0, 2.0]) @ v) / 2.0
+
+    for row, v1 in enumerate([1.0, 2.0]):
+        before = energy(np.zeros(2), np.array([v1, 0.5]))
+        end = energy(found.final_position.values[row], found.final_velocity.values[row])
+        work = found.work_on_element.values[row] * length
+        assert np.all(work > 0.0)
+        # some 2000 steps, each with the rounding of the energy
+        np.testing.assert_allclose(work.sum(), before - end, atol=2000 * 2.0**-53 * before)
+
+
+def test_a_plane_names_the_motions_that_classify_finds() -> None:
+    system = vi.Family(soft, k=29.0, c=0.0, omega=0.8)
+    over = {"omega": np.linspace(0.7, 1.4, 4), "k": np.array([5.0, 29.0])}
+    start = vi.State((0.1,), (0.3,), 0.1)
+    found = vi.plane(system, over=over, start=start, settle=300, periods=60, progress=False)
+    words = dict(zip(found.motion.flag_values, found.motion.flag_meanings.split(), strict=True))
+    for i, omega in enumerate(over["omega"]):
+        for j, k in enumerate(over["k"]):
+            attractor = vi.classify(vi.Family(soft, k=float(k), c=0.0, omega=float(omega)), start)
+            if attractor.symbol:
+                assert words[int(found.motion[i, j])] == attractor.symbol, (omega, k)
+    assert any(words[int(code)] == "1-1-0" for code in found.motion.values.ravel())
+
+
+def test_basins_and_diagrams_take_soft_stops_and_moving_ones() -> None:
+    start = vi.State((0.1,), (0.3,), 0.1)
+    axis = np.linspace(-2.0, 2.0, 6)
+    basins = vi.basins(
+        vi.Family(soft, k=29.0, c=0.0, omega=1.3), over={"x1": axis, "v1": axis}, start=start,
+        settle=200, periods=40, progress=False,
+    )  # fmt: skip
+    for name in basins.name.values:
+        state = vi.attractor_state(basins, str(name))
+        found = vi.classify(vi.Family(soft, k=29.0, c=0.0, omega=1.3), state)
+        assert str(name).startswith(found.symbol)
+    diagram = vi.bifurcation_sweep(
+        vi.Family(table, a=0.3, r=0.5, omega=2.0), over={"a": np.linspace(0.4, 0.6, 3)},
+        start=vi.State((0.5,), (0.0,), 0.1), stop="B", settle=100, progress=False,
+    )  # fmt: skip
+    height = diagram.x1.values[np.isfinite(diagram.x1.values)]
+    assert height.size
+    assert np.all(np.abs(height + 0.7) <= 0.6 + 1e-12)  # points lie on the table
+
+
+def test_numbers_of_elements_are_parameters() -> None:
+    found = vi.sweep(
+        soft(29.0, 0.5, 0.8), over={"elements[0].stiffness": [8.0, 29.0]},
+        start=vi.State((0.1,), (0.3,), 0.1), observe="final", settle=0, periods=20, progress=False,
+    )  # fmt: skip
+    for row, k in enumerate([8.0, 29.0]):
+        alone = vi.simulate(
+            soft(k, 0.5, 0.8), vi.State((0.1,), (0.3,), 0.1), t_max=20.0 * (2.0 * math.pi / 0.8)
+        )
+        assert alone.position[-1].tobytes() == found.final_position.values[row].tobytes()

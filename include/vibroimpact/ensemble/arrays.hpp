@@ -15,9 +15,10 @@ struct batch_arrays : batch_sizes {
     const double* mobility;
     const double* shift;
     const double* restitution;
-    const int*
-        states; // which each element has, as bits; whether it is a soft stop: the same for all
+    // Of elements: which states each has, as bits, and whether it is a soft stop, the same for all systems; 6 numbers
+    const int* states;
     const int* soft;
+    const double* element_laws;
 
     // modes: the arguments of add_mode for one system, leading axes (mode, system); the free mode is first
     const int* codes; // (mode)

@@ -119,6 +119,7 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
         for (int e = 0; e < h.elements.count; ++e) {
             h.elements.states[e] = b.states[e];
             h.elements.soft[e] = b.soft[e] != 0;
+            detail::copy(h.elements.law[e], b.element_laws + (s * b.elements + e) * 6, 6);
         }
     }
     const int n = h.dimension(), contacts = h.contacts();

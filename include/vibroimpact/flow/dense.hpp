@@ -56,12 +56,12 @@ struct linear_field : sizes<Shape> {
     template <int Order, class T, class Time>
     VI_HD constexpr state<T> mean_rate(const state<T>& dy, const Time& s) const {
         const int n = this->dimension();
-        state<T> sum = dy;
-        for (int m = Order; m >= 2; --m) {
-            state<T> next = dy;
+        state<T> sum = dy, next = dy;
+        for (int m = Order; m >= 2; --m) { // whole states are large to copy
             for (int i = 0; i < n; ++i)
                 next[i] = dy[i] + dot(b[i], sum, n) * (s * (1.0 / m));
-            sum = next;
+            for (int i = 0; i < n; ++i)
+                sum[i] = next[i];
         }
         return sum;
     }

@@ -4,6 +4,7 @@
 // its rows of results (ensemble/), and the table that Python reads.
 #pragma once
 
+#include "vibroimpact/observe/dissipation.hpp"
 #include "vibroimpact/observe/extremes.hpp"
 #include "vibroimpact/observe/final.hpp"
 #include "vibroimpact/observe/impacts.hpp"
@@ -29,6 +30,6 @@ using all_observers =
     observer_list<observe::section, observe::symbol, observe::impacts, observe::speeds,
                   observe::power, observe::extremes, observe::rms, observe::lyapunov,
                   observe::spectrum, observe::shares, observe::settling, observe::final_state,
-                  observe::rotation, observe::stroboscopic, observe::states>;
+                  observe::rotation, observe::stroboscopic, observe::states, observe::dissipation>;
 
 } // namespace vi

@@ -124,6 +124,9 @@ struct element_table {
     int count = 0;
     int states[Most] = {}; // which it has: bit s for state s
     bool soft[Most] = {};  // leaving state 0 is an impact, at the upper (1) or lower (2) stop
+    // Of a soft stop stiffness, damping and where it begins, of friction 0 and its force: at the lower side, or
+    // slipping backwards, then the other. Observers read them.
+    double law[Most][6] = {};
 };
 template <>
 struct element_table<0> {

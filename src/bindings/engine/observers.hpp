@@ -44,14 +44,14 @@ struct counter {
     }
 };
 
-// Log growth of one tangent vector in blocks of events; stops when it has vanished.
-template <class Shape>
+// Log growth of tangent vectors in blocks of events; stops when the first has vanished.
+template <class Shape, int W = 1>
 struct growth_meter {
-    using jet = vi::jet<double, 1>;
+    using jet = vi::jet<double, W>;
     int n, contacts;
     long block;
     lyapunov_result out{};
-    vi::growth<1> tangent{};
+    vi::growth<W> tangent{};
     long in_block = 0;
 
     bool see(const vi::event<jet, Shape>& e, vi::trajectory<jet, Shape>& at, const vi::clock& now) {
@@ -59,7 +59,7 @@ struct growth_meter {
         if (tangent.broken || tangent.sum[0] == -vi::infinity()) return false;
         ++out.events;
         if (++in_block == block) {
-            out.growth.push_back(tangent.sum[0]);
+            out.growth.insert(out.growth.end(), tangent.sum, tangent.sum + tangent.count);
             out.time.push_back(now.time());
             in_block = 0;
         }

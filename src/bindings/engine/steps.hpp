@@ -2,6 +2,7 @@
 // VI_STEPS(, flow) there, VI_STEPS(extern, flow) where it is called.
 #pragma once
 
+#include "engine/small.hpp"
 #include "vibroimpact/engine/engine.hpp"
 #include "vibroimpact/flow/dense.hpp"
 #include "vibroimpact/numeric/jet.hpp"
@@ -11,6 +12,9 @@ namespace binding {
 using modal = vi::modal_flow<double, vi::any_size>;
 using modal_small = vi::modal_flow<double, vi::fixed<6, 1, 1>>; // an oscillator or two, one contact
 using dense = vi::dense_flow<double, vi::any_elements>;
+using dense_small =
+    vi::dense_flow<double,
+                   vi::shape<small_dimension, 0, small_contacts, false, false, small_elements>>;
 
 template <class Flow>
 inline constexpr int most_exponents = Flow::max_dimension - 1;

@@ -123,6 +123,9 @@ public:
                                     const limits_data& limits) const = 0;
     virtual lyapunov_result lyapunov(const position& at, const limits_data& limits,
                                      long block) const = 0;
+    // The same of several tangents, at most tangent_width of the flow: their growths stand together.
+    virtual lyapunov_result spectrum(const position& at, const limits_data& limits, long block,
+                                     int count) const = 0;
     // Free mode: accelerations at (x, v, phases); the flow after dt as a matrix; the impact matrix.
     virtual numbers acceleration(const start_data& state) const = 0;
     virtual numbers flow_matrix(double dt) const = 0;
@@ -131,6 +134,7 @@ public:
 
 std::unique_ptr<system> make_modal_small(const system_data& data);
 std::unique_ptr<system> make_modal(const system_data& data);
+std::unique_ptr<system> make_dense_small(const system_data& data);
 std::unique_ptr<system> make_dense(const system_data& data);
 
 } // namespace binding

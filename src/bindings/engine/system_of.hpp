@@ -1,6 +1,9 @@
 // What Python asks of a system, for one flow of the kernel.
 #pragma once
 
+#include <stdexcept>
+#include <string>
+
 #include "engine/compiled_system.hpp"
 #include "engine/observers.hpp"
 
@@ -94,6 +97,20 @@ public:
             at.y[i].d[0] = 1.0 / (i + 2.0); // a generic direction
         vi::clock now{};
         growth_meter<Shape> see{n_, hybrid_.contacts(), block};
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        see.out.why = static_cast<int>(end.why);
+        see.out.code = end.code;
+        return std::move(see.out);
+    }
+
+    lyapunov_result spectrum(const position& from, const limits_data& limit, long block,
+                             int count) const override {
+        if (count < 1 || count > width)
+            throw std::invalid_argument("count: at most " + std::to_string(width) + ".");
+        auto at = vi::with_tangents<width>(hybrid_, unpacked<double>(from), count);
+        vi::clock now{};
+        growth_meter<Shape, width> see{n_, hybrid_.contacts(), block};
+        see.tangent.count = count;
         const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
         see.out.why = static_cast<int>(end.why);
         see.out.code = end.code;

@@ -70,6 +70,7 @@ struct batch_run {
 void run_modal_small(const batch_run& b, interrupt_check interrupted);
 void run_modal_small_mixed(const batch_run& b, interrupt_check interrupted);
 void run_modal(const batch_run& b, interrupt_check interrupted);
+void run_dense_small(const batch_run& b, interrupt_check interrupted);
 void run_dense(const batch_run& b, interrupt_check interrupted);
 
 } // namespace binding

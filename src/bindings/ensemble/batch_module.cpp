@@ -13,6 +13,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "engine/small.hpp"
 #include "ensemble/batch.hpp"
 #include "ensemble/observer_table.hpp"
 #include "interrupt.hpp"
@@ -36,7 +37,7 @@ public:
     batch(bool dense, bool mixed, int degrees, const array& columns, const varied_places& varied,
           const array& omegas, const array& kappas, const array& steps, const array& impulse,
           const array& mobility, const array& shift, const array& restitution, bool piecewise,
-          const std::vector<std::tuple<int, bool>>& elements)
+          const std::vector<std::tuple<int, bool>>& elements, const array& element_laws)
         : dense_(dense), piecewise_(piecewise), columns_(columns) {
         if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2)
             throw std::invalid_argument(
@@ -68,7 +69,8 @@ public:
              {"impulse", &fields::impulse, impulse, c * d},
              {"mobility", &fields::mobility, mobility, c * c},
              {"shift", &fields::shift, shift, c * d},
-             {"restitution", &fields::restitution, restitution, c * 2}},
+             {"restitution", &fields::restitution, restitution, c * 2},
+             {"element_laws", &fields::element_laws, element_laws, elements.size() * 6}},
             varied);
     }
 
@@ -165,7 +167,8 @@ public:
             const auto run_blocks = !small       ? run_modal
                                     : one_.mixed ? run_modal_small_mixed
                                                  : run_modal_small;
-            (dense_ ? run_dense : run_blocks)({numbers_, here.view, systems.data()}, interrupted);
+            const auto run_whole = is_small(d, c, states_.size()) ? run_dense_small : run_dense;
+            (dense_ ? run_whole : run_blocks)({numbers_, here.view, systems.data()}, interrupted);
         }
         raise_if_interrupted();
         return out.to_python();
@@ -245,23 +248,25 @@ void bind_batch(nb::module_& m) {
         "gives\nthem to System. Numbers that vary are in the columns (V, S), which are kept, "
         "not copied:\n`varied` has by name of an array the rows of their columns by place. Arrays "
         "of members\nhave a leading axis of members.")
-        .def(nb::init<bool, bool, int, const array&, const varied_places&, const array&,
-                      const array&, const array&, const array&, const array&, const array&,
-                      const array&, bool, const std::vector<std::tuple<int, bool>>&>(),
-             "dense"_a, "mixed"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a,
-             "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a, "piecewise"_a,
-             "elements"_a,
-             nb::sig("def __init__(self, *, dense: bool, mixed: bool, degrees: int, "
-                     "columns: numpy.typing.NDArray[numpy.float64], "
-                     "varied: dict[str, dict[int, int]], "
-                     "omegas: numpy.typing.NDArray[numpy.float64], "
-                     "kappas: numpy.typing.NDArray[numpy.float64], "
-                     "steps: numpy.typing.NDArray[numpy.float64], "
-                     "impulse: numpy.typing.NDArray[numpy.float64], "
-                     "mobility: numpy.typing.NDArray[numpy.float64], "
-                     "shift: numpy.typing.NDArray[numpy.float64], "
-                     "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
-                     "elements: list[tuple[int, bool]]) -> None"))
+        .def(
+            nb::init<bool, bool, int, const array&, const varied_places&, const array&,
+                     const array&, const array&, const array&, const array&, const array&,
+                     const array&, bool, const std::vector<std::tuple<int, bool>>&, const array&>(),
+            "dense"_a, "mixed"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a,
+            "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a, "piecewise"_a,
+            "elements"_a, "element_laws"_a,
+            nb::sig("def __init__(self, *, dense: bool, mixed: bool, degrees: int, "
+                    "columns: numpy.typing.NDArray[numpy.float64], "
+                    "varied: dict[str, dict[int, int]], "
+                    "omegas: numpy.typing.NDArray[numpy.float64], "
+                    "kappas: numpy.typing.NDArray[numpy.float64], "
+                    "steps: numpy.typing.NDArray[numpy.float64], "
+                    "impulse: numpy.typing.NDArray[numpy.float64], "
+                    "mobility: numpy.typing.NDArray[numpy.float64], "
+                    "shift: numpy.typing.NDArray[numpy.float64], "
+                    "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
+                    "elements: list[tuple[int, bool]], "
+                    "element_laws: numpy.typing.NDArray[numpy.float64]) -> None"))
         .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,
              "lower"_a, "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
              "particular"_a, "piecewise"_a,

@@ -21,6 +21,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Hybrid
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise
+from vibroimpact.model.elements import Element, Friction
 
 WATCHED = ("watch_element", "watch_held")
 
@@ -151,6 +152,7 @@ def stacks_of(
         "mobility": stack([law[1] for law in laws], contacts, contacts),
         "shift": stack([law[2] for law in laws], contacts, size),
         "restitution": stack([law[3:] for law in laws], contacts, 2),
+        "element_laws": stack([_law(e) for e in m.elements], len(m.elements), 6),
     }
     modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]
     table = stack.table(grid)
@@ -199,6 +201,14 @@ def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
         "watch_element": list(element),
         "watch_held": [int(one) for one in held],
     }
+
+
+def _law(element: Element) -> tuple[float, ...]:
+    """Numbers of an element for observers (system/hybrid.hpp): stiffness, damping, limit of each side."""
+    if isinstance(element, Friction):
+        return 2 * (0.0, element.kinetic, 0.0)
+    (a, *below), (b, *above) = map(element.law, (-1, 1))
+    return (*below, a, *above, b)
 
 
 def _columns(rows: Sequence[tuple[Any, ...]], count: int) -> list[tuple[Any, ...]]:

@@ -1,5 +1,6 @@
 """Written by tools/observer_stub.py."""
 
+from vibroimpact.sweeps.observers.dissipation import Dissipation as Dissipation
 from vibroimpact.sweeps.observers.extremes import Extremes as Extremes
 from vibroimpact.sweeps.observers.final import Final as Final
 from vibroimpact.sweeps.observers.impacts import Impacts as Impacts

@@ -1,0 +1,3 @@
+#include "engine/steps.hpp"
+
+VI_STEPS(, binding::dense_small)
