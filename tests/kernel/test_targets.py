@@ -22,7 +22,7 @@ from support.members import cases, chain
 
 import vibroimpact as vi
 from vibroimpact import _cpu, _kernel
-from vibroimpact.compile.hybrid import Hybrid
+from vibroimpact.compile.hybrid import hybrid_of
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.table import OBSERVERS
 
@@ -220,6 +220,29 @@ def swept() -> dict[str, vi.Mechanism]:
         "two contacts": chain(),
         "coupled": coupled,
         "dense": replace(coupled, constant_force=(0.0, 0.0, 0.1)),  # which no spring holds
+    } | with_elements()
+
+
+def with_elements() -> dict[str, vi.Mechanism]:
+    """A machine of each kind of element."""
+    force = vi.Harmonic(0.9, (0.5, 0.0))
+    moving = vi.RigidStop(
+        (1.0, 0.0), upper=0.4, restitution=0.6, upper_motion=vi.Harmonic(0.9, (0.0,), (0.1,))
+    )
+    soft = vi.SoftStop((1.0, -1.0), -0.2, 0.1, stiffness=(9.0, 20.0), damping=(0.4, 0.6))
+    rubbing = vi.Friction((0.0, 1.0), 0.2, 0.3, belt_speed=0.05)
+
+    def chained(*elements: Any, damping: Any = ((0.1, 0.0), (0.0, 0.1))) -> vi.Mechanism:
+        return vi.Mechanism(
+            mass=[[1.0, 0.0], [0.0, 0.5]], damping=damping, stiffness=[[2.0, -1.0], [-1.0, 1.5]],
+            forces=(force,), elements=elements,
+        )  # fmt: skip
+
+    return {
+        "soft stop": chained(soft),
+        "friction": chained(soft, rubbing),
+        "moving stop": chained(moving),
+        "gyroscopic": chained(replace(moving, upper_motion=()), damping=((0.1, 0.4), (-0.4, 0.1))),
     }
 
 
@@ -256,6 +279,10 @@ GOLDEN = {
     "two contacts": "fee52efe680a5b69",
     "coupled": "0a962cbd624dc0b7",
     "dense": "8321f67c08fae2fb",
+    "soft stop": "193645d59334edc9",
+    "friction": "bf0c4b8d216c00ee",
+    "moving stop": "33a0cf4fa2b756a3",
+    "gyroscopic": "49801ef5d48ffb44",
 }
 
 
@@ -268,7 +295,7 @@ def test_sweeps_have_the_golden_hashes_on_every_installed_target(target: str) ->
 
 
 def test_these_sweeps_have_every_flow_and_a_number_of_every_result() -> None:
-    flows = {(h.dense, h.mixed) for h in map(Hybrid, swept().values())}
+    flows = {(h.dense, h.mixed) for h in map(hybrid_of, swept().values())}
     assert flows == {(False, False), (False, True), (True, False)}
     found = [everything_of(mechanism) for mechanism in swept().values()]
     assert all(np.all(one.end == MemberStatus.OK) for one in found)
@@ -277,3 +304,5 @@ def test_these_sweeps_have_every_flow_and_a_number_of_every_result() -> None:
     assert any(one.chatters.any() for one in found)
     assert any(one.share_at_rest.any() for one in found)
     assert any((one.lyapunov > 0.1).any() for one in found)
+    shares = [one.share_in_state for one in found if one.share_in_state.size]
+    assert np.max([share.max(axis=(0, 1, 2)) for share in shares], axis=0).min() > 0.0

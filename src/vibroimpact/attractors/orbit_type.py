@@ -86,7 +86,7 @@ def orbit_symbol(
     if kind is None:
         return ""
     first, last = loop_of(shape, part, section)
-    contacts = range(len(mechanism_of(section.system).contacts))
+    contacts = range(len(mechanism_of(section.system).numbered))
     return symbol_word(kind.n_periods, [_counts(part, first, last, c) for c in contacts])
 
 
@@ -110,13 +110,18 @@ def multipliers(
     if shape.kind is not Kind.PERIODIC or part.sticks or len(mechanism.forces) > 1:
         return None
     first, last = loop_of(shape, part, section)
-    if np.any(part.status[first : last + 1] != Status.IMPACT):
+    if not np.all(np.isin(part.status[first : last + 1], (Status.IMPACT, Status.ENGAGE))):
         return None
-    row = np.array(mechanism.contacts[section.contact].row)[None, :]
+    row = np.array(mechanism.numbered[section.contact].row)[None, :]
     n, lines = len(row[0]), len(mechanism.forces)
     basis = np.zeros((2 * n + lines, 2 * n + lines - 1))
     basis[:n, : n - 1] = null_space(row)
     basis[n:, n - 1 :] = np.eye(n + lines)
+    stop = mechanism.numbered[section.contact]
+    if stop.motion:  # tangents stay on the stop as it moves
+        phase = float(part.phase[first])
+        speed = sum(m.sine[0] * np.cos(phase) - m.cosine[0] * np.sin(phase) for m in stop.motion)
+        basis = null_space(np.hstack([row, np.zeros((1, n)), [[-speed]]]))
     x, v = part.position[first].tolist(), part.velocity[first].tolist()
     count = last - first
     result = motion.compiled.kernel.tangents(

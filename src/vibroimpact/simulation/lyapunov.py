@@ -108,7 +108,8 @@ def lyapunov_exponent(
     state
         Initial state.
     impacts
-        Length of the average, >= 1024. The error falls as 1 / sqrt(impacts) in chaos.
+        Length of the average, >= 1024. The error falls as 1 / sqrt(impacts) in chaos. A machine
+        without stops has none: four times as many changes of its friction count.
     settle
         Impacts (at all stops) to discard first, >= 0; the first sixteenth of ``impacts`` is
         discarded besides.
@@ -138,7 +139,7 @@ def lyapunov_exponent(
     check_count("settle", settle, 0)
     motion = Simulator(system, state)
     end = motion.settle(settle)
-    if end is not RunEnd.IMPACTS:
+    if not motion.went_on(end):
         return _nothing(end)
     return exponent_from(motion, impacts)
 

@@ -32,11 +32,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count, check_memory
+from vibroimpact._core.checks import check_count, check_memory, refusal
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.prescribed import compile_prescribed
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Mechanism, needs_elements
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -53,6 +53,7 @@ from vibroimpact.simulation.simulate import (
     RunEnd,
     Status,
     events_for,
+    flight_limit_of,
     phase_after,
     phases_of,
 )
@@ -61,6 +62,7 @@ from vibroimpact.simulation.simulator import CHUNK, Simulator
 VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
 LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
 ROUNDING = 2.0**-48  # of a growth: some ulp for every product
+TANGENTS = 6  # that the kernel carries at once
 FREE = 0  # code of the mode without closed contacts
 NEVER_FREE = (
     "no free flight ends in an impact at one contact: a contact stays closed, or all impacts are "
@@ -222,6 +224,9 @@ def lyapunov_spectrum(
     Returns
     -------
     LyapunovSpectrum
+        Of a machine with soft stops, friction, moving stops or matrices that are not symmetric the
+        largest six, from event to event, without ``contraction``.
+
         With n coordinates and L forcing lines m = 2n + L - 1 exponents, 2n - 1 without forcing:
         those of the impact map over time, as :func:`vibroimpact.lyapunov_exponent` counts them. A
         shift in time, which has the exponent 0, is not among them; differences of phase between
@@ -265,13 +270,58 @@ def lyapunov_spectrum(
     check_memory("impacts", impacts, 8 * (carried + 4), "Take fewer.")
     motion = Simulator(system, state)
     end = motion.settle(settle)
-    if end is not RunEnd.IMPACTS:
+    if not motion.went_on(end):
         return _without(wanted, end, end.sentence)
+    if needs_elements(mechanism):
+        return _from_events(motion, int(impacts), wanted, carried + lines, count)
     found = _Growth(motion, min(wanted, carried))
     end = found.record(int(impacts))
     if found.reason:
         return _without(wanted, end, found.reason)
-    return _estimated(found, end, lines, wanted, count is None)
+    return _estimated(found.arrays(), end, lines, wanted, count is None)
+
+
+def _from_events(
+    motion: Simulator, impacts: int, wanted: int, most: int, count: int | None
+) -> LyapunovSpectrum:
+    """Growth of tangents from event to event, as the kernel has it; of any machine."""
+    if count is not None and count > TANGENTS:
+        raise refusal(
+            "count", count, f"at most {TANGENTS}",
+            "Of a machine with elements the kernel carries so many tangents.",
+        )  # fmt: skip
+    wanted, events = min(wanted, TANGENTS), events_for(impacts)
+    kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
+    part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, wanted)
+    while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
+        part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, wanted)
+    end = RunEnd(part["why"])
+    if end not in (RunEnd.IMPACTS, RunEnd.EVENTS, RunEnd.OBSERVER):
+        return _without(wanted, end, end.sentence)
+    if end is RunEnd.OBSERVER:  # the first tangent has vanished, or is no number
+        return _forgotten(wanted, end)
+    with np.errstate(invalid="ignore"):
+        growth = np.diff(part["growth"], axis=0)
+    growth[np.isneginf(part["growth"][1:])] = -math.inf
+    duration = np.diff(part["time"])
+    moved = duration > 0.0  # events at one time are one
+    rows = np.append(0, np.flatnonzero(moved)[:-1] + 1) if moved.any() else np.arange(0)
+    growth = np.add.reduceat(growth, rows, axis=0)
+    duration = np.add.reduceat(duration, rows)
+    counted = impacts if end is RunEnd.IMPACTS else part["events"]
+    each = np.full(len(duration), counted / max(len(duration), 1))
+    unknown = np.full(len(duration), math.nan)
+    columns = growth, duration, each, unknown, np.zeros(len(duration))
+    return _estimated(columns, end, 0, wanted, wanted == most)
+
+
+def _forgotten(count: int, end: RunEnd) -> LyapunovSpectrum:
+    """All exponents -inf: the motion does not depend on its start."""
+    gone, none = np.full(count, -math.inf), np.empty(0)
+    return LyapunovSpectrum(
+        gone, np.zeros(count), gone, math.nan, math.nan, np.empty((0, count)), none, none, 0.0, end,
+        complete=False,
+    )  # fmt: skip
 
 
 def _without(count: int, end: RunEnd, reason: str) -> LyapunovSpectrum:
@@ -330,9 +380,9 @@ def _contraction(exact: Floats, duration: Floats) -> float:
 
 
 def _estimated(
-    found: _Growth, end: RunEnd, lines: int, wanted: int, complete: bool
+    columns: tuple[Floats, ...], end: RunEnd, lines: int, wanted: int, complete: bool
 ) -> LyapunovSpectrum:
-    growth, duration, impacts, exact, flow = found.arrays()
+    growth, duration, impacts, exact, flow = columns
     if np.isnan(growth).any():
         return _without(wanted, end, "an impact grazes: derivatives are infinite there")
     used, first = len(duration), 0

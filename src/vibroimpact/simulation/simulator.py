@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
+from vibroimpact.model.elements import Friction
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -89,6 +90,11 @@ class Simulator:
         kernel = self.compiled.kernel
         result = self._call(lambda at: kernel.advance(at, math.inf, limit, events, impacts))
         return _why(result)[0]
+
+    def went_on(self, end: RunEnd) -> bool:
+        """Whether a motion can go on after settling: a machine without stops has no impacts."""
+        stops = any(not isinstance(e, Friction) for e in self.compiled.mechanism.numbered)
+        return end is (RunEnd.IMPACTS if stops else RunEnd.EVENTS) or end is RunEnd.IMPACTS
 
     def events(self, impacts: int) -> Any:
         """Every event of the next impacts, as the kernel records them."""
