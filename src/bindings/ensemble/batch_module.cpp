@@ -111,9 +111,9 @@ public:
             held = nb::cast<std::vector<int>>(piecewise["watch_held"]);
             const std::size_t count = of_watch.size();
             const auto other = [&](int e) { return e < 0 || e >= one_.elements; };
-            if (held.size() != count || count > 2 * states_.size() ||
+            if (held.size() != count || count > 3 * states_.size() ||
                 std::any_of(of_watch.begin(), of_watch.end(), other))
-                throw std::invalid_argument("watches: at most two of each element.");
+                throw std::invalid_argument("watches: at most three of each element.");
             const auto named = [&](const char* name) { return nb::cast<array>(piecewise[name]); };
             parts.push_back({"mode_step", &fields::mode_steps, named("mode_step"), 1});
             parts.push_back({"map_shift", &fields::map_shift, named("map_shift"), d});

@@ -21,7 +21,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Hybrid
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise
-from vibroimpact.model.elements import Element, Friction
+from vibroimpact.model.elements import Element, Friction, PhaseSwitch
 
 WATCHED = ("watch_element", "watch_held")
 
@@ -189,7 +189,7 @@ def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, 
 
 def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
     """What modes with elements have besides: their step, a shift, watches."""
-    rows, gains, lower, upper, element, held = _columns(mode.watches, 6)
+    rows, gains, lower, upper, element, held = _columns(mode.watches, 8)[:6]
     count = len(mode.watches)
     return {
         "mode_step": stack(cast(list[float], mode.coordinates.flow["step"]), 1),
@@ -205,6 +205,8 @@ def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
 
 def _law(element: Element) -> tuple[float, ...]:
     """Numbers of an element for observers (system/hybrid.hpp): stiffness, damping, limit of each side."""
+    if isinstance(element, PhaseSwitch):
+        return (0.0,) * 6
     if isinstance(element, Friction):
         return 2 * (0.0, element.kinetic, 0.0)
     (a, *below), (b, *above) = map(element.law, (-1, 1))
