@@ -46,7 +46,8 @@ RESULTS = {  # made by functions, not by hand
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
-    "Status", "StoreError", "VibroImpactError", "FrictionState", "SoftStopState",
+    "Status", "StoreError", "VibroImpactError", "FrictionState", "RigidStopState",
+    "SoftStopState",
 }  # fmt: skip
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
@@ -103,7 +104,7 @@ def circles() -> xr.Dataset:
 def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     """By name: what is called, with valid arguments; and objects of our own."""
     damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
-    contact, motion = vi.Contact((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
+    contact, swing = vi.Contact((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
     run = vi.simulate(damper, state, impacts=20)
     relay = vi.HybridSystem(
         modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
@@ -178,22 +179,22 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "RigidStop": (
             vi.RigidStop,
-            {"row": (1.0,), "lower": -1.0, "upper": 1.0, "upper_motion": motion,
-             "lower_motion": (motion,)},
+            {"row": (1.0,), "lower": -1.0, "upper": 1.0, "upper_motion": swing,
+             "lower_motion": (swing,)},
         ),
         "SoftStop": (
             vi.SoftStop,
             {"row": (1.0,), "lower": -1.0, "upper": 1.0, "stiffness": 9.0, "damping": (0.1, 0.2),
-             "release": "gap", "motion": motion},
+             "release": "gap", "motion": swing},
         ),
         "Friction": (
             vi.Friction,
             {"row": (1.0,), "kinetic": 0.1, "static": 0.2, "belt_speed": 1.0,
-             "belt_motion": motion, "load": vi.NormalLoad(1.0)},
+             "belt_motion": swing, "load": vi.NormalLoad(1.0)},
         ),
         "NormalLoad": (
             vi.NormalLoad,
-            {"constant": 1.0, "position": (1.0,), "velocity": (1.0,), "motion": motion},
+            {"constant": 1.0, "position": (1.0,), "velocity": (1.0,), "motion": swing},
         ),
         "PhaseSwitch": (
             vi.PhaseSwitch,
@@ -277,6 +278,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "simulate": (vi.simulate, motion | {"impacts": 5, "t_max": 100.0}),
         "simulate, no end": (vi.simulate, motion | {"impacts": 5}),
         "Run.at": (run.at, {"t": 1.0}),
+        "Run.forces": (run.forces, {"t": 1.0}),
         "impact_section": (vi.impact_section, motion | where | {"points": 3, "settle": 3}),
         "stroboscopic_section": (
             vi.stroboscopic_section, motion | {"points": 3, "settle": 3, "phase": 0.0}
@@ -536,7 +538,7 @@ NAMES = [
     "ExplicitMap", "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised",
     "ExplicitMap.forms", "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian",
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",
-    "ListedStarts", "simulate", "simulate, no end", "Run.at", "impact_section",
+    "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "impact_section",
     "stroboscopic_section", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
     "lyapunov_spectrum", "map_derivative", "section_jacobian", "sweep_attractor",
     "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",

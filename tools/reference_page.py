@@ -22,9 +22,9 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 GROUPS = {
     "Systems": [
         *("ImpactDamper", "ImpactOscillator", "Scales"),
-        *("Mechanism", "RigidStop", "Contact", "SoftStop", "SoftStopState"),
-        *("Friction", "FrictionState", "NormalLoad", "PhaseSwitch", "Harmonic", "State"),
-        *("HybridSystem", "LinearMode", "LinearGuard", "Transition"),
+        *("Mechanism", "RigidStop", "Contact", "RigidStopState", "SoftStop", "SoftStopState"),
+        *("Friction", "FrictionState", "NormalLoad", "PhaseSwitch", "PhaseSwitchState"),
+        *("Harmonic", "State", "HybridSystem", "LinearMode", "LinearGuard", "Transition"),
     ],
     "Simulation": ["simulate", "Run", "RunEnd", "Status", "simulate_hybrid", "HybridRun"],
     "Sections and following": [

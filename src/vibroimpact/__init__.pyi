@@ -55,6 +55,8 @@ from vibroimpact.model.elements import Friction as Friction
 from vibroimpact.model.elements import FrictionState as FrictionState
 from vibroimpact.model.elements import NormalLoad as NormalLoad
 from vibroimpact.model.elements import PhaseSwitch as PhaseSwitch
+from vibroimpact.model.elements import PhaseSwitchState as PhaseSwitchState
+from vibroimpact.model.elements import RigidStopState as RigidStopState
 from vibroimpact.model.elements import SoftStop as SoftStop
 from vibroimpact.model.elements import SoftStopState as SoftStopState
 from vibroimpact.model.harmonic import Harmonic as Harmonic

@@ -20,6 +20,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError
 from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
 from vibroimpact._core.scalars import greatest, least, rounded_down, square_root
+from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import (
     STEP_ANGLE,
     Blocks,
@@ -277,6 +278,18 @@ class Compiled:
         self.codes = list[int]()
         for code in h.codes:
             self._add_mode(code)
+
+    def waves(self, y: Floats, dt: Floats) -> Floats:
+        """Sin theta, cos theta of every line at times after states, shape (len(dt), 2 lines)."""
+        lines = len(self.mechanism.forces)
+        pairs = y[:, self.size - 2 * lines :].reshape(len(dt), lines, 2)
+        sine, cosine = pairs[:, :, 0], pairs[:, :, 1] / self._hybrid.kappas
+        turn = dt[:, None] * [force.omega for force in self.mechanism.forces]
+        both = (
+            sine * np.cos(turn) + cosine * np.sin(turn),
+            cosine * np.cos(turn) - sine * np.sin(turn),
+        )
+        return np.stack(both, axis=-1).reshape(len(dt), 2 * lines)
 
     def add_code(self, code: int) -> bool:
         """Compile the mode that the kernel needs; False if it does not exist."""

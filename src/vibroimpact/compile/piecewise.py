@@ -46,6 +46,7 @@ from vibroimpact.compile.modes import (
 )
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.elements import (
+    Element,
     Friction,
     FrictionState,
     PhaseSwitch,
@@ -287,23 +288,18 @@ class Piecewise:
             speed, change = (self._motion(c.motion, d) for d in (1, 2))
             constraints.append(Constraint(list(c.row), speed, change))
         for number, (e, state) in enumerate(zip(m.elements, states, strict=True)):
-            if isinstance(e, SoftStop):
-                if state in PRESSED:
-                    side = SIDES[SoftStopState(state)]
-                    _add_force(pull, e.row, self._press(e, side), -side)
-            elif isinstance(e, PhaseSwitch):
+            if isinstance(e, PhaseSwitch):
                 for i, x in enumerate(e.forces[e.arcs[state][2]]):
                     pull[i][-1] = pull[i][-1] + x
-            elif state == FrictionState.STICK:
+            elif isinstance(e, Friction) and state == FrictionState.STICK:
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     redundant = number
                     continue
                 speed = self._motion(e.belt_motion)
                 speed[-1] = e.belt_speed
                 constraints.append(Constraint(list(e.row), speed, self._motion(e.belt_motion, 1)))
-            elif state != FrictionState.LIFTED:
-                kinetic = [e.kinetic * x for x in self._load(e)]
-                _add_force(pull, e.row, kinetic, -1 if state == FrictionState.FORWARD else 1)
+            elif (law := self._law(e, state)) is not None:
+                _add_force(pull, e.row, *law)
         light = self._light_speeds(pull)
         pull = [self._put_in(row, light) for row in pull]
         return Forces(pull, constraints, self._multipliers(pull, constraints), light, redundant)
@@ -324,6 +320,38 @@ class Piecewise:
             factor, out[2 * i + 1] = out[2 * i + 1], 0.0
             out = _sum(out, speed, factor)
         return out
+
+    def _law(self, e: Element, state: int) -> tuple[Vector, int] | None:
+        """Force of an element along its row with its sign; None where it has none by its law."""
+        if isinstance(e, Friction):
+            if state == FrictionState.LIFTED:
+                return None
+            kinetic = [e.kinetic * x for x in self._load(e)]
+            return kinetic, -1 if state == FrictionState.FORWARD else 1
+        if isinstance(e, PhaseSwitch) or state not in PRESSED:
+            return None
+        side = SIDES[SoftStopState(state)]
+        return self._press(e, side), -side
+
+    def force_rows(self, code: int) -> Matrix:
+        """Force of every contact and element along its row in a mode, as rows on (x, v, w, 1).
+
+        x_i and v_i / scale alternate, as in y. Contacts come first, as in the numbers of events.
+        """
+        m = self.mechanism
+        closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
+        states = states_from_code(code, len(m.contacts), len(m.elements))
+        held = iter(self._forces(closed, states).multipliers)  # in the order of parts
+        nothing = [0.0] * (self.size + 1)
+        at_rest = dict(closed)
+        rows = [next(held) if i in at_rest else nothing for i in range(len(m.contacts))]
+        for e, state in zip(m.elements, states, strict=True):
+            if isinstance(e, Friction) and state == FrictionState.STICK:
+                rows.append(next(held))
+                continue
+            force = self._law(e, state)
+            rows.append([force[1] * x for x in force[0]] if force else nothing)
+        return rows
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
         """(2)."""

@@ -32,6 +32,14 @@ MOST_ARCS = 5
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 
 
+class RigidStopState(IntEnum):
+    """States of a rigid stop."""
+
+    OPEN = 0
+    UPPER = 1  #: at rest at the upper stop
+    LOWER = 2  #: at rest at the lower stop
+
+
 class SoftStopState(IntEnum):
     """States of a soft stop."""
 
@@ -49,6 +57,16 @@ class FrictionState(IntEnum):
     BACKWARD = 1
     STICK = 2
     LIFTED = 3  #: without normal load
+
+
+class PhaseSwitchState(IntEnum):
+    """States of a phase switch: its arcs, long ones in two pieces."""
+
+    ARC_0 = 0
+    ARC_1 = 1
+    ARC_2 = 2
+    ARC_3 = 3
+    ARC_4 = 4
 
 
 def pair_of(name: str, value: Any, check: Any) -> tuple[float, float]:
@@ -300,9 +318,9 @@ class PhaseSwitch:
         return tuple(out)
 
     @property
-    def states(self) -> tuple[int, ...]:
+    def states(self) -> tuple[PhaseSwitchState, ...]:
         """The states that it can have: pieces of its arcs."""
-        return tuple(range(len(self.arcs)))
+        return tuple(PhaseSwitchState(i) for i in range(len(self.arcs)))
 
     @property
     def motion(self) -> tuple[Harmonic, ...]:

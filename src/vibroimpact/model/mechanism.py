@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,16 @@ from vibroimpact._kernel import (
     MAX_DEGREES,
     MAX_LINES,
 )
-from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
+from vibroimpact.model.elements import (
+    Element,
+    Friction,
+    FrictionState,
+    PhaseSwitch,
+    PhaseSwitchState,
+    RigidStopState,
+    SoftStop,
+    SoftStopState,
+)
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
@@ -312,6 +322,25 @@ def needs_elements(m: Mechanism) -> bool:
         for size, most in zip(sizes, (BLOCK_DEGREES, BLOCK_CONTACTS, BLOCK_LINES), strict=True)
     )
     return bool(m.elements) or moving or large or bool(m.massless) or not even
+
+
+_KINDS: dict[type, tuple[type[IntEnum], str]] = {
+    SoftStop: (SoftStopState, "soft stop"),
+    Friction: (FrictionState, "friction"),
+    PhaseSwitch: (PhaseSwitchState, "phase switch"),
+}
+
+
+def kinds_of_states(m: Mechanism) -> list[type[IntEnum]]:
+    """States that every contact and element may have, in the numbering of events."""
+    kinds = [_KINDS[type(e)][0] for e in m.elements]
+    return [*([RigidStopState] * len(m.contacts)), *kinds]
+
+
+def element_labels(m: Mechanism) -> list[str]:
+    """Name of every contact and element with its number, as in "soft stop 1"."""
+    kinds = [_KINDS[type(e)][1] for e in m.elements]
+    return [f"{kind} {i}" for i, kind in enumerate([*["rigid stop"] * len(m.contacts), *kinds])]
 
 
 def stop_sizes(m: Mechanism) -> list[float]:

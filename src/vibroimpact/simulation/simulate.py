@@ -23,7 +23,10 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.compile.modes import closed_from_code
+from vibroimpact.compile.piecewise import Piecewise, states_from_code
+from vibroimpact.model.elements import RigidStopState
+from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 
@@ -107,13 +110,15 @@ class Run:
     status
         :class:`Status` of each event.
     contact, stop
-        Contact of the event (-1: none), and the stop: 0 is A (upper), 1 is B (lower), -1 none.
+        Number of the contact or element of the event (-1: none), and the stop: 0 is A (upper), 1 is
+        B (lower), -1 none. Contacts, the rigid stops, count first; soft stops and friction follow.
+        For friction ``stop`` tells the limit met: of the slip speed, or of the force while it sticks.
     position, velocity_before, velocity_after
         Shape (n_event, n).
     phase
         Phase of the first forcing line in [0, 2 pi).
     rate_before, rate_after
-        Rate of the gap: -rate_before is the impact speed.
+        Rate of the gap, relative to a stop that moves: -rate_before is the impact speed.
     end
         :class:`RunEnd`, why the run ended.
     start, system
@@ -147,7 +152,12 @@ class Run:
             f"{n} {Status(k).name.lower()}" for k, n in zip(kinds, counts, strict=True)
         )
         span = self.time[-1] if len(self) else 0.0
-        return f"Run: {listed or 'no events'} up to t = {span:.6g}; {self.end.sentence}"
+        text = f"Run: {listed or 'no events'} up to t = {span:.6g}; {self.end.sentence}"
+        m = self._compiled.mechanism
+        if not m.elements:
+            return text
+        last = zip(element_labels(m), kinds_of_states(m), self.all_states[-1], strict=True)
+        return f"{text}; at the end {', '.join(f'{a} {k(s).name}' for a, k, s in last)}"
 
     @property
     def impacts(self) -> NDArray[np.bool_]:
@@ -162,6 +172,73 @@ class Run:
         mechanism, time = mechanism_of(self.system), float(self.time[-1])
         phase = phase_after(mechanism, float(self.phase[-1]), self.start.phase, time)
         return State(tuple(self.position[-1]), tuple(self.velocity_after[-1]), phase)
+
+    @property
+    def states(self) -> Codes:
+        """State of every contact and element after each event, shape (n_event, n_element).
+
+        Columns are numbered as in ``contact``: rigid stops (:class:`RigidStopState`) first, then
+        soft stops (:class:`SoftStopState`) and friction (:class:`FrictionState`).
+        """
+        return self.all_states[1:]
+
+    @property
+    def all_states(self) -> Codes:
+        """The same with the states at the start before, shape (n_event + 1, n_element)."""
+        m = self._compiled.mechanism
+        contacts, elements = len(m.contacts), len(m.elements)
+        used, index = np.unique(self._mode, return_inverse=True)
+        table = np.zeros((len(used), contacts + elements), dtype=np.int32)
+        for row, mode in zip(table, used, strict=True):
+            code = self._compiled.codes[mode]
+            for number, stop in closed_from_code(code, contacts):
+                row[number] = RigidStopState.UPPER if stop > 0 else RigidStopState.LOWER
+            row[contacts:] = states_from_code(code, contacts, elements)
+        states: Codes = table[index]
+        states.flags.writeable = False
+        return states
+
+    def forces(self, t: ArrayLike) -> Floats:
+        """Force of every contact and element at any times of the run, exact to rounding.
+
+        A force f acts on the coordinates as f row: it is negative at an upper stop, positive at a
+        lower one, and friction opposes the slip. A soft stop has its contact force, friction its
+        force while it slips and while it sticks, a rigid stop the force at rest. Impulses of
+        impacts are not included. At the time of an event the force is that after it.
+
+        Parameters
+        ----------
+        t
+            Times in [0, time of the last event], as for :meth:`at`.
+
+        Returns
+        -------
+        ndarray
+            Shape ``t.shape + (n_element,)``, columns as in ``states``, in the unit of force of the
+            system: mass times length over time squared.
+
+        Raises
+        ------
+        InvalidParameterError
+            A time outside the run.
+        """
+        times, flights = self._checked(t)
+        m = self._compiled.mechanism
+        flat = np.ravel(times)
+        index, dt = flights.since(flat)
+        both = flights.at(flat, self._compiled)
+        rows = Piecewise(m)  # the same states, numbered alike, in coordinates of the mechanism
+        y = np.ones((flat.size, rows.size + 1))
+        n = m.degrees
+        y[:, 0 : 2 * n : 2] = both[:, :n]
+        y[:, 1 : 2 * n : 2] = both[:, n:] / rows.scale
+        y[:, 2 * n : -1] = self._compiled.waves(flights.y[index], dt)
+        mode = flights.mode[index]
+        found = np.empty((flat.size, len(m.contacts) + len(m.elements)))
+        for one in np.unique(mode):
+            matrix = np.array(rows.force_rows(self._compiled.codes[one]))
+            found[mode == one] = y[mode == one] @ matrix.T
+        return found.reshape((*times.shape, found.shape[1]))
 
     def at(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Positions and velocities at any times of the run, exact to rounding.
@@ -182,6 +259,14 @@ class Run:
         InvalidParameterError
             A time outside the run.
         """
+        times, flights = self._checked(t)
+        both = flights.at(np.ravel(times), self._compiled)
+        n = self.position.shape[1]
+        shape = (*times.shape, n)
+        return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
+
+    def _checked(self, t: ArrayLike) -> tuple[Floats, Flights]:
+        """Times within the run as an array, and its flights."""
         times = numbers("t", t, "times")
         span = float(self.time[-1]) if len(self) else 0.0
         outside = times[~((times >= 0.0) & (times <= latest(span)))]
@@ -191,16 +276,14 @@ class Run:
                 f"t = {outside.flat[0]}{others}: must be in [0, {span}], the span of the run."
             )
         begin, low = (np.concatenate([[0.0], part]) for part in (self.time, self._low))
-        flights = Flights(begin, low, self._y, self._mode)
-        both = flights.at(np.ravel(times), self._compiled)
-        n = self.position.shape[1]
-        shape = (*times.shape, n)
-        return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
+        return times, Flights(begin, low, self._y, self._mode)
 
     def to_dataset(self) -> xr.Dataset:
         """The record as an xarray dataset, with attributes from which the run can be repeated."""
         import xarray as xr
 
+        m = self._compiled.mechanism
+        kinds = dict.fromkeys(kinds_of_states(m))
         event = ("event",)
         both = ("event", "coordinate")
         return xr.Dataset(
@@ -215,13 +298,19 @@ class Run:
                 "position": (both, self.position),
                 "velocity_before": (both, self.velocity_before),
                 "velocity_after": (both, self.velocity_after),
+                "state": (("event", "element"), self.states),
             },
+            coords={"element": element_labels(m)},
             attrs={
                 "system": repr(self.system),
                 "start": repr(self.start),
                 "end": self.end.name,
                 "end_reason": self.end.sentence,
                 "status_meaning": ", ".join(f"{s.value} {s.name}" for s in Status),
+                "state_meaning": "; ".join(
+                    f"{kind.__name__}: {', '.join(f'{s.value} {s.name}' for s in kind)}"
+                    for kind in kinds
+                ),
                 "version": _kernel.version(),
             },
         )
@@ -240,10 +329,14 @@ class Flights(NamedTuple):
     y: Floats  # (k, m)
     mode: Codes
 
+    def since(self, times: Floats) -> tuple[NDArray[np.intp], Floats]:
+        """Flight of each time, and the time since it began."""
+        index = np.searchsorted(self.begin, times, side="right") - 1
+        return index, np.maximum((times - self.begin[index]) - self.low[index], 0.0)
+
     def at(self, times: Floats, compiled: Compiled) -> Floats:
         """Positions and velocities at times since the first begins, shape (len(times), 2 n)."""
-        index = np.searchsorted(self.begin, times, side="right") - 1
-        dt = np.maximum((times - self.begin[index]) - self.low[index], 0.0)
+        index, dt = self.since(times)
         y = np.ascontiguousarray(self.y[index])
         return np.asarray(compiled.kernel.evaluate(list(map(int, self.mode[index])), y, dt))
 
@@ -332,9 +425,10 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
         A :class:`Mechanism`, or anything with a ``mechanism``, such as :class:`ImpactDamper`.
     state
         Initial state: inside the clearance, or on a stop with any departing speed down to zero;
-        on a stop and approaching it, it impacts at t = 0.
+        on a stop and approaching it, it impacts at t = 0. Soft stops and friction take the states
+        that last there: a mass beyond a soft stop begins pressed.
     impacts
-        Stop after so many impacts (completed chatter counts as one).
+        Stop after so many impacts (completed chatter counts as one, meeting a soft stop as one).
     t_max
         Stop at this time.
 
@@ -342,7 +436,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     -------
     Run
         Every event with its :class:`Status`. Chatter, sticking, grazing, silence and undecided
-        searches are data: see ``run.status`` and ``run.end``.
+        searches are data: see ``run.status`` and ``run.end``. ``run.states`` and ``run.forces``
+        tell about the elements.
 
     Raises
     ------
