@@ -308,3 +308,119 @@ def test_a_parameter_with_the_name_of_a_start_is_refused(name: str) -> None:
     starts = vi.RandomStarts(3, 7, {"x1": (-0.2, 0.2)}, STILL)
     with pytest.raises(vi.InvalidParameterError, match=f"'{name}'.*Rename the parameter"):
         vi.sweep(vi.Family(named, **{name: 1.0}), over={name: [1.0, 2.0]}, start=starts, **SHORT)
+
+
+# ---- elements ------------------------------------------------------------------------------------
+
+MOVED = vi.Mechanism(
+    mass=[[1.0, 0.0], [0.0, 0.5]],
+    damping=[[0.1, 0.3], [-0.3, 0.1]],
+    stiffness=[[2.0, -1.0], [-1.0, 1.0]],
+    forces=(vi.Harmonic(1.8, (1.0, 0.5)),),
+    elements=(
+        vi.RigidStop((1.0, 0.0), upper=0.4, upper_motion=vi.Harmonic(1.8, (0.1,), (0.2,))),
+        vi.SoftStop((1.0, -1.0), -0.2, 0.3, stiffness=(20.0, 30.0), damping=0.4,
+                    motion=(vi.Harmonic(1.8, (0.05,)), vi.Harmonic(3.6, (0.02,)))),
+        vi.Friction((0.0, 1.0), 0.2, belt_speed=0.7, belt_motion=vi.Harmonic(2.7, (0.1,))),
+        vi.Friction((1.0, 0.0), 0.2, 0.3),
+    ),
+)  # fmt: skip
+OF_ELEMENTS = {
+    "elements[0].stiffness[0]": 20.0, "elements[0].stiffness[1]": 30.0, "elements[0].damping": 0.4,
+    "elements[0].lower": -0.2, "elements[0].upper": 0.3, "elements[0].row[1]": -1.0,
+    "elements[0].motion[1].sine[0]": 0.02, "elements[1].kinetic": 0.2, "elements[1].static": 0.2,
+    "elements[1].belt_speed": 0.7, "elements[1].belt_motion[0].cosine[0]": 0.0,
+    "elements[2].static": 0.3, "contacts[0].upper_motion[0].sine[0]": 0.1,
+    "contacts[0].upper_motion[0].cosine[0]": 0.2, "elements[1].belt_motion[0].omega": 2.7,
+}  # fmt: skip
+
+
+def test_values_of_elements_are_found_by_path() -> None:
+    assert {path: parameter_value(MOVED, path) for path in OF_ELEMENTS} == OF_ELEMENTS
+
+
+@pytest.mark.parametrize("path", OF_ELEMENTS)
+def test_a_replaced_value_of_an_element_is_read_back_and_nothing_else_changed(path: str) -> None:
+    there = with_parameter(MOVED, path, OF_ELEMENTS[path] + 0.01)
+    assert parameter_value(there, path) == OF_ELEMENTS[path] + 0.01
+    assert with_parameter(there, path, OF_ELEMENTS[path]) == MOVED
+
+
+@pytest.mark.parametrize("path", OF_ELEMENTS)
+def test_a_value_of_an_element_is_differentiated(path: str) -> None:
+    here: Any = expanded(MOVED, path)
+    for step in path.replace("]", "").replace("[", ".").split("."):
+        here = here[int(step)] if step.isdigit() else getattr(here, step)
+    here = here[0] if isinstance(here, tuple) else here
+    assert orders(here) == [OF_ELEMENTS[path], 1.0, 0.0, 0.0]
+
+
+def frequencies(m: vi.Mechanism) -> list[float]:
+    """Of the lines, of the stop, of the two motions of the soft stop, of the belt."""
+    soft, belt = m.elements[0], m.elements[1]
+    motions = (*m.contacts[0].motion, *soft.motion, *belt.motion)
+    return [line.omega for line in (*m.forces, *motions)]
+
+
+def test_omega_scales_motions_of_stops_and_belts_with_the_forces() -> None:
+    there = with_parameter(MOVED, "omega", 3.6)
+    assert isinstance(there, vi.Mechanism)
+    assert frequencies(MOVED) == [1.8, 3.6, 2.7, 1.8, 1.8, 3.6, 2.7]
+    assert frequencies(there) == [3.6, 7.2, 5.4, 3.6, 3.6, 7.2, 5.4]
+    lines = expanded(MOVED, "omega").forces
+    for line in (expanded(MOVED, "omega").elements[0].motion[1], lines[1]):
+        assert orders(line.omega) == [3.6, 2.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "path", ["forces[1].omega", "elements[0].motion[1].omega"], ids=["force", "motion"]
+)
+def test_a_frequency_belongs_to_its_line_and_changes_wherever_that_is(path: str) -> None:
+    there = with_parameter(MOVED, path, 4.0)
+    assert isinstance(there, vi.Mechanism)
+    assert frequencies(there) == [1.8, 4.0, 2.7, 1.8, 1.8, 4.0, 2.7]
+
+
+def test_a_moved_mechanism_is_the_one_that_is_built_with_the_frequency() -> None:
+    def built(w: float) -> vi.Mechanism:
+        stop = vi.SoftStop((1.0,), upper=0.2, stiffness=9.0, motion=vi.Harmonic(w, (0.3,)))
+        return vi.Mechanism(
+            mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(w, (0.5,)),),
+            elements=(stop,),
+        )  # fmt: skip
+
+    there = with_parameter(built(1.0), "omega", 1.3)
+    assert there == built(1.3)
+    start = vi.State((0.0,), (0.0,))
+    runs = [vi.simulate(m, start, impacts=10).time for m in (there, built(1.3))]
+    np.testing.assert_array_equal(*runs)
+
+
+def test_an_entry_of_a_matrix_that_is_not_symmetric_has_no_mirror_image() -> None:
+    there = with_parameter(MOVED, "damping[0][1]", 0.4)
+    assert isinstance(there, vi.Mechanism)
+    assert np.array_equal(there.damping, [[0.1, 0.4], [-0.3, 0.1]])
+
+
+def test_kinetic_takes_an_equal_static_level_along() -> None:
+    both = with_parameter(MOVED, "elements[1].kinetic", 0.5)
+    assert parameter_value(both, "elements[1].static") == 0.5
+    apart = with_parameter(MOVED, "elements[2].kinetic", 0.1)
+    assert parameter_value(apart, "elements[2].static") == 0.3
+    with pytest.raises(vi.InvalidParameterError, match=r"static = 0\.3: must be >= kinetic"):
+        with_parameter(MOVED, "elements[2].kinetic", 0.4)
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("elements[0].stiffness", r"20\.0 at the lower and 30\.0 at the upper stop\. Take"),
+        ("elements[0].release", "no finite number.*contacts.0..upper.*elements.0..stiffness"),
+        ("elements[4].kinetic", "no finite number"),
+        ("elements[0].states", "no finite number"),
+        ("contacts[0].lower_motion[0].sine[0]", "no finite number"),
+    ],
+)
+def test_a_path_into_an_element_that_is_no_number_is_refused(path: str, message: str) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=message):
+        with_parameter(MOVED, path, 1.0)

@@ -341,13 +341,14 @@ class Piecewise:
         m = self.mechanism
         closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
         states = states_from_code(code, len(m.contacts), len(m.elements))
-        held = iter(self._forces(closed, states).multipliers)  # in the order of parts
+        forces = self._forces(closed, states)
+        held = iter(forces.multipliers)  # in the order of parts
         nothing = [0.0] * (self.size + 1)
         at_rest = dict(closed)
         rows = [next(held) if i in at_rest else nothing for i in range(len(m.contacts))]
-        for e, state in zip(m.elements, states, strict=True):
+        for number, (e, state) in enumerate(zip(m.elements, states, strict=True)):
             if isinstance(e, Friction) and state == FrictionState.STICK:
-                rows.append(next(held))
+                rows.append(nothing if number == forces.redundant else next(held))
                 continue
             force = self._law(e, state)
             rows.append([force[1] * x for x in force[0]] if force else nothing)

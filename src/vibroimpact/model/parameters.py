@@ -5,10 +5,15 @@ A parameter is
 - a field of a system that is a dataclass with a ``mechanism``, such as ``"omega"`` of
   :class:`~vibroimpact.ImpactDamper`;
 - a keyword of a :class:`Family`, a function that builds a mechanism;
-- a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry, if equal),
-  ``"contacts[0].upper"``, ``"contacts[0].restitution"``, ``"elements[0].stiffness"``,
-  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, or ``"omega"``: all forcing frequencies in
-  proportion, those of moving stops and belts included.
+- a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry, where
+  the matrix is symmetric), ``"contacts[0].upper"``, ``"contacts[0].restitution"``,
+  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, ``"contacts[0].upper_motion[0].sine[0]"``,
+  ``"elements[0].stiffness"``, or ``"omega"``: all frequencies in proportion.
+
+Numbers in a path are those of ``mechanism.contacts``, with the rigid stops, and of
+``mechanism.elements``, the others. Of a pair, [0] is at the lower and [1] at the upper stop. A
+frequency belongs to a forcing line: forces and motions of stops and belts that have it change
+together. Friction whose static level equals the kinetic one keeps both equal when kinetic varies.
 
 Derivatives with respect to it are exact: the system is built once more with a jet for the number,
 and every entry of M, C, K, of the stops and of the forces comes out with its derivatives.
@@ -29,13 +34,13 @@ from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
-from vibroimpact.model.elements import Element
+from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.system import System, mechanism_of
 
-SYMMETRIC = ("mass", "damping", "stiffness")
-PAIRS = ("restitution", "].stiffness", "].damping")  # numbers at the lower and at the upper stop
+MATRICES = ("mass", "damping", "stiffness")
+PAIRS = ("restitution", "stiffness", "damping")  # of stops: (at lower, at upper)
 Step = str | int
 
 
@@ -216,9 +221,18 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
     forced = ("omega", ", forces[0].sine[0]") if mechanism.forces else ("", "")
     raise InvalidParameterError(
         f"parameter = {path!r}: is no finite number of this mechanism. Take "
-        f"{forced[0] and 'omega, or '}a path such as stiffness[0][0], contacts[0].upper, "
-        f"contacts[0].restitution{forced[1]}."
+        f"{forced[0] and 'omega, or '}a path such as stiffness[0][0]{_examples(mechanism)}"
+        f"{forced[1]}."
     )
+
+
+def _examples(m: Mechanism) -> str:
+    """Paths of a contact and of an element that there are."""
+    paths = ["contacts[0].upper", "contacts[0].restitution"] if m.contacts else []
+    if m.elements:
+        name = "stiffness" if isinstance(m.elements[0], SoftStop) else "kinetic"
+        paths.append(f"elements[0].{name}")
+    return "".join(f", {path}" for path in paths)
 
 
 def _field(part: Any, name: str) -> Any:
@@ -237,44 +251,69 @@ def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
         items = list(here)
         items[first] = _replaced(items[first], rest, value)
         return type(here)(items)
-    inside = _replaced(getattr(here, first), rest, value)
-    if first in SYMMETRIC and len(rest) == 2 and _mirrored(getattr(here, first), *rest):
+    before = getattr(here, first)
+    inside = _replaced(before, rest, value)
+    mirrored = first in MATRICES and len(rest) == 2 and rest[0] != rest[1]
+    if mirrored and symmetric(before):
         inside = _replaced(inside, rest[::-1], value)
-    return replace(here, **{first: inside})
-
-
-def _mirrored(matrix: Any, i: Any, j: Any) -> bool:
-    """Whether an entry of a matrix has a mirror entry, and equals it: both are one parameter."""
-    return i != j and bool(matrix[i][j] == matrix[j][i])
+    changes = {first: inside}
+    if isinstance(here, Friction) and first == "kinetic" and here.static == here.kinetic:
+        changes["static"] = inside
+    return replace(here, **changes)
 
 
 def _with_entry(mechanism: Mechanism, path: str, value: Any) -> Mechanism:
     if path == "omega":
-        return _at_omega(mechanism, value)
-    return cast(Mechanism, _replaced(mechanism, _steps(path), value))
-
-
-def _at_omega(mechanism: Mechanism, omega: Any) -> Mechanism:
-    lines = [
-        Harmonic(omega * (line.omega / mechanism.omega), line.sine, line.cosine)
-        for line in mechanism.forces
-    ]
-    varied = copy(mechanism)  # the rest has been checked
-    object.__setattr__(varied, "forces", tuple(lines))
-    for name in ("contacts", "elements"):
-        moved = tuple(_moved_at(one, omega, mechanism.omega) for one in getattr(mechanism, name))
-        object.__setattr__(varied, name, moved)
-    return varied
-
-
-def _moved_at(one: Contact | Element, omega: Any, before: float) -> Contact | Element:
-    """A stop or a belt with the frequencies of its motion in proportion."""
-    motions: dict[str, Any] = {
-        name: tuple(
-            Harmonic(omega * (line.omega / before), line.sine, line.cosine)
-            for line in getattr(one, name)
+        first = mechanism.omega
+        return _at_frequencies(
+            mechanism, [value * (line.omega / first) for line in mechanism.forces]
         )
-        for name in ("upper_motion", "lower_motion", "motion", "belt_motion")
-        if name in {f.name for f in dataclasses.fields(one)} and getattr(one, name)
-    }
-    return replace(one, **motions) if motions else one
+    steps = _steps(path)
+    if steps[-1] == "omega":
+        number = cast(int, steps[1])
+        if steps[0] != "forces":  # a motion has the first line of its frequency
+            number = _line_of(mechanism.forces, _at_path(mechanism, path))
+        omegas = [line.omega for line in mechanism.forces]
+        omegas[number] = value
+        return _at_frequencies(mechanism, omegas)
+    return cast(Mechanism, _replaced(mechanism, steps, value))
+
+
+def _line_of(lines: tuple[Harmonic, ...], omega: float) -> int:
+    """Number of the first line of a frequency."""
+    return next(i for i, line in enumerate(lines) if line.omega is omega or line.omega == omega)
+
+
+def _at_frequencies(mechanism: Mechanism, omegas: list[Any]) -> Mechanism:
+    """Copy with other frequencies of the lines, and of the motions of stops and belts that have them."""
+    lines = mechanism.forces
+
+    def moved(part: Any, *names: str) -> Any:
+        motions = {name: getattr(part, name) for name in names}
+        if not any(motions.values()):
+            return part
+        return replace(
+            part,
+            **{
+                name: tuple(
+                    replace(line, omega=omegas[_line_of(lines, line.omega)]) for line in motion
+                )
+                for name, motion in motions.items()
+            },
+        )
+
+    def element_moved(e: Element) -> Any:
+        if isinstance(e, PhaseSwitch):
+            return replace(e, omega=omegas[_line_of(lines, e.omega)])
+        if isinstance(e, SoftStop):
+            return moved(e, "motion")
+        load = moved(e.load, "motion") if e.load else None
+        return moved(replace(e, load=load), "belt_motion")
+
+    contacts = tuple(moved(c, "upper_motion", "lower_motion") for c in mechanism.contacts)
+    elements = tuple(element_moved(e) for e in mechanism.elements)
+    forces = tuple(replace(line, omega=w) for line, w in zip(lines, omegas, strict=True))
+    varied = copy(mechanism)  # the rest has been checked
+    for name, parts in (("forces", forces), ("contacts", contacts), ("elements", elements)):
+        object.__setattr__(varied, name, parts)
+    return varied
