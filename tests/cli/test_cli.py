@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import os
 import re
@@ -20,7 +21,9 @@ from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
+from vibroimpact.machines.json_text import system_of, text_of
 from vibroimpact.machines.published import panels, parameter_sets
+from vibroimpact.machines.toml_file import read_case
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -212,6 +215,97 @@ def test_any_mechanism_is_read_from_a_file() -> None:
     data = opened("b.nc")
     rest = float(data.time[data.status == vi.Status.CHATTER][0])
     assert rest == pytest.approx(3.0 * np.sqrt(2.0 / 9.8), rel=1e-14)  # closed form
+
+
+ELEMENTS = """
+[mechanism]
+mass = [[1.0, 0.0], [0.0, 1.0]]
+damping = [[0.1, 0.3], [-0.3, 0.1]]
+stiffness = [[2.0, -1.0], [-1.0, 1.0]]
+[[mechanism.forces]]
+omega = 1.3
+sine = [1.0, 0.0]
+[[mechanism.elements]]
+kind = "soft_stop"
+row = [1.0, 0.0]
+upper = 0.3
+stiffness = 29.0
+damping = [0.0, 0.5]
+release = "gap"
+motion = { omega = 1.3, sine = [0.1] }
+[[mechanism.elements]]
+kind = "friction"
+row = [1.0, -1.0]
+kinetic = 0.2
+static = 0.3
+belt_speed = 0.1
+belt_motion = [{ omega = 1.3, sine = [0.1], cosine = [0.05] }, { omega = 2.6, sine = [0.02] }]
+[[mechanism.elements]]
+kind = "rigid_stop"
+row = [0.0, 1.0]
+lower = -0.5
+restitution = 0.7
+[mechanism.elements.lower_motion]
+omega = 2.6
+sine = [0.1]
+[start]
+position = [0.0, 0.0]
+velocity = [0.0, 0.0]
+"""
+TWICE = vi.Harmonic(2.6, (0.1,))
+WITH_ELEMENTS = vi.Mechanism(
+    mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.1, 0.3], [-0.3, 0.1]],
+    stiffness=[[2.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(1.3, (1.0, 0.0)),),
+    elements=(
+        vi.SoftStop((1.0, 0.0), upper=0.3, stiffness=29.0, damping=(0.0, 0.5), release="gap",
+                    motion=vi.Harmonic(1.3, (0.1,))),
+        vi.Friction((1.0, -1.0), 0.2, 0.3, 0.1,
+                    (vi.Harmonic(1.3, (0.1,), (0.05,)), vi.Harmonic(2.6, (0.02,)))),
+        vi.RigidStop((0.0, 1.0), lower=-0.5, restitution=0.7, lower_motion=TWICE),
+    ),
+)  # fmt: skip
+
+
+def test_elements_and_their_motions_are_read_from_a_file(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("machine.toml").write_text(ELEMENTS)
+    assert read_case("machine.toml").system == WITH_ELEMENTS
+    arguments = ["simulate", "--config", "machine.toml", "--t-max", "20", "--out", "r.nc"]
+    assert cli.main([*arguments, "--out", "r.png"]) == 0
+    expected = vi.simulate(WITH_ELEMENTS, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=20.0)
+    xr.testing.assert_identical(opened("r.nc"), expected.to_dataset())
+    assert "soft stop 1 " in capsys.readouterr().out
+    assert Path("r.png").stat().st_size > 0
+
+
+def test_a_mechanism_with_elements_is_kept_in_a_text_to_the_last_bit() -> None:
+    third = vi.SoftStop((1.0, 0.0), lower=-1 / 3, upper=2 / 3, stiffness=(1 / 7, 1 / 9))
+    for m in (WITH_ELEMENTS, dataclasses.replace(WITH_ELEMENTS, elements=(third,))):
+        assert system_of(text_of(m)) == m
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('kind = "friction"', 'kind = "brake"', r"elements\]\] 2: kind = 'brake'; must be one of"),
+        ('kind = "friction"\n', "", r"elements\]\] 2: kind: missing; must be one of \"soft_stop"),
+        ("kinetic = 0.2\n", "", r"elements\]\] 2: kinetic: missing"),
+        ("kinetic", "mu", r"elements\]\] 2: mu: .*coefficient times normal load"),
+        ("stiffness = 29.0", "stiffness = -29.0", r"elements\]\] 1: stiffness = -29\.0: must be"),
+        ("motion = { omega", "motion = { omgea", r"elements\]\] 1: motion: omgea: .*mean omega"),
+        ("motion = { omega = 1.3, ", "motion = { ", r"1: motion: omega: missing"),
+        ("sine = [0.1] }", "sine = [0.1, 0.2] }", r"1: motion: has 2 amplitudes"),
+        ("row = [0.0, 1.0]", "row = [1.0]", r"\[mechanism\]: contacts\[0\]\.row has shape"),
+    ],
+)
+def test_a_mistake_in_an_element_is_named_with_its_table_and_key(
+    old: str, new: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert old in ELEMENTS
+    Path("machine.toml").write_text(ELEMENTS.replace(old, new, 1))
+    assert cli.main(["simulate", "--config", "machine.toml"]) == 2
+    assert re.search(said, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,9 @@ from typing import Any, cast
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import SCALES, Scales
 from vibroimpact.machines.registry import machine_of_class, name_of
+from vibroimpact.model.elements import MOTIONS, Element
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 
@@ -34,16 +35,35 @@ def _numbers(system: System) -> dict[str, Any]:
         "constant_force": system.constant_force,
         "contact_names": system.contact_names,
         "forces": [asdict(line) for line in system.forces],
-        "contacts": [
-            {k: v for k, v in asdict(contact).items() if k == "row" or _finite(v)}
-            for contact in system.contacts
-        ],
+        "contacts": [_stored(contact) for contact in system.contacts],
+        **({"elements": [_kinded(e) for e in system.elements]} if system.elements else {}),
     }
 
 
-def _finite(value: Any) -> bool:
-    """Whether a number can be stored: JSON has no infinity, so infinite stops are left out."""
-    return not isinstance(value, float) or math.isfinite(value)
+def _kinded(element: Element) -> dict[str, Any]:
+    kind = next(name for name, make in KINDS.items() if isinstance(element, make))
+    return {"kind": kind, **_stored(element)}
+
+
+def _stored(part: Contact | Element) -> dict[str, Any]:
+    """Fields of a part, but for stops at infinity, which JSON has not, and motions of none."""
+    return {
+        name: value
+        for name, value in asdict(part).items()
+        if not (name in MOTIONS and not value)
+        and (not isinstance(value, float) or math.isfinite(value))
+    }
+
+
+def _restored(make: Any, stored: dict[str, Any]) -> Any:
+    """A part of its fields; lists were tuples."""
+    given: dict[str, Any] = {}
+    for name, value in stored.items():
+        if name in MOTIONS:
+            given[name] = tuple(Harmonic(**line) for line in value)
+        else:
+            given[name] = tuple(value) if isinstance(value, list) else value
+    return make(**given)
 
 
 def system_of(text: str) -> System | None:
@@ -53,13 +73,14 @@ def system_of(text: str) -> System | None:
     if kind != "Mechanism":
         machine = machine_of_class(kind) if numbers else None  # None for a class of the user
         return cast(System, machine(**_with_scales(numbers))) if machine else None
-    contacts = [
-        Contact(**(pair | {"restitution": tuple(pair["restitution"])}))
-        for pair in numbers.pop("contacts")
-    ]
+    contacts = [_restored(Contact, pair) for pair in numbers.pop("contacts")]
+    elements = [_restored(KINDS[e.pop("kind")], e) for e in numbers.pop("elements", [])]
     forces = [Harmonic(**line) for line in numbers.pop("forces")]
     names = tuple(numbers.pop("contact_names"))
-    return Mechanism(contacts=tuple(contacts), forces=tuple(forces), contact_names=names, **numbers)
+    return Mechanism(
+        contacts=tuple(contacts), forces=tuple(forces), contact_names=names,
+        elements=tuple(elements), **numbers,
+    )  # fmt: skip
 
 
 def _with_scales(numbers: dict[str, Any]) -> dict[str, Any]:

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibroimpact._core.checks import unknown_keyword
+from vibroimpact._core.checks import shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
+from vibroimpact.model.elements import MOTIONS
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
 from vibroimpact.model.state import State
 
 MECHANISM, PHYSICAL = "mechanism", "physical"
@@ -39,9 +40,12 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         The file. One table gives the system: that of a machine, such as ``[impact-damper]`` with
         the parameters of :class:`~vibroimpact.ImpactDamper`; ``[impact-damper.physical]`` with
         those of ``from_physical``; or ``[mechanism]`` with those of
-        :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]`` and
-        ``[[mechanism.contacts]]``. The tables of the damper are also called ``[damper]`` and
-        ``[physical]``. A table ``[start]`` (those of :class:`~vibroimpact.State`) is optional.
+        :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]``,
+        ``[[mechanism.contacts]]`` and ``[[mechanism.elements]]``, each element with its ``kind``,
+        "rigid_stop", "soft_stop" or "friction"; motions of stops and belts are tables with the
+        parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables. The tables of the
+        damper are also called ``[damper]`` and ``[physical]``. A table ``[start]`` (those of
+        :class:`~vibroimpact.State`) is optional.
 
     Raises
     ------
@@ -102,11 +106,42 @@ def _read_toml(path: Path) -> dict[str, Any]:
         ) from error
 
 
-_PARTS: Mapping[str, Callable[..., Any]] = {"forces": Harmonic, "contacts": Contact}
+def _contact(path: Any, where: str, table: Any) -> Any:
+    return _built(path, where, Contact, _moved(path, where, table))
+
+
+def _element(path: Any, where: str, table: Any) -> Any:
+    kinds = ", ".join(f'"{kind}"' for kind in KINDS)
+    if not isinstance(table, dict) or table.get("kind") not in KINDS:
+        kind = f"kind = {shown(table['kind'])}" if "kind" in table else "kind: missing"
+        raise InvalidParameterError(f"config = {path}: {where}: {kind}; must be one of {kinds}.")
+    rest = {name: value for name, value in table.items() if name != "kind"}
+    return _built(path, where, KINDS[table["kind"]], _moved(path, where, rest))
+
+
+def _moved(path: Any, where: str, table: Any) -> Any:
+    """The table of an element with its motions built."""
+    if not isinstance(table, dict):
+        return table
+    made = dict(table)
+    for name in MOTIONS:
+        if name in made:
+            lines = made[name] if isinstance(made[name], list) else [made[name]]
+            made[name] = tuple(_built(path, f"{where}: {name}", Harmonic, line) for line in lines)
+    return made
+
+
+def _force(path: Any, where: str, table: Any) -> Any:
+    return _built(path, where, Harmonic, table)
+
+
+_PARTS: Mapping[str, Callable[[Any, str, Any], Any]] = {
+    "forces": _force, "contacts": _contact, "elements": _element
+}  # fmt: skip
 
 
 def _parts(path: Any, table: Any) -> Any:
-    """The table of a mechanism with its forces and contacts built."""
+    """The table of a mechanism with its forces, contacts and elements built."""
     if not isinstance(table, dict):
         return table
     return table | {key: _several(path, key, table[key]) for key in _PARTS if key in table}
@@ -117,9 +152,7 @@ def _several(path: Any, key: str, items: Any) -> list[Any]:
     if not isinstance(items, list):
         raise InvalidParameterError(f"config = {path}: {key} must be tables {label}.")
     numbered = [f"{label} {i + 1}" for i in range(len(items))] if len(items) > 1 else [label]
-    return [
-        _built(path, where, _PARTS[key], item) for where, item in zip(numbered, items, strict=False)
-    ]
+    return [_PARTS[key](path, where, item) for where, item in zip(numbered, items, strict=False)]
 
 
 def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:

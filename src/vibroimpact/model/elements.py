@@ -29,6 +29,12 @@ from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 Release = Literal["force", "gap"]
 MOST_ARCS = 5
+MOVES = "A stop that moves has motion: a Harmonic with one amplitude, or several."
+LINEAR = "A stop that stiffens is a sum of soft stops with other gaps."
+CONSTANT = (
+    "A level that varies with time or speed is not supported; two levels are: kinetic, static."
+)
+BELT = "A belt whose speed varies has belt_motion: a Harmonic of its speed, or several."
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 
 
@@ -114,17 +120,20 @@ class SoftStop:
     motion: tuple[Harmonic, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "row", _nonzero(self.row))
+        object.__setattr__(self, "row", _nonzero(self.row, "a soft stop"))
         for name in ("lower", "upper"):
-            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE)
+            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
             object.__setattr__(self, name, value)
         if self.lower > self.upper or (is_infinite(self.lower) and is_infinite(self.upper)):
             raise InvalidParameterError(
                 f"lower = {self.lower}, upper = {self.upper}: need lower <= upper, one finite. "
                 "Where both stops press at once, take two one-sided ones."
             )
-        object.__setattr__(self, "stiffness", pair_of("stiffness", self.stiffness, positive))
-        object.__setattr__(self, "damping", pair_of("damping", self.damping, nonnegative))
+        for name, check in (("stiffness", positive), ("damping", nonnegative)):
+            value = getattr(self, name)
+            if callable(value):
+                raise refusal(name, value, "a number", LINEAR)
+            object.__setattr__(self, name, pair_of(name, value, check))
         check_choice("release", self.release, ["force", "gap"])
         object.__setattr__(self, "motion", as_lines("motion", self.motion))
 
@@ -135,9 +144,9 @@ class SoftStop:
         k, c = (pair[i] if isinstance(pair, tuple) else pair for pair in pairs)
         return (self.upper if side > 0 else self.lower), k, c
 
-    def check_size(self, n: int) -> None:
-        """Refuse a row that does not have n entries."""
-        vector("row", self.row, n)
+    def check_size(self, n: int, name: str) -> None:
+        """Refuse a row that does not have n entries; the element has this name."""
+        vector(f"{name}.row", self.row, n)
 
     @property
     def states(self) -> tuple[SoftStopState, ...]:
@@ -223,7 +232,12 @@ class Friction:
     load: NormalLoad | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "row", _nonzero(self.row))
+        object.__setattr__(self, "row", _nonzero(self.row, "friction"))
+        for name in ("kinetic", "static"):
+            if callable(value := getattr(self, name)):
+                raise refusal(name, value, "a number", CONSTANT)
+        if callable(self.belt_speed):
+            raise refusal("belt_speed", self.belt_speed, "a number", BELT)
         object.__setattr__(self, "kinetic", nonnegative("kinetic", self.kinetic))
         static = self.kinetic if self.static is None else nonnegative("static", self.static)
         if static < self.kinetic:
@@ -248,12 +262,12 @@ class Friction:
         """Harmonic parts of the speed of the belt and of the load."""
         return (*self.belt_motion, *(self.load.motion if self.load else ()))
 
-    def check_size(self, n: int) -> None:
-        """Refuse rows that do not have n entries."""
-        vector("row", self.row, n)
-        for name in ("position", "velocity"):
-            if self.load and getattr(self.load, name):
-                vector(name, getattr(self.load, name), n)
+    def check_size(self, n: int, name: str) -> None:
+        """Refuse rows that do not have n entries; the element has this name."""
+        vector(f"{name}.row", self.row, n)
+        for part in ("position", "velocity"):
+            if self.load and getattr(self.load, part):
+                vector(f"{name}.load.{part}", getattr(self.load, part), n)
 
 
 @names_arguments(
@@ -327,18 +341,22 @@ class PhaseSwitch:
         """The line whose phase switches, without amplitude."""
         return (Harmonic(self.omega, (0.0,)),)
 
-    def check_size(self, n: int) -> None:
-        """Refuse vectors that do not have n entries."""
-        for name in ("forces", "impulses"):
-            for row in getattr(self, name):
-                vector(name, row, n)
+    def check_size(self, n: int, name: str) -> None:
+        """Refuse vectors that do not have n entries; the element has this name."""
+        for part in ("forces", "impulses"):
+            for row in getattr(self, part):
+                vector(f"{name}.{part}", row, n)
 
 
 Element = SoftStop | Friction | PhaseSwitch
+MOTIONS = ("upper_motion", "lower_motion", "motion", "belt_motion")  # fields that are motions
 
 
-def _nonzero(value: Any) -> tuple[float, ...]:
+def _nonzero(value: Any, what: str) -> tuple[float, ...]:
     row = vector("row", value)
     if not any(row):
-        raise InvalidParameterError("row = 0: an element must involve a coordinate.")
+        raise InvalidParameterError(
+            f"row = 0: {what} must involve a coordinate. Between two of them the row has 1 and -1; "
+            "between a coordinate and itself nothing acts."
+        )
     return row

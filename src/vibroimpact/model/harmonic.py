@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from vibroimpact._core.checks import names_arguments, positive, refusal, vector
+from vibroimpact._core.errors import InvalidParameterError
 
+HARMONIC_MOTION = "A periodic motion is a sum of a few: its Fourier series."
 HARMONIC_ONLY = "A force is a sum of harmonic lines: one Harmonic each."
 
 
@@ -50,10 +52,11 @@ def as_lines(name: str, value: Any) -> tuple[Harmonic, ...]:
     """Return one line or several with one amplitude each as a tuple, or raise naming it."""
     lines = (value,) if isinstance(value, Harmonic) else value
     if not isinstance(lines, tuple | list) or not all(isinstance(x, Harmonic) for x in lines):
-        raise refusal(name, value, "a Harmonic, or several in a tuple")
+        raise refusal(name, value, "a Harmonic, or several in a tuple", HARMONIC_MOTION)
     for line in lines:
         if len(line.sine) != 1:
-            raise refusal(
-                name, line, "of one amplitude", "Give sine=(a,) and, if wanted, cosine=(b,)."
+            raise InvalidParameterError(
+                f"{name}: has {len(line.sine)} amplitudes, and moves in one direction. Give "
+                "sine=(a,) and, if wanted, cosine=(b,)."
             )
     return tuple(lines)

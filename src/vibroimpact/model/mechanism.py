@@ -50,6 +50,7 @@ from vibroimpact.model.elements import (
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
+MANY = 1_000_000  # the count is checked elsewhere
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 MOST_ELEMENTS = 8
 MOVES = "A stop that moves has upper_motion, lower_motion: a Harmonic with one amplitude each."
@@ -104,7 +105,8 @@ class Contact:
             object.__setattr__(self, name, value)
         if not self.lower < self.upper or (infinite(self.lower) and infinite(self.upper)):
             raise InvalidParameterError(
-                f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite."
+                f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite. "
+                "For two stops without a gap between them fix the coordinate instead."
             )
         pair = self.restitution
         both = pair if isinstance(pair, tuple | list) else (pair, pair)
@@ -115,7 +117,11 @@ class Contact:
         for name, limit in (("upper_motion", self.upper), ("lower_motion", self.lower)):
             lines = as_lines(name, getattr(self, name))
             if lines and infinite(limit):
-                raise refusal(name, lines, "left out", "There is no stop on that side.")
+                side = name.partition("_")[0]
+                raise InvalidParameterError(
+                    f"{name}: is given, and {side} = {limit}: there is no such stop to move. Give "
+                    f"{side}, or leave {name} out."
+                )
             object.__setattr__(self, name, lines)
 
     @property
@@ -140,6 +146,7 @@ class Contact:
 
 
 RigidStop = Contact  # among elements
+KINDS = {"soft_stop": SoftStop, "friction": Friction, "rigid_stop": Contact}  # in files
 
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
@@ -221,10 +228,10 @@ class Mechanism:
         contacts = self.contacts
         names = _several("contact_names", self.contact_names, str, 0, len(contacts))
         object.__setattr__(self, "contact_names", names)
-        for contact in self.contacts:
-            vector("row", contact.row, n)
-        for element in self.elements:
-            element.check_size(n)
+        for i, contact in enumerate(self.contacts):
+            vector(f"contacts[{i}].row", contact.row, n)
+        for i, element in enumerate(self.elements):
+            element.check_size(n, f"elements[{i}]")
         self._check_massless()
         for force in self.forces:
             vector("sine", force.sine, n)
@@ -258,9 +265,8 @@ class Mechanism:
     def _set_elements(self) -> None:
         """Rigid stops become contacts, and those whose stops move differently two each."""
         contacts = _several("contacts", self.contacts, Contact, 0, MAX_CONTACTS)
-        elements = _several(
-            "elements", self.elements, (Contact, SoftStop, Friction, PhaseSwitch), 0, MAX_CONTACTS
-        )
+        kinds = Contact, SoftStop, Friction, PhaseSwitch
+        elements = _several("elements", self.elements, kinds, 0, MANY)
         rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
         apart = tuple(one for contact in rigid for one in contact.moved_alike)
         others = tuple(e for e in elements if not isinstance(e, Contact))
@@ -270,7 +276,8 @@ class Mechanism:
                 f"contacts and elements: {len(apart) + len(others)} are given; must be 1 to "
                 f"{MAX_CONTACTS} together (a contact whose stops move differently counts twice), "
                 f"at most {MOST_ELEMENTS} of them no rigid stops, and with 3^(rigid stops) "
-                "5^(others) below 2^31."
+                "5^(others) below 2^31. Stops on both sides of one coordinate are one, with lower "
+                "and upper."
             )
         object.__setattr__(self, "contacts", apart)
         object.__setattr__(self, "elements", others)
@@ -283,7 +290,12 @@ class Mechanism:
             for line in element.motion:
                 if not any(line.omega is f.omega or line.omega == f.omega for f in forces):
                     forces.append(Harmonic(line.omega, nothing))
-        object.__setattr__(self, "forces", _several("forces", forces, Harmonic, 0, MAX_LINES))
+        if len(forces) > MAX_LINES:
+            raise InvalidParameterError(
+                f"forces: {len(forces)} frequencies are given; must be at most {MAX_LINES}, those of "
+                "moving stops and belts included. Leave out the smallest."
+            )
+        object.__setattr__(self, "forces", tuple(forces))
 
     def __hash__(self) -> int:
         """Hash the numbers: the rows of the matrices are lists, which have no hash."""
@@ -352,8 +364,12 @@ def _several(
     name: str, items: Any, kind: type | tuple[type, ...], low: int, high: int
 ) -> tuple[Any, ...]:
     """Return a sequence as a tuple, or raise naming it."""
-    kinds = " or ".join(k.__name__ for k in (kind if isinstance(kind, tuple) else (kind,)))
-    allowed = f"{low} to {high} of {kinds} in a tuple or list"
+    kinds = " or ".join(
+        "RigidStop" if k is Contact and isinstance(kind, tuple) else k.__name__
+        for k in (kind if isinstance(kind, tuple) else (kind,))
+    )
+    where = f"{kinds} in a tuple or list"
+    allowed = where if high == MANY else f"{low} to {high} of {where}"
     if not isinstance(items, list | tuple):
         raise refusal(name, items, allowed)
     for i, item in enumerate(items):
