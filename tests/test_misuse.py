@@ -658,6 +658,69 @@ def test_too_many_contacts_are_counted_and_not_printed() -> None:
         vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=many)
 
 
+def still(*elements: Any, **more: Any) -> vi.Mechanism:
+    one: dict[str, Any] = {"mass": [[1.0]], "damping": [[0.0]], "stiffness": [[1.0]]}
+    return vi.Mechanism(**(one | more), elements=elements)
+
+
+UPPER: dict[str, Any] = {"row": (1.0,), "upper": 1.0}
+RUBBING = vi.Friction((1.0,), 0.1)
+SWING = vi.Harmonic(1.0, (0.1,))
+PAIR = vi.Harmonic(1.0, (0.1, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: vi.SoftStop((1.0,), 0.5, 0.2), r"lower = 0\.5, upper = 0\.2: .* two one-sided"),
+        (lambda: vi.RigidStop((1.0,), 0.5, 0.2), r"lower = 0\.5, upper = 0\.2: need lower < upper"),
+        (lambda: vi.SoftStop((1.0,)), "need lower <= upper, one finite"),
+        (lambda: vi.SoftStop(**UPPER, stiffness=(1, 2, 3)), r"\(1, 2, 3\): .*\(lower, upper\)"),
+        (lambda: vi.SoftStop(**UPPER, stiffness=(0.0, 1.0)), r"stiffness = 0\.0: must be > 0"),
+        (lambda: vi.SoftStop(**UPPER, stiffness=a_function), "a_function: .* sum of soft stops"),
+        (lambda: vi.SoftStop((1.0,), upper=a_function), "a_function: .* has motion"),
+        (lambda: vi.SoftStop(**UPPER, motion=PAIR), "motion: has 2 amplitudes.*sine=.a,"),
+        (lambda: vi.SoftStop(**UPPER, motion=a_function), "a_function: .* Fourier series"),
+        (lambda: vi.SoftStop(**UPPER, release="never"), "'never': must be one of force, gap"),
+        (lambda: vi.SoftStop(**UPPER, preload=1.0), "upper < 0"),
+        (lambda: vi.RigidStop(**UPPER, lower_motion=SWING), "lower = -inf: .* Give lower, or"),
+        (lambda: vi.Friction((1.0,), 0.2, 0.1), r"static = 0\.1: must be >= kinetic = 0\.2"),
+        (
+            lambda: vi.Friction((1.0 - 1.0, 0.0), 0.2),
+            "between a coordinate and itself nothing acts",
+        ),
+        (lambda: vi.Friction((1.0,), a_function), "a_function: .* two levels are: kinetic, static"),
+        (lambda: vi.Friction((1.0,), 0.1, belt_speed=a_function), "a_function: .* belt_motion"),
+        (lambda: vi.Friction((1.0,), 0.1, mu=0.3), "coefficient times normal load"),
+        (lambda: still(*[RUBBING] * 9), "elements: 9 are given; must be 1 to 8 .* are one"),
+        (lambda: still(RUBBING, vi.Friction((1.0, -1.0), 0.1)), r"elements\[1\]\.row has shape"),
+        (lambda: still(a_function), r"elements\[0\] = .*a RigidStop or SoftStop or Friction"),
+        (lambda: still(contacts=(RUBBING,)), r"contacts\[0\] = Friction.*must be a Contact"),
+        (
+            lambda: still(
+                *[vi.SoftStop(**UPPER, motion=vi.Harmonic(1.0 + i, (0.1,))) for i in range(7)]
+            ),
+            "7 frequencies are given; must be at most 6, those of moving stops",
+        ),
+        (
+            lambda: vi.find_orbit(still(RUBBING), vi.State((1.0,), (0.0,))),
+            r"orbits are found for rigid stops.*vi\.simulate",
+        ),
+        (lambda: vi.find_orbits(still(RUBBING)), "orbits are found for rigid stops"),
+        (
+            lambda: vi.impact_section(still(RUBBING), vi.State((1.0,), (0.0,)), points=3),
+            "no rigid stop.*stroboscopic_section",
+        ),
+    ],
+)
+def test_a_mistake_in_an_element_is_answered_with_the_value_and_the_way_out(
+    make: Callable[[], Any], message: str
+) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=message) as caught:
+        make()
+    assert len(str(caught.value)) < 500  # values are shortened, sequences counted
+
+
 # ---- lengths -------------------------------------------------------------------------------------
 
 

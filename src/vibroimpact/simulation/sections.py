@@ -398,6 +398,10 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
     """Refuse a stop that the system does not have: those of contacts, and soft ones."""
     contacts = mechanism_of(system).numbered
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
+    if not contacts:
+        raise InvalidParameterError(
+            "system: has no rigid stop, so no section at impacts. Take vi.stroboscopic_section."
+        )
     if not whole or not 0 <= contact < len(contacts):
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
         raise refusal("contact", contact, known)
