@@ -70,6 +70,14 @@ def first_speed(states: Any, _durations: Any, _parameters: Any) -> Any:
     return states[0, 2]
 
 
+RUBBING = vi.Friction((1.0,), 0.1)
+
+
+def still(*elements: Any, **more: Any) -> vi.Mechanism:
+    one: dict[str, Any] = {"mass": [[1.0]], "damping": [[0.0]], "stiffness": [[1.0]]}
+    return vi.Mechanism(**(one | more), elements=elements)
+
+
 def oscillator(k: float, A: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[k]], forces=(vi.Harmonic(1.0, (A,)),),
@@ -110,6 +118,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
         transitions=(vi.Transition("on", "top", "rising", "on"),),
     )  # fmt: skip
+    rubbing = vi.simulate(still(RUBBING), vi.State((2.0,), (0.0,)), t_max=6.0)
     section = vi.impact_section(damper, state, points=5, settle=5)
     closed = vi.symmetric_orbits(damper)[0]
     orbit = vi.find_orbit(damper, closed)
@@ -480,8 +489,16 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             plotting.plot_curves,
             {"curves": [curve], "ax": None, "points": True, "bounds": around},
         ),
+        "plot_forces": (
+            plotting.plot_forces,
+            {"run": rubbing, "t0": 0.0, "t1": 5.0, "elements": [0], "ax": None},
+        ),
+        "plot_hysteresis": (
+            plotting.plot_hysteresis,
+            {"run": rubbing, "element": 0, "t0": 0.0, "t1": 5.0, "ax": None},
+        ),
         "plot_history": (plotting.plot_history, {"run": run, "t0": 0.0, "t1": 5.0, "ax": None}),
-        "plot_mechanism": (plotting.plot_mechanism, {"damper": damper, "ax": None}),
+        "plot_mechanism": (plotting.plot_mechanism, {"system": damper, "ax": None}),
         "plot_multipliers": (
             plotting.plot_multipliers, {"path": [closed], "omega": [1.2], "half": True, "ax": None},
         ),
@@ -553,7 +570,8 @@ NAMES = [
     "Diagram.origin", "save_branch", "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane",
     "multistability", "basins", "attractor_state", "bifurcation_sweep", "plot_along",
     "plot_basins", "plot_bifurcation_diagram", "plot_branch_multipliers", "plot_branches",
-    "plot_circle_error", "plot_circle_half_width", "plot_circles", "plot_history",
+    "plot_circle_error", "plot_circle_half_width", "plot_circles", "plot_forces", "plot_history",
+    "plot_hysteresis",
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
@@ -658,13 +676,7 @@ def test_too_many_contacts_are_counted_and_not_printed() -> None:
         vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=many)
 
 
-def still(*elements: Any, **more: Any) -> vi.Mechanism:
-    one: dict[str, Any] = {"mass": [[1.0]], "damping": [[0.0]], "stiffness": [[1.0]]}
-    return vi.Mechanism(**(one | more), elements=elements)
-
-
 UPPER: dict[str, Any] = {"row": (1.0,), "upper": 1.0}
-RUBBING = vi.Friction((1.0,), 0.1)
 SWING = vi.Harmonic(1.0, (0.1,))
 PAIR = vi.Harmonic(1.0, (0.1, 0.2))
 

@@ -20,6 +20,7 @@ from vibroimpact.plotting.circles import (
     plot_circles,
 )
 from vibroimpact.plotting.curves import plot_curves, plot_tongue
+from vibroimpact.plotting.forces import plot_forces, plot_hysteresis
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
@@ -40,7 +41,9 @@ __all__ = [
     "plot_circle_half_width",
     "plot_circles",
     "plot_curves",
+    "plot_forces",
     "plot_history",
+    "plot_hysteresis",
     "plot_invariant_circle",
     "plot_mechanism",
     "plot_multipliers",

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.machine import Scales
+from vibroimpact.model.elements import Friction, SoftStop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
+from vibroimpact.plotting.element_states import draw_states, motion_of
 from vibroimpact.plotting.units import units_of
 from vibroimpact.simulation.simulate import Run, latest
 
@@ -41,7 +46,9 @@ def plot_history(
     -----
     For a mass in a slot of another one, as in :class:`ImpactDamper`, both moving stops are drawn,
     x1 + delta (A) and x1 - delta (B), and the free mass between them. For other systems the
-    impacts are marked on the coordinates that take part. A system made by ``from_physical`` is
+    impacts are marked on the coordinates that take part, stops of one coordinate are grey lines
+    where they are (soft ones dashed), and below, a strip for every soft stop and friction joint, and
+    for every rigid stop that comes to rest, shows its state. A system made by ``from_physical`` is
     drawn in seconds and metres; t0 and t1 are nondimensional.
     """
     t, places = sampled(run, t0, t1)
@@ -54,10 +61,12 @@ def plot_history(
             _mass_in_slot(ax, run, delta, t, places, inside, at)
             ax.set_ylabel(units.label("$x_1,\\ x_2$", "length"))
         else:
-            _any_system(ax, run, units.scales.length, t, places, inside, at)
+            _any_system(ax, run, t, places, inside, at)
+            _stops(ax, run, t, units.scales)
+            draw_states(ax, run, (t[0], t[-1]), units.scales.time)
             ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "length"))
         ax.set(xlabel=units.label("time $t$", "time"), xlim=(t[0], t[-1]))
-        style.legend_outside(ax, columns=6)
+        style.legend_outside(ax, columns=4 if mechanism_of(run.system).elements else 6)
     return ax
 
 
@@ -112,13 +121,12 @@ def _mass_in_slot(
 
 
 def _any_system(
-    ax: Axes, run: Run, length: float, t: NDArray[np.float64], places: NDArray[np.float64],
+    ax: Axes, run: Run, t: NDArray[np.float64], places: NDArray[np.float64],
     inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> None:  # fmt: skip
     time, position = at
     for i, place in enumerate(places.T):
         ax.plot(t, place, color=COLOURS[i % len(COLOURS)], label=f"$x_{{{i + 1}}}$")
-    _fixed_stops(ax, run.system, length)
     for index, _, colour, marker in STOPS:
         for i in range(run.position.shape[1]):
             moved = run.velocity_after[:, i] != run.velocity_before[:, i]
@@ -127,10 +135,21 @@ def _any_system(
                     markersize=4.0, zorder=3)  # fmt: skip
 
 
-def _fixed_stops(ax: Axes, system: System, length: float) -> None:
-    """Draw the fixed stops: those of contacts that involve one coordinate only."""
-    for contact in mechanism_of(system).contacts:
-        entries = [r for r in contact.row if r]
-        for stop in (contact.lower, contact.upper):
-            if len(entries) == 1 and np.isfinite(stop):
-                ax.axhline(stop / entries[0] * length, color=style.GREY, linewidth=2.0, zorder=0)
+def _stops(ax: Axes, run: Run, t: NDArray[np.float64], scales: Scales) -> None:
+    """Draw the stops of contacts and soft stops that involve one coordinate only."""
+    m = mechanism_of(run.system)
+    for part in (*m.contacts, *m.elements):
+        entries = [r for r in part.row if r]
+        if isinstance(part, Friction) or len(entries) != 1:
+            continue
+        look: dict[str, Any] = {"color": style.GREY, "linewidth": 2.0, "zorder": 0}
+        if isinstance(part, SoftStop):
+            look |= {"linewidth": 1.0, "linestyle": (0, (4, 2))}
+        for stop in (part.lower, part.upper):
+            if not np.isfinite(stop):
+                continue
+            if not part.motion:
+                ax.axhline(stop / entries[0] * scales.length, **look)
+                continue
+            place = (stop + motion_of(run, part.motion, t / scales.time)) / entries[0]
+            ax.plot(t, place * scales.length, **(look | {"linewidth": 1.2}))

@@ -13,6 +13,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.plotting import style
 from vibroimpact.plotting.history import POINTS, window_of
 from vibroimpact.plotting.units import units_of
+from vibroimpact.plotting.variables import combination
 from vibroimpact.simulation.simulate import Run
 
 
@@ -88,13 +89,4 @@ def _jumps(run: Run, row: Floats, t0: float, t1: float) -> tuple[Floats, Floats]
 
 def _names(row: Floats) -> tuple[str, str]:
     """Labels of u = row . x and its rate, the positive terms first."""
-    terms = sorted((i for i in range(row.size) if row[i]), key=lambda i: row[i] < 0.0)
-
-    def label(symbol: str) -> str:
-        text = ""
-        for i in terms:
-            size = "" if abs(row[i]) == 1.0 else rf"{abs(row[i]):g}\,"
-            text += ("-" if row[i] < 0.0 else "+" if text else "") + f"{size}{symbol}_{{{i + 1}}}"
-        return text
-
-    return label("x"), label(r"\dot x")
+    return combination(row), combination(row, r"\dot x")

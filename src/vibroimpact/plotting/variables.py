@@ -9,6 +9,7 @@ import xarray as xr
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
 from vibroimpact.plotting.units import Units
 
 LABELS = {
@@ -41,3 +42,12 @@ def label_of(field: xr.DataArray, of: Units) -> str:
     words = LABELS[kind] + f", {rest}" * bool(rest) if kind in LABELS else name.replace("_", " ")
     words = f"{words} {units}" if units.startswith("per ") else words
     return of.label(words, str(field.attrs.get("quantity", "")))
+
+
+def combination(row: Sequence[float] | Floats, symbol: str = "x") -> str:
+    """Formula of row . x, the positive terms first."""
+    text = ""
+    for i in sorted((i for i in range(len(row)) if row[i]), key=lambda i: row[i] < 0.0):
+        size = "" if abs(row[i]) == 1.0 else rf"{abs(row[i]):g}\,"
+        text += ("-" if row[i] < 0.0 else "+" if text else "") + f"{size}{symbol}_{{{i + 1}}}"
+    return text

@@ -1,0 +1,98 @@
+"""States of elements over time, as strips below a history; motions of stops."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from vibroimpact._core.types import Floats
+from vibroimpact.model.elements import FrictionState, RigidStopState, SoftStopState
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import element_labels, kinds_of_states, needs_elements
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.plotting import style
+from vibroimpact.simulation.simulate import Run, phases_of
+
+STRIP, BETWEEN = 0.055, 0.02  # of the height of the axes
+TEXT = 7.5  # points
+LIGHT = "#FFFFFF"
+LOOKS: dict[type[IntEnum], dict[int, tuple[str, str]]] = {  # colour and name in the legend
+    RigidStopState: {
+        RigidStopState.UPPER: (style.BLUE, "rests at A"),
+        RigidStopState.LOWER: (style.VERMILION, "rests at B"),
+    },
+    SoftStopState: {
+        SoftStopState.UPPER: (style.BLUE, "pressed at A"),
+        SoftStopState.LOWER: (style.VERMILION, "pressed at B"),
+        SoftStopState.BEHIND_UPPER: (style.mixed(style.BLUE, LIGHT, 0.6), "within A, free"),
+        SoftStopState.BEHIND_LOWER: (style.mixed(style.VERMILION, LIGHT, 0.6), "within B, free"),
+    },
+    FrictionState: {
+        FrictionState.STICK: (style.GREEN, "sticks"),
+        FrictionState.FORWARD: (style.mixed(style.ORANGE, LIGHT, 0.25), "slips forward"),
+        FrictionState.BACKWARD: (style.mixed(style.PURPLE, LIGHT, 0.25), "slips backward"),
+    },
+}
+
+
+def shown_elements(run: Run) -> list[int]:
+    """Numbers of soft stops and friction, and of the rigid stops that come to rest."""
+    contacts = len(mechanism_of(run.system).contacts)
+    states = run.all_states
+    return [i for i in range(states.shape[1]) if i >= contacts or states[:, i].any()]
+
+
+def draw_states(ax: Axes, run: Run, window: tuple[float, float], unit: float) -> None:
+    """Draw a strip for every element below the data, and label the states.
+
+    The window is in the time that is drawn: ``unit`` times that of the run.
+    """
+    m = mechanism_of(run.system)
+    numbers = shown_elements(run) if needs_elements(m) else []
+    if not numbers:
+        return
+    low, high = ax.get_ylim()
+    room = len(numbers) * (STRIP + BETWEEN) + BETWEEN
+    ax.set_ylim(low - (high - low) * room / (1.0 - room), high)
+    kinds, labels = kinds_of_states(m), element_labels(m)
+    named = set[str]()
+    for row, number in enumerate(reversed(numbers)):
+        y = BETWEEN + row * (STRIP + BETWEEN)
+        for begin, end, value in _pieces(run, number, window[0] / unit, window[1] / unit):
+            look = LOOKS[kinds[number]].get(value)
+            if look is None:
+                continue
+            colour, name = look
+            ax.add_patch(
+                Rectangle((begin * unit, y), (end - begin) * unit, STRIP, facecolor=colour,
+                          edgecolor="none", transform=ax.get_xaxis_transform(),
+                          label="" if name in named else name)
+            )  # fmt: skip
+            named.add(name)
+        ax.text(1.01, y + STRIP / 2.0, labels[number], transform=ax.transAxes, va="center",
+                fontsize=TEXT)  # fmt: skip
+
+
+def _pieces(run: Run, number: int, start: float, end: float) -> list[tuple[float, float, int]]:
+    """Intervals over which an element keeps its state, within a window."""
+    states = run.all_states[:, number]
+    times = np.concatenate([[0.0], run.time, [np.inf]])
+    changes = np.flatnonzero(np.diff(states)) + 1
+    edges = [0, *changes.tolist(), len(states)]
+    found = [(max(times[a], start), min(times[b], end), int(states[a])) for a, b in pairwise(edges)]
+    return [piece for piece in found if piece[0] < piece[1]]
+
+
+def motion_of(run: Run, lines: tuple[Harmonic, ...], t: Floats) -> Floats:
+    """Motion of a stop at times of the run."""
+    m = mechanism_of(run.system)
+    place = np.zeros(len(t))
+    for line in lines:
+        number = [force.omega for force in m.forces].index(line.omega)
+        angle = phases_of(m, run.start.phase)[number] + line.omega * t
+        place += line.sine[0] * np.sin(angle) + line.cosine[0] * np.cos(angle)
+    return place

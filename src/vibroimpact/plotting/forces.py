@@ -1,0 +1,137 @@
+"""Forces of elements: over time, and over the displacement as a hysteresis loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from vibroimpact._core.checks import check_index, refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.model.elements import Friction
+from vibroimpact.model.mechanism import element_labels
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.plotting import style
+from vibroimpact.plotting.element_states import motion_of, shown_elements
+from vibroimpact.plotting.history import POINTS, window_of
+from vibroimpact.plotting.units import units_of
+from vibroimpact.plotting.variables import combination
+from vibroimpact.simulation.simulate import Run
+
+
+def plot_forces(
+    run: Run, t0: float = 0.0, t1: float | None = None, *,
+    elements: Sequence[int] | None = None, ax: Axes | None = None,
+) -> Axes:  # fmt: skip
+    """Draw the forces of elements over time.
+
+    Parameters
+    ----------
+    run
+        A result of :func:`vibroimpact.simulate`.
+    t0, t1
+        Window of time within the run; to its last event if ``t1`` is not given.
+    elements
+        Numbers of contacts and elements as in ``run.contact``; by default soft stops, friction, and
+        the rigid stops that come to rest.
+    ax
+        Axes to draw on; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on.
+
+    Notes
+    -----
+    A force f acts on the coordinates as f row (``Run.forces``). Impulses of impacts are not drawn.
+    """
+    start, end = window_of(run, t0, t1)
+    labels = element_labels(mechanism_of(run.system))
+    numbers = _numbers(elements, labels) if elements is not None else shown_elements(run)
+    if not numbers:
+        raise InvalidParameterError(
+            "run: no contact rests, and there is no soft stop or friction, so there are impulses "
+            "only. For their times see run.time."
+        )
+    t, force = _sampled(run, start, end)
+    units = units_of(run.system)
+    colours = style.series(len(numbers))
+    with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
+        ax.axhline(0.0, color=style.SILVER, linewidth=0.6, zorder=0)
+        for number, colour in zip(numbers, colours, strict=True):
+            f = force[:, number] * units.factor("force")
+            ax.plot(t * units.scales.time, f, color=colour, label=labels[number])
+        ax.set(xlabel=units.label("time $t$", "time"), ylabel=units.label("force $f$", "force"))
+        ax.set_xlim(start * units.scales.time, end * units.scales.time)
+        style.legend_outside(ax, columns=6)
+    return ax
+
+
+def plot_hysteresis(
+    run: Run, element: int, t0: float = 0.0, t1: float | None = None, *, ax: Axes | None = None
+) -> Axes:
+    """Draw the force of an element over its displacement.
+
+    Parameters
+    ----------
+    run
+        A result of :func:`vibroimpact.simulate`.
+    element
+        Number of the contact or element, as in ``run.contact``.
+    t0, t1
+        Window of time within the run; to its last event if ``t1`` is not given.
+    ax
+        Axes to draw on; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on.
+
+    Notes
+    -----
+    Over u = row . x, for a stop that moves relative to it. The force drawn is -f, that on the
+    element: a loop is run clockwise, and its area is the energy that the element takes in a cycle,
+    where no belt brings any.
+    """
+    start, end = window_of(run, t0, t1)
+    m = mechanism_of(run.system)
+    labels = element_labels(m)
+    (number,) = _numbers([element], labels)
+    part = (*m.contacts, *m.elements)[number]
+    t, force = _sampled(run, start, end)
+    u = run.at(t)[0] @ np.array(part.row)
+    name = f"${combination(part.row)}$"
+    if not isinstance(part, Friction) and part.motion:
+        u, name = u - motion_of(run, part.motion, t), f"{name}, relative to the stop"
+    units = units_of(run.system)
+    with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
+        for level in (ax.axhline, ax.axvline):
+            level(0.0, color=style.SILVER, linewidth=0.6, zorder=0)
+        f = force[:, number] * units.factor("force")
+        ax.plot(u * units.scales.length, -f, color=style.BLUE, linewidth=0.8)
+        ax.set(xlabel=units.label(name, "length"), title=labels[number])
+        ax.set_ylabel(units.label("force on the element $-f$", "force"))
+    return ax
+
+
+def _numbers(elements: Sequence[int], labels: list[str]) -> list[int]:
+    """Numbers of elements that there are."""
+    try:
+        found = list(elements)
+    except TypeError:
+        raise refusal("elements", elements, "a sequence of numbers of elements") from None
+    for number in found:
+        check_index("element", number, len(labels))
+    return [int(number) % len(labels) for number in found]
+
+
+def _sampled(run: Run, start: float, end: float) -> tuple[Floats, Floats]:
+    """Times of a window, twice at events: just before and after; and all forces."""
+    inside = run.time[(run.time > start) & (run.time <= end)]
+    even = np.linspace(start, end, POINTS)
+    t = np.unique(np.concatenate([even, inside, np.nextafter(inside, -np.inf)]))
+    return t, run.forces(t)
