@@ -1,7 +1,10 @@
-"""Run docs/tutorial.md: its pictures go to docs/pictures, what it prints goes below each block.
+"""Run the tutorials: their pictures go to docs/pictures, what they print goes below each block.
 
-The blocks of the tutorial are marked `py` and run in order, in one namespace; the `text` block that
+The blocks of a tutorial are marked `py` and run in order, in one namespace; the `text` block that
 follows one holds what it prints.
+
+    python tools/tutorial_pictures.py             # both
+    python tools/tutorial_pictures.py describe-your-machine
 """
 
 from __future__ import annotations
@@ -9,13 +12,17 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 
 DOCS = Path(__file__).parents[1] / "docs"
-TUTORIAL = DOCS / "tutorial.md"
+TUTORIALS = {
+    "tutorial": "tutorial_",
+    "describe-your-machine": "machine_",
+}  # names of pictures begin
 BLOCK = re.compile(r"^```py\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 
 
@@ -42,7 +49,7 @@ def run(text: str, folder: Path) -> list[str]:
 def _printed(code: str, namespace: dict[str, object]) -> str:
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        exec(compile(code, TUTORIAL.name, "exec"), namespace)  # noqa: S102 - our own text
+        exec(compile(code, "tutorial", "exec"), namespace)  # noqa: S102 - our own text
     plt.close("all")
     return said.getvalue()
 
@@ -58,11 +65,18 @@ def refreshed(text: str, printed: list[str]) -> str:
     return BLOCK.sub(block, text)
 
 
-def main() -> None:
-    """Make the pictures and refresh the text."""
-    text = TUTORIAL.read_text(encoding="utf-8")
-    TUTORIAL.write_text(refreshed(text, run(text, DOCS / "pictures")), encoding="utf-8")
+def document(name: str) -> Path:
+    """The file of a tutorial."""
+    return DOCS / f"{name}.md"
+
+
+def main(names: list[str]) -> None:
+    """Make the pictures of some tutorials, or of all, and refresh their texts."""
+    for name in names or [*TUTORIALS]:
+        text = document(name).read_text(encoding="utf-8")
+        new = refreshed(text, run(text, DOCS / "pictures"))
+        document(name).write_text(new, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

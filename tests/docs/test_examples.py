@@ -101,6 +101,16 @@ def test_the_ball_meets_its_table_where_the_closed_form_says(
     assert computed == pytest.approx(closed, abs=1e-11)
 
 
+def test_a_soft_stop_and_a_dashpot_take_the_energy_that_the_force_gives(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    loaded("soft_stop").main()
+    said = capsys.readouterr().out
+    given, lost, taken = (float(x) for x in re.findall(r"(\d\.\d{6})", said))
+    assert given == pytest.approx(lost + taken, abs=2e-6)  # of six digits printed
+    assert "states: UPPER, BEHIND_UPPER, OPEN" in said
+
+
 def test_a_force_in_pieces_moves_the_mass_as_an_integrator_does() -> None:
     """SciPy's, told of the same steps and impacts, over three periods from rest."""
     example = loaded("square_wave_force")

@@ -1,4 +1,4 @@
-"""The tutorial is what happens: its blocks print what it shows and draw its pictures."""
+"""The tutorials are what happens: their blocks print what they show and draw their pictures."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ def loaded() -> ModuleType:
 
 
 TOOL = loaded()
-TEXT = TOOL.TUTORIAL.read_text(encoding="utf-8")
-BLOCKS = TOOL.blocks(TEXT)
+TEXTS = {name: TOOL.document(name).read_text(encoding="utf-8") for name in TOOL.TUTORIALS}
+BLOCKS = {name: TOOL.blocks(text) for name, text in TEXTS.items()}
+PLACES = [(name, index) for name, blocks in BLOCKS.items() for index in range(len(blocks))]
 
 
 class Ran(NamedTuple):
@@ -35,10 +36,14 @@ class Ran(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
-    folder = tmp_path_factory.mktemp("tutorial")
-    printed = TOOL.run(TEXT, folder)
-    return Ran(printed, {path.name for path in folder.iterdir() if path.stat().st_size})
+def ran(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Ran]:
+    found = {}
+    for name, text in TEXTS.items():
+        folder = tmp_path_factory.mktemp("tutorial")
+        printed = TOOL.run(text, folder)
+        pictures = {path.name for path in folder.iterdir() if path.stat().st_size}
+        found[name] = Ran(printed, pictures)
+    return found
 
 
 def words(printed: str) -> str:
@@ -56,30 +61,35 @@ def resolution(number: str) -> float:
     return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
 
 
-@pytest.mark.parametrize("index", range(len(BLOCKS)))
-def test_the_block_prints_what_stands_below_it(index: int, ran: Ran) -> None:
-    shown, printed = BLOCKS[index].printed, ran.printed[index]
+@pytest.mark.parametrize(("name", "index"), PLACES)
+def test_the_block_prints_what_stands_below_it(name: str, index: int, ran: dict[str, Ran]) -> None:
+    shown, printed = BLOCKS[name][index].printed, ran[name].printed[index]
     assert words(printed) == words(shown)
     for a, b in zip(numbers(printed), numbers(shown), strict=True):
         assert abs(float(a) - float(b)) <= 1.01 * resolution(b), f"{a} is shown as {b}"
 
 
-def test_the_pictures_shown_are_those_that_the_blocks_draw(ran: Ran) -> None:
-    shown = re.findall(r"\]\(pictures/([^)]*)\)", TEXT)
-    assert set(shown) == ran.pictures
-    assert {p.name for p in (TOOL.DOCS / "pictures").glob("tutorial_*")} == ran.pictures
+@pytest.mark.parametrize("name", TEXTS)
+def test_the_pictures_shown_are_those_that_the_blocks_draw(name: str, ran: dict[str, Ran]) -> None:
+    shown = re.findall(r"\]\(pictures/([^)]*)\)", TEXTS[name])
+    assert set(shown) == ran[name].pictures
+    kept = (TOOL.DOCS / "pictures").glob(f"{TOOL.TUTORIALS[name]}*")
+    assert {p.name for p in kept} == ran[name].pictures
 
 
-def test_every_number_in_the_text_is_one_that_a_block_uses_or_prints() -> None:
-    prose = re.sub(r"^```.*?^```$", "", TEXT, flags=re.MULTILINE | re.DOTALL)
-    known = [float(x) for block in BLOCKS for x in numbers(block.code + block.printed)]
+@pytest.mark.parametrize("name", TEXTS)
+def test_every_number_in_the_text_is_one_that_a_block_uses_or_prints(name: str) -> None:
+    prose = re.sub(r"^```.*?^```$", "", TEXTS[name], flags=re.MULTILINE | re.DOTALL)
+    prose = re.sub(r"`[^`]*`", "", prose)  # code beside the text
+    known = [float(x) for block in BLOCKS[name] for x in numbers(block.code + block.printed)]
     for number in re.findall(r"\d+\.\d+", prose):
         near = resolution(number) / 2.0 + 1e-12  # rounded to the digits that the text gives
         assert any(abs(x - float(number)) <= near for x in known), number
 
 
-def test_blocks_are_short() -> None:
-    assert max(len(block.code.splitlines()) for block in BLOCKS) <= 15
+@pytest.mark.parametrize("name", TEXTS)
+def test_blocks_are_short(name: str) -> None:
+    assert max(len(block.code.splitlines()) for block in BLOCKS[name]) <= 15
 
 
 def test_output_is_put_below_its_block() -> None:

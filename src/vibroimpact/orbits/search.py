@@ -118,7 +118,6 @@ def find_orbits(
         check_count(name, value, 1)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_kind("progress", progress, (Progress, type(None)), "a Progress, or None")
-    check_rigid(system)
     sweep = _Sweep(system, cycles, impacts, starts_of(system))
     progress = progress or Progress(1, quiet=True)
     sweep.try_closed_forms()
