@@ -40,7 +40,11 @@ SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forc
 
 
 class Status(IntEnum):
-    """Kinds of events of a run."""
+    """Kinds of events of a run.
+
+    ENGAGE, CHANGE and NON_UNIQUE are those of soft stops and friction: ``run.contact`` has the number
+    of the element, and ``run.states`` the state that it takes.
+    """
 
     IMPACT = 0  #: one contact closed and opened again
     GRAZING = 1  #: a gap touched zero within rounding; no impulse
