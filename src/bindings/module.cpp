@@ -66,7 +66,7 @@ public:
         const bool small =
             !mixed && dimension == 6 && data.omegas.size() == 1 && data.contacts.size() == 1;
         const bool few = !given && binding::is_small(static_cast<std::size_t>(dimension),
-                                           data.contacts.size(), data.states.size());
+                                                     data.contacts.size(), data.states.size());
         system_ = dense   ? (few ? binding::make_dense_small : binding::make_dense)(data)
                   : small ? binding::make_modal_small(data)
                           : binding::make_modal(data);

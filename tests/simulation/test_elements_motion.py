@@ -38,7 +38,9 @@ def test_a_section_at_a_soft_stop_has_the_engagements_of_the_run() -> None:
 
 
 def test_friction_is_no_section_and_the_message_says_what_is() -> None:
-    with pytest.raises(vi.InvalidParameterError, match=r"friction, which has no stop\. Take the str"):
+    with pytest.raises(
+        vi.InvalidParameterError, match=r"friction, which has no stop\. Take the str"
+    ):
         vi.impact_section(oscillator(BELT), START)
     with pytest.raises(vi.InvalidParameterError, match=r"friction, which has no stop\. Take 1, or"):
         vi.classify(oscillator(BELT, BILINEAR), START, contact=0)

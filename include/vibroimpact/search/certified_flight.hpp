@@ -46,7 +46,7 @@ struct element_states {
     bool settled = false; // decided since the last event
     int due =
         0; // a watch whose limit is crossed at once: its number and 1, with the sign of the side
-    double size = 0.0;    // largest coordinate where the present flight began, which rounding is of
+    double size = 0.0; // largest coordinate where the present flight began, which rounding is of
     int zeros[Watches] = {};
     double offset[Watches] = {};
 };

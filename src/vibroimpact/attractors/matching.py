@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.types import Flags, Floats
+from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation import sections
 
@@ -57,7 +58,8 @@ def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
     position, velocity, time = (
         members[f"section_{kind}"].values for kind in ("position", "velocity", "time")
     )
-    rows = max(sum(map(abs, one.row)) for one in mechanism_of(system).numbered)
+    parts = [one for one in mechanism_of(system).numbered if not isinstance(one, PhaseSwitch)]
+    rows = max(sum(map(abs, one.row)) for one in parts)
     return sections.scale_of(position, velocity, members["speed_largest"].values / rows, time)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
+from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.sections import Scale, Section
 from vibroimpact.simulation.simulate import RunEnd, Status, events_for, flight_limit_of, phases_of
@@ -112,12 +113,13 @@ def multipliers(
     first, last = loop_of(shape, part, section)
     if not np.all(np.isin(part.status[first : last + 1], (Status.IMPACT, Status.ENGAGE))):
         return None
-    row = np.array(mechanism.numbered[section.contact].row)[None, :]
+    stop = mechanism.numbered[section.contact]
+    assert not isinstance(stop, PhaseSwitch)  # a section is at a stop
+    row = np.array(stop.row)[None, :]
     n, lines = len(row[0]), len(mechanism.forces)
     basis = np.zeros((2 * n + lines, 2 * n + lines - 1))
     basis[:n, : n - 1] = null_space(row)
     basis[n:, n - 1 :] = np.eye(n + lines)
-    stop = mechanism.numbered[section.contact]
     if stop.motion:  # tangents stay on the stop as it moves
         phase = float(part.phase[first])
         speed = sum(m.sine[0] * np.cos(phase) - m.cosine[0] * np.sin(phase) for m in stop.motion)

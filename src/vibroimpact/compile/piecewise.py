@@ -456,7 +456,7 @@ class Piecewise:
 
     def _watches(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Watch]:
         if forces.redundant is not None:  # never taken: one of them slips, at speed zero
-            return [([0.0] * self.size, 1.0, 0.0, 0.0, forces.redundant, True)]
+            return [([0.0] * self.size, 1.0, 0.0, 0.0, forces.redundant, True, -1, -1)]
         watches: list[Watch] = []
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):

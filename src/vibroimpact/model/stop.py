@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vibroimpact.model.elements import Element, Friction
+from vibroimpact.model.elements import Element, Friction, PhaseSwitch
 from vibroimpact.model.mechanism import Contact
 
 StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the lower
@@ -67,7 +67,7 @@ class Stop(NamedTuple):
     def limit(self, contacts: Sequence[Contact | Element]) -> float:
         """Position of the stop; infinite if there is none."""
         contact = contacts[self.contact]
-        if isinstance(contact, Friction):
+        if isinstance(contact, Friction | PhaseSwitch):
             return math.inf
         return contact.upper if self.upper else contact.lower
 

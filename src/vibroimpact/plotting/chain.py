@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact.model.elements import Friction, SoftStop
+from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
 from vibroimpact.plotting import style, symbols
@@ -97,7 +97,10 @@ class Chain:
         else:
             self.above.append((i, j, height, draw))
 
-    def _part(self, label: str, part: Contact | SoftStop | Friction) -> None:
+    def _part(self, label: str, part: Contact | Element) -> None:
+        if isinstance(part, PhaseSwitch):
+            self.notes.append(f"{label}: forces that switch at phases")
+            return
         where = [i for i, x in enumerate(part.row) if x]
         opposite = len(where) == 2 and part.row[where[0]] == -part.row[where[1]]
         if len(where) > 2 or (len(where) == 2 and not opposite):

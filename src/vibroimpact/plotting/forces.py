@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_index, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.model.elements import Friction
+from vibroimpact.model.elements import Friction, PhaseSwitch
 from vibroimpact.model.mechanism import element_labels
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
@@ -102,6 +102,8 @@ def plot_hysteresis(
     labels = element_labels(m)
     (number,) = _numbers([element], labels)
     part = (*m.contacts, *m.elements)[number]
+    if isinstance(part, PhaseSwitch):
+        raise refusal("element", element, "a stop or friction", "A phase switch has no row.")
     t, force = _sampled(run, start, end)
     u = run.at(t)[0] @ np.array(part.row)
     name = f"${combination(part.row)}$"

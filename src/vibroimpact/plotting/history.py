@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Scales
-from vibroimpact.model.elements import Friction, SoftStop
+from vibroimpact.model.elements import Friction, PhaseSwitch, SoftStop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import draw_states, motion_of
@@ -139,8 +139,10 @@ def _stops(ax: Axes, run: Run, t: NDArray[np.float64], scales: Scales) -> None:
     """Draw the stops of contacts and soft stops that involve one coordinate only."""
     m = mechanism_of(run.system)
     for part in (*m.contacts, *m.elements):
+        if isinstance(part, Friction | PhaseSwitch):
+            continue
         entries = [r for r in part.row if r]
-        if isinstance(part, Friction) or len(entries) != 1:
+        if len(entries) != 1:
             continue
         look: dict[str, Any] = {"color": style.GREY, "linewidth": 2.0, "zorder": 0}
         if isinstance(part, SoftStop):
