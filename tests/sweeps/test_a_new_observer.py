@@ -119,9 +119,10 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     listed = registry.read_text()
     first = f'#include "{observe}/extremes.hpp"\n'
     assert first in listed
-    assert "observe::stroboscopic>" in listed
+    last = re.search(r"(observe::\w+)>;", listed)
+    assert last
     listed = listed.replace(first, f'{first}#include "{observe}/pauses.hpp"\n')
-    listed = listed.replace("observe::stroboscopic>", "observe::stroboscopic, observe::pauses>")
+    listed = listed.replace(last[0], f"{last[1]}, observe::pauses>;")
     registry.write_text(listed)
 
     package = folder / "src" / "vibroimpact"

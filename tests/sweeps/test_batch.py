@@ -57,24 +57,34 @@ def given_alone(kernel: Recorder) -> dict[str, Any]:
     out |= {name: [law[i] for law in s["laws"]] for i, name in enumerate(LAW)}
     out["restitution"] = [law[3:] for law in s["laws"]]
     for mode in kernel.modes:
-        parts = mode["flow"] | {
-            name: [guard[i] for guard in mode["guards"]] for i, name in enumerate(GUARD)
-        }
+        flow = dict(mode["flow"])
+        parts = {name: [guard[i] for guard in mode["guards"]] for i, name in enumerate(GUARD)}
         parts |= {name: mode[name] for name in MAPS}
+        if "step" in flow:  # of a mode with elements
+            parts |= {"mode_step": flow.pop("step"), "map_shift": mode["shift"]}
+            parts |= {name: [one[i] for one in mode["watches"]] for i, name in enumerate(WATCH)}
+        parts |= flow
         out |= {f"{mode['code']} {name}": part for name, part in parts.items()}
     return out
 
 
 LAW, GUARD = ("impulse", "mobility", "shift"), ("rows", "gains", "lower", "upper", "side")
+WATCH = (
+    "watch_rows", "watch_gains", "watch_lower", "watch_upper", "watch_element", "watch_held",
+)  # fmt: skip
 MAPS = ("to_x", "to_v", "offset", "from_x", "from_v", "particular")
 
 
 def given_together(tables: Any, k: int) -> dict[str, Any]:
     """The same for row k of the arrays."""
-    out = {name: array[k] for name, array in tables.systems.items()}
+    laws = "element_laws"  # which observers read, and single runs do not
+    out = {name: array[k] for name, array in tables.systems.items() if name != laws}
     for mode in tables.modes:
+        more = mode["piecewise"]
         parts = mode["flow"] | {name: mode[name] for name in (*GUARD, *MAPS) if name != "side"}
+        parts |= {name: x for name, x in more.items() if name not in WATCH[4:]}
         out |= {f"{mode['code']} {name}": part[k] for name, part in parts.items()}
+        out |= {f"{mode['code']} {name}": more[name] for name in WATCH[4:] if name in more}
         out[f"{mode['code']} side"] = mode["side"]
     return out
 
@@ -112,6 +122,21 @@ def coupled(k: float) -> vi.Mechanism:
     )  # fmt: skip
 
 
+def rubbing(k: float, kinetic: float, omega: float, lower: float) -> vi.Mechanism:
+    """Soft stops that move, friction on a belt, and a rigid stop."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.7]], damping=[[0.1, 0.2], [-0.2, 0.05]],
+        stiffness=[[2.0, -1.0], [-1.0, 1.0]],
+        forces=(vi.Harmonic(0.9, (0.8, 0.0)), vi.Harmonic(omega, (0.0, 0.1))),
+        elements=(
+            vi.RigidStop((0.0, 1.0), upper=0.6, restitution=0.2),
+            vi.SoftStop((1.0, -1.0), lower, 0.5, stiffness=k, damping=(0.4, k / 30.0),
+                        motion=vi.Harmonic(omega, (0.1,))),
+            vi.Friction((1.0, 0.0), kinetic, 2.0 * kinetic, belt_speed=kinetic / 3.0),
+        ),
+    )  # fmt: skip
+
+
 def grid(**axes: Any) -> Values:
     """Every combination of values, the last one varying fastest."""
     mesh = np.meshgrid(*axes.values(), indexing="ij")
@@ -139,6 +164,9 @@ CASES: dict[str, tuple[System, Values]] = {
     "every line": (CHAIN, {"omega": U(0.5, 1.2, 12)}),
     "family": (FAMILY, {"k": U(1.0, 2.0, 12), "A": U(0.5, 2.0, 12), "phi": U(-1.0, 1.0, 12)}),
     "coupled or not": (vi.Family(coupled, k=1.0), {"k": np.array([0.0, 0.5, 1.0, 0.0])}),
+    "elements": (vi.Family(rubbing, k=9.0, kinetic=0.1, omega=1.3, lower=-0.5),
+                 {"k": U(5.0, 20.0, 8), "kinetic": U(0.05, 0.2, 8), "omega": U(1.0, 1.5, 8),
+                  "lower": U(-0.9, -0.3, 8)}),
     "nothing varies": (DAMPER, {"omega": np.full(3, 1.1)}),
 }  # fmt: skip
 

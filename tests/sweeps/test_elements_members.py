@@ -251,3 +251,14 @@ def test_numbers_of_elements_are_parameters() -> None:
             soft(k, 0.5, 0.8), vi.State((0.1,), (0.3,), 0.1), t_max=20.0 * (2.0 * math.pi / 0.8)
         )
         assert alone.position[-1].tobytes() == found.final_position.values[row].tobytes()
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_sweep_of_a_mechanism_can_be_repeated_from_its_attributes(name: str) -> None:
+    build, values, n = MACHINES[name]
+    m = family(build, values).mechanism
+    found = vi.sweep(
+        m, over={"mass[0][0]": [1.0, 1.1]}, start=vi.State((0.1,) * n, (0.3,) * n),
+        observe=["final", "states"], settle=5, periods=5, progress=False,
+    )  # fmt: skip
+    assert vi.rerun_sweep(found, progress=False).identical(found)

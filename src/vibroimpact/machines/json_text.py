@@ -11,7 +11,7 @@ from typing import Any, cast
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import SCALES, Scales
 from vibroimpact.machines.registry import machine_of_class, name_of
-from vibroimpact.model.elements import MOTIONS, Element
+from vibroimpact.model.elements import MOTIONS, Element, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
 from vibroimpact.model.parameters import with_parameters
@@ -61,6 +61,8 @@ def _restored(make: Any, stored: dict[str, Any]) -> Any:
     for name, value in stored.items():
         if name in MOTIONS:
             given[name] = tuple(Harmonic(**line) for line in value)
+        elif name == "load":
+            given[name] = value and _restored(NormalLoad, value)
         else:
             given[name] = tuple(value) if isinstance(value, list) else value
     return make(**given)

@@ -14,7 +14,7 @@ from vibroimpact._core.checks import shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
-from vibroimpact.model.elements import MOTIONS
+from vibroimpact.model.elements import MOTIONS, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
 from vibroimpact.model.state import State
@@ -42,9 +42,9 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         those of ``from_physical``; or ``[mechanism]`` with those of
         :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]``,
         ``[[mechanism.contacts]]`` and ``[[mechanism.elements]]``, each element with its ``kind``,
-        "rigid_stop", "soft_stop" or "friction"; motions of stops and belts are tables with the
-        parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables. The tables of the
-        damper are also called ``[damper]`` and ``[physical]``. A table ``[start]`` (those of
+        "rigid_stop", "soft_stop", "friction" or "phase_switch"; motions of stops and belts are
+        tables with the parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables; a
+        normal load is a table ``load``. The tables of the damper are also called ``[damper]`` and ``[physical]``. A table ``[start]`` (those of
         :class:`~vibroimpact.State`) is optional.
 
     Raises
@@ -128,6 +128,9 @@ def _moved(path: Any, where: str, table: Any) -> Any:
         if name in made:
             lines = made[name] if isinstance(made[name], list) else [made[name]]
             made[name] = tuple(_built(path, f"{where}: {name}", Harmonic, line) for line in lines)
+    if "load" in made:
+        load = _moved(path, f"{where}: load", made["load"])
+        made["load"] = _built(path, f"{where}: load", NormalLoad, load)
     return made
 
 

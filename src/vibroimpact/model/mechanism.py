@@ -146,7 +146,12 @@ class Contact:
 
 
 RigidStop = Contact  # among elements
-KINDS = {"soft_stop": SoftStop, "friction": Friction, "rigid_stop": Contact}  # in files
+KINDS = {  # in files
+    "soft_stop": SoftStop,
+    "friction": Friction,
+    "phase_switch": PhaseSwitch,
+    "rigid_stop": Contact,
+}
 
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
