@@ -124,3 +124,20 @@ def test_a_frequency_moves_stops_with_it() -> None:
     assert faster.contacts[0].lower_motion[0].omega == 3.0
     run = vi.simulate(faster, vi.State((2.0,), (0.0,)), impacts=5)
     np.testing.assert_allclose(run.position[:, 0], 0.3 * np.sin(3.0 * run.time), atol=1e2 * ULPS)
+
+
+def test_blocks_that_hold_each_other_stick_together() -> None:
+    """The force that one friction takes to stick depends on what the others do."""
+    m = vi.Mechanism(
+        mass=np.eye(3).tolist(), damping=np.zeros((3, 3)).tolist(),
+        stiffness=[[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]],
+        elements=(
+            vi.Friction((1.0, -1.0, 0.0), 0.05),
+            vi.Friction((0.0, 1.0, -1.0), 0.04, 0.05),
+            vi.Friction((0.0, 0.0, 1.0), 0.03),
+        ),
+    )  # fmt: skip
+    # the first slips and pulls with 0.05 + x1, which the last one holds up to 0.03
+    run = vi.simulate(m, vi.State((-0.04, 0.0, 0.0), (0.9, 0.0, 0.0)), t_max=0.05)
+    assert run.status[0] == vi.Status.CHANGE
+    np.testing.assert_allclose(run.position[0], [-0.02, 0.0, 0.0], atol=ULPS)
