@@ -54,7 +54,7 @@ from vibroimpact.model.elements import (
     SoftStopState,
 )
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.stop import Stop
 
 RADIX = 5  # states of an element in a code
@@ -438,7 +438,6 @@ class Piecewise:
         """Gaps of open contacts, forces of closed ones."""
         m = self.mechanism
         sides = dict(closed)
-        rows = [c.row for c in forces.constraints]
         held = dict(zip(sides, forces.multipliers, strict=False))  # contacts come first
         guards = []
         for i, contact in enumerate(m.contacts):
@@ -448,15 +447,28 @@ class Piecewise:
                 continue
             u = _sum(self._position(contact.row), self._waves(self._motion(contact.motion)), -1.0)
             limits = (contact.lower, contact.upper)
-            stuck_positions = rows[: len(closed)]
-            if closed and linear.null_space([*stuck_positions, list(contact.row)]) is None:
+            if closed and self._is_constant(contact, forces.constraints[: len(closed)]):
                 limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
             guards.append((u[:-1], u[-1], *limits, 0))
         return guards
 
+    def _is_constant(self, contact: Contact, closed: list[Constraint]) -> bool:
+        """Whether the gap of a contact is constant while others are closed."""
+        rows = [c.row for c in closed]
+        if linear.null_space([*rows, list(contact.row)]) is not None:
+            return False
+        across = [[dot(contact.row, row)] for row in rows]
+        shares = linear.solve_definite(product(rows, transpose(rows)), across)
+        speed = self._motion(contact.motion, 1)
+        size = linear.largest([speed])
+        for (share,), c in zip(shares, closed, strict=True):
+            part = [share * x for x in c.speed]
+            speed, size = _sum(speed, part, -1.0), size + linear.largest([part])
+        return linear.largest([speed]) <= 2.0**-40 * size
+
     def _watches(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Watch]:
-        if forces.redundant is not None:  # never taken: one of them slips, at speed zero
-            return [([0.0] * self.size, 1.0, 0.0, 0.0, forces.redundant, True, -1, -1)]
+        if forces.redundant is not None:  # 0 >= 1: never taken, one of them slips at speed zero
+            return [([0.0] * self.size, 0.0, 1.0, math.inf, forces.redundant, False, -1, -1)]
         watches: list[Watch] = []
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
