@@ -9,7 +9,8 @@
 //             An interior minimum is located and decided by its value:
 //               above eps no contact, below -eps contact before it, within eps grazing.
 //             Pieces are taken from left to right, so the root returned is the first. A flight
-//             that bounces off the stop begins with a piece just longer than its bounce.
+//             that bounces off the stop begins with a piece just longer than its bounce; one that leaves
+//             it with more than three zeros, with one in which the first term is the largest.
 // Assumes     g(0) >= 0 up to eps. A flight that leaves this very stop passes leaving = true and
 //             exact zeros in d_0 (and d_1, d_2 where they vanish): t = 0 is then not a root.
 // Accuracy    outside eps every extremum is decided as it is; the root itself to a few ulp of s,
@@ -92,11 +93,31 @@ VI_HD inline double first_piece(const taylor<N>& g, double span) {
     return beyond < span && beyond > span * 0x1p-20 ? beyond : span;
 }
 
+// A start with more zeros than (2) sees, g = g' = g'' = g''' = 0: up to here the first derivative that is
+// not zero, positive, outweighs all that follow twice. 0 where there are fewer zeros.
+template <int N>
+VI_HD inline double flat_stretch(const taylor<N>& g, double span) {
+    int zeros = 0;
+    while (zeros < N && g.d[zeros] == 0.0)
+        ++zeros;
+    if (zeros <= 3 || zeros == N || !(g.d[zeros] > 0.0)) return 0.0;
+    double rest = abs(g.d[N]); // |g^(zeros + 1)| is at most this
+    for (int m = N - 1; m > zeros; --m)
+        rest = abs(g.d[m]) + rest * (span * reciprocal[m - zeros]);
+    return rest * span <= 0.5 * g.d[zeros] ? span : 0.5 * g.d[zeros] / rest;
+}
+
 } // namespace detail
 
 template <int N>
 VI_HD inline window_verdict first_root(taylor<N> g, double span, double eps, bool leaving) {
     double from = 0.0, length = detail::first_piece(g, span);
+    if (const double flat = leaving ? detail::flat_stretch(g, span) : 0.0; flat > 0.0) {
+        g = recentred(g, flat);
+        from = flat;
+        length = min(flat, span - from);
+        leaving = g.d[0] <= eps;
+    }
     while (from < span) {
         const auto verdict = detail::classify(g, length, eps, leaving);
         if (verdict.what == detail::piece::root) return {finding::root, from + verdict.s};
