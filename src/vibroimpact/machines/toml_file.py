@@ -44,8 +44,8 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         ``[[mechanism.contacts]]`` and ``[[mechanism.elements]]``, each element with its ``kind``,
         "rigid_stop", "soft_stop", "friction" or "phase_switch"; motions of stops and belts are
         tables with the parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables; a
-        normal load is a table ``load``. The tables of the damper are also called ``[damper]`` and ``[physical]``. A table ``[start]`` (those of
-        :class:`~vibroimpact.State`) is optional.
+        normal load is a table ``load``. The tables of the damper are also called ``[damper]`` and
+        ``[physical]``. A table ``[start]`` (those of :class:`~vibroimpact.State`) is optional.
 
     Raises
     ------
