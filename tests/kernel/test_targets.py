@@ -280,8 +280,8 @@ GOLDEN = {
     "two contacts": "fee52efe680a5b69",
     "coupled": "0a962cbd624dc0b7",
     "dense": "8321f67c08fae2fb",
-    "soft stop": "193645d59334edc9",
-    "friction": "bf0c4b8d216c00ee",
+    "soft stop": "08fc0752283a50a1",
+    "friction": "225671cb5ea01c4f",
     "moving stop": "33a0cf4fa2b756a3",
     "gyroscopic": "49801ef5d48ffb44",
 }
