@@ -141,3 +141,34 @@ def test_blocks_that_hold_each_other_stick_together() -> None:
     run = vi.simulate(m, vi.State((-0.04, 0.0, 0.0), (0.9, 0.0, 0.0)), t_max=0.05)
     assert run.status[0] == vi.Status.CHANGE
     np.testing.assert_allclose(run.position[0], [-0.02, 0.0, 0.0], atol=ULPS)
+
+
+def bouncing(gamma: float, e: float = 0.5) -> vi.Mechanism:
+    """A ball on a table of acceleration gamma g."""
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
+        elements=(
+            vi.RigidStop((1.0,), lower=0.0, restitution=e, lower_motion=vi.Harmonic(1.0, (gamma,))),
+        ),
+    )  # fmt: skip
+
+
+def test_a_ball_on_a_table_doubles_its_period_at_the_closed_form() -> None:
+    """One bounce per period is lost at G^2 = (pi (1 - e) / (1 + e))^2 + (2 (1 + e^2) / (1 + e)^2)^2."""
+    e = 0.5
+    born, turn = math.pi * (1.0 - e) / (1.0 + e), 2.0 * (1.0 + e * e) / (1.0 + e) ** 2
+    doubling = math.hypot(born, turn)
+
+    def classified(gamma: float) -> tuple[float, vi.Attractor]:
+        """Phase of the bounce, and the attractor next to the orbit, which is thrown up at pi."""
+        phase = math.acos(born / gamma)
+        start = vi.State((gamma * math.sin(phase),), (math.pi + 0.01,), phase)
+        return phase, vi.classify(bouncing(gamma), start, stop="B")
+
+    phase, found = classified(0.5 * (born + doubling))
+    assert found.symbol == "1-0-1"
+    assert found.multipliers is not None
+    np.testing.assert_allclose(np.prod(found.multipliers).real, e * e, rtol=1e-7)
+    np.testing.assert_allclose(found.section.phase, phase, atol=1e-7)
+    assert classified(0.99 * doubling)[1].symbol == "1-0-1"
+    assert classified(1.01 * doubling)[1].symbol == "2-0-2"
