@@ -246,3 +246,50 @@ def test_a_long_flight_keeps_its_time_where_the_next_mode_has_to_be_built() -> N
     m = one(vi.SoftStop((1.0,), upper=0.8, stiffness=1e8 + 3.0))
     run = vi.simulate(m, vi.State((0.0,), (1.0,)), impacts=1)
     np.testing.assert_allclose(run.time[0], math.asin(0.8), rtol=1e-12)  # 1e4 steps of rounding
+
+
+def test_a_ball_on_a_sinking_table_is_caught_by_the_floor() -> None:
+    a, w, floor = 0.5, 0.5, -0.2  # a w^2 < g: it rests on the table but for the floor
+    stops = (vi.RigidStop((1.0,), lower=0.0, restitution=0.0, lower_motion=vi.Harmonic(w, (a,))),
+             vi.RigidStop((1.0,), lower=floor, restitution=0.0))  # fmt: skip
+    run = vi.simulate(one(*stops, stiffness=0.0, push=-1.0), vi.State((0.0,), (a * w,)), t_max=60.0)
+    t = np.linspace(0.0, 60.0, 2000)
+    np.testing.assert_allclose(
+        run.at(t)[0][:, 0], np.maximum(a * np.sin(w * t), floor), atol=1000 * 2.0**-53
+    )
+
+
+def test_a_mass_at_rest_that_is_pushed_in_the_fourth_derivative_leaves() -> None:
+    # Mass 1 accelerates, the spring between makes the acceleration of mass 2 grow as t^2: x2 as t^4
+    stops = (vi.SoftStop((0.0, 1.0), lower=0.0, upper=0.0, stiffness=1.0),
+             vi.SoftStop((1.0, -1.0), lower=0.0, upper=0.0, stiffness=4.0))  # fmt: skip
+    m = two(*stops, constant_force=(-0.5, 0.0))
+    linear = np.array([[1.0 + 4.0, -4.0], [-4.0, 1.0 + 1.0 + 4.0]])  # both stops pressed for long
+    rates, shapes = np.linalg.eigh(linear)
+    rest = np.linalg.solve(linear, [-0.5, 0.0])
+    t = 0.7
+    expected = rest - shapes @ (np.cos(np.sqrt(rates) * t) * (shapes.T @ rest))
+    run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=t)
+    assert list(run.status) == [Status.HORIZON]
+    np.testing.assert_allclose(run.position[-1], expected, rtol=1e-13)
+
+
+def test_one_of_three_frictions_on_two_masses_sticks_as_it_can() -> None:
+    # At once the slip between both masses passes zero, where friction of the first with its belt
+    # cannot hold as before: sticking of all three is no state, as two determine the third.
+    m = vi.Mechanism(
+        mass=np.eye(2), damping=0.25 * np.eye(2), stiffness=np.eye(2), constant_force=(0.0, -0.5),
+        elements=(
+            vi.Friction((1.0, 0.0), kinetic=0.5, static=1.0, belt_speed=0.25),
+            vi.Friction((0.0, 1.0), kinetic=0.5, static=1.0),
+            vi.Friction((1.0, -1.0), kinetic=0.5, static=1.0, belt_speed=0.25,
+                        belt_motion=vi.Harmonic(1.0, (0.0,), (0.5,))),
+        ),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=20.0)
+    assert run.end is vi.RunEnd.HORIZON
+    i = int(np.argmin(abs(run.time - 2.5 * math.pi)))  # cos = 0 while both stick
+    assert abs(run.time[i] - 2.5 * math.pi) < 1e-12
+    after = run.at(run.time[i] + 1e-3)[1]
+    # the first slips back with the belt of the third: a = -0.5 sin t
+    np.testing.assert_allclose(after, [0.25 - 0.5e-3, 0.0], atol=1e-8)
