@@ -1,7 +1,7 @@
 // Which of the contacts that rest on their stops stay closed, and which open.
 //
 // Method      Forces f along the gaps of resting contacts make their gap accelerations a = b + A f, b
-//             those of free flight and A the mobility, and
+//             those of open flight and A the mobility beside friction that sticks, and
 //                 0 <= f  complementary to  a >= 0                                         (1)
 //             has one solution. Contacts with a = 0 and f = 0 within rounding are ties. With the others
 //             of (1) closed or open, the next derivative decides them: forces that grow at rates r
@@ -55,6 +55,31 @@ VI_HD inline double rounding_of(const hybrid<Flow>& system, const State& at, int
     return 64.0 * unit_roundoff * plain(magnitude(mode.guards[i], m, at.y, mode.flow));
 }
 
+// Mobility of the gap of i by a force at j beside friction that sticks in the open mode of the trajectory: what
+// entering that mode makes of an impulse.
+template <class Flow, class State>
+VI_HD inline double held_mobility(const hybrid<Flow>& system, const State& at, int i, int j) {
+    const double free = gap_mobility(system, at, i, j);
+    if constexpr (Flow::shape_type::max_elements > 0) {
+        const auto& mode = system.modes[at.mode];
+        if (!mode.watched.constrained) return free;
+        const auto& project = system.from_free[at.mode].matrix;
+        const int n = system.dimension();
+        double sum = 0.0;
+        for (int k = 0; k < n; ++k)
+            sum = sum + mode.guards[i].rows[1][k] * dot(project[k], system.laws[j].impulse, n, 0.0);
+        return at.touching[i] * at.touching[j] * sum;
+    }
+    return free;
+}
+// Whether friction that sticks holds the gap of a contact: it takes no force while that lasts.
+template <class Flow, class State>
+VI_HD inline bool held_by_friction(const hybrid<Flow>& system, const State& at, int i) {
+    if constexpr (Flow::shape_type::max_elements > 0)
+        return held_mobility(system, at, i, i) <= 0x1p-40 * gap_mobility(system, at, i, i);
+    return false;
+}
+
 // Size of the terms of the force that it takes to hold the gap of i, beside the other contacts at rest.
 // Free coordinates.
 template <class Flow, class State>
@@ -78,11 +103,13 @@ template <class Flow, class State>
 VI_HD inline auto find_resting(const hybrid<Flow>& system, const State& at) {
     resting_contacts<Flow::max_contacts> out;
     for (int i = 0; i < system.contacts(); ++i)
-        if (at.touching[i] != 0.0 && at.rate[i] == 0.0)
+        if (at.touching[i] != 0.0 && at.rate[i] == 0.0 && !held_by_friction(system, at, i))
             (at.flat[i] != 0.0 ? out.ties : out.others).add(i);
-    out.problem = mobilities_of(system, at, out.others);
     auto& p = out.problem;
+    p.n = out.others.count;
     for (int i = 0; i < p.n; ++i) {
+        for (int j = 0; j < p.n; ++j)
+            p.a[i][j] = held_mobility(system, at, out.others.index[i], out.others.index[j]);
         const int ci = out.others.index[i];
         p.b[i] = gap_derivative<double>(system, at, ci, 2);
         p.slack[i] = tie_margin * p.a[i][i] * terms_of_force(system, at, ci);
@@ -96,7 +123,7 @@ VI_HD inline vec<double, N> shares_of(const hybrid<Flow>& system, const State& a
                                       const resting_contacts<N>& resting, int active, int tie) {
     small_system<N> beside = resting.problem;
     for (int i = 0; i < beside.n; ++i)
-        beside.b[i] = -gap_mobility(system, at, resting.others.index[i], tie);
+        beside.b[i] = -held_mobility(system, at, resting.others.index[i], tie);
     vec<double, N> shares{};
     solve_active(beside, active, shares);
     return shares;
@@ -119,10 +146,10 @@ VI_HD inline small_system<N> problem_of_ties(const hybrid<Flow>& system, const S
                 p.slack[j] += abs(shares[c]) * terms_of(system, at, resting.others.index[c], 3);
         p.slack[j] = tie_margin * p.slack[j];
         for (int i = 0; i < p.n; ++i) {
-            p.a[i][j] = gap_mobility(system, at, ties.index[i], ties.index[j]);
+            p.a[i][j] = held_mobility(system, at, ties.index[i], ties.index[j]);
             for (int c = 0; c < resting.others.count; ++c)
                 if (active >> c & 1)
-                    p.a[i][j] -= gap_mobility(system, at, ties.index[i], resting.others.index[c]) *
+                    p.a[i][j] -= held_mobility(system, at, ties.index[i], resting.others.index[c]) *
                                  shares[c];
         }
     }
