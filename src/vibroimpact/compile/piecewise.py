@@ -54,7 +54,7 @@ from vibroimpact.model.elements import (
     SoftStopState,
 )
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
 RADIX = 5  # states of an element in a code
@@ -263,6 +263,12 @@ class Piecewise:
         sine, cosine = sincos(phase)
         return self._waves(self._motion((Harmonic(e.omega, (cosine,), (-sine,)),)))
 
+    def _belt(self, e: Friction) -> Vector:
+        """Speed of the belt."""
+        speed = self._motion(e.belt_motion)
+        speed[-1] = e.belt_speed
+        return speed
+
     def _slip(self, e: Friction) -> Vector:
         out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
         out[-1] = out[-1] - e.belt_speed
@@ -295,9 +301,8 @@ class Piecewise:
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     redundant = number
                     continue
-                speed = self._motion(e.belt_motion)
-                speed[-1] = e.belt_speed
-                constraints.append(Constraint(list(e.row), speed, self._motion(e.belt_motion, 1)))
+                change = self._motion(e.belt_motion, 1)
+                constraints.append(Constraint(list(e.row), self._belt(e), change))
             elif (law := self._law(e, state)) is not None:
                 _add_force(pull, e.row, *law)
         light = self._light_speeds(pull)
@@ -465,21 +470,21 @@ class Piecewise:
                 continue
             u = _sum(self._position(contact.row), self._waves(self._motion(contact.motion)), -1.0)
             limits = (contact.lower, contact.upper)
-            if closed and self._is_constant(contact, forces.constraints[: len(closed)]):
-                limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
+            speed = self._motion(contact.motion, 1)
+            if self._moves_along(list(contact.row), speed, forces.constraints):
+                limits = (-math.inf, math.inf)  # its gap is constant
             guards.append((u[:-1], u[-1], *limits, 0))
         return guards
 
-    def _is_constant(self, contact: Contact, closed: list[Constraint]) -> bool:
-        """Whether the gap of a contact is constant while others are closed."""
-        rows = [c.row for c in closed]
-        if linear.null_space([*rows, list(contact.row)]) is not None:
+    def _moves_along(self, row: Vector, speed: Vector, constraints: list[Constraint]) -> bool:
+        """Whether constraints determine row . v, and it is this speed, a row on (w, 1)."""
+        rows = [c.row for c in constraints]
+        if not rows or linear.null_space([*rows, row]) is not None:
             return False
-        across = [[dot(contact.row, row)] for row in rows]
+        across = [[dot(row, other)] for other in rows]
         shares = linear.solve_definite(product(rows, transpose(rows)), across)
-        speed = self._motion(contact.motion, 1)
         size = linear.largest([speed])
-        for (share,), c in zip(shares, closed, strict=True):
+        for (share,), c in zip(shares, constraints, strict=True):
             part = [share * x for x in c.speed]
             speed, size = _sum(speed, part, -1.0), size + linear.largest([part])
         return linear.largest([speed]) <= 2.0**-40 * size
@@ -502,6 +507,11 @@ class Piecewise:
                 watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
                 found = self._sticking_watches(e, forces.multipliers[stuck])
                 stuck += 1
+            elif state != FrictionState.LIFTED and self._moves_along(
+                list(e.row), self._belt(e), forces.constraints
+            ):  # it slips at speed zero
+                watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
+                found = [(self._load(e), 0.0, math.inf)] if e.load else []
             else:
                 found = self._slipping_watches(e, FrictionState(state))
             for row, low, high in found:
