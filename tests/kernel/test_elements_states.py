@@ -293,3 +293,70 @@ def test_one_of_three_frictions_on_two_masses_sticks_as_it_can() -> None:
     after = run.at(run.time[i] + 1e-3)[1]
     # the first slips back with the belt of the third: a = -0.5 sin t
     np.testing.assert_allclose(after, [0.25 - 0.5e-3, 0.0], atol=1e-8)
+
+
+def test_contacts_close_as_friction_that_sticks_joins_the_masses() -> None:
+    # Friction joins 1 and 2. Mass 3 presses on 2 so strongly that 1 leaves the stop to which 1 and 2
+    # alone are pushed: all three move with (0.1 + 0.1 - 1.2) / 3.
+    m = vi.Mechanism(
+        mass=np.eye(3), damping=np.zeros((3, 3)), stiffness=np.zeros((3, 3)),
+        constant_force=(0.1, 0.1, -1.2),
+        elements=(vi.RigidStop((1.0, 0.0, 0.0), upper=0.0, restitution=0.0),
+                  vi.RigidStop((0.0, 1.0, -1.0), upper=0.0, restitution=0.0),
+                  vi.Friction((1.0, -1.0, 0.0), kinetic=0.5)),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), t_max=2.0)
+    assert run.end is vi.RunEnd.HORIZON
+    assert [(Status(s), c) for s, c in zip(run.status[:-1], run.contact, strict=False)] == [
+        (Status.STICK, 1)
+    ]  # fmt: skip
+    np.testing.assert_allclose(run.position[-1], -(2.0**2) / 6.0, rtol=ULPS)
+
+
+@pytest.mark.parametrize("static", [0.25, 0.4])
+@pytest.mark.parametrize("row", [1.0, -1.7])
+def test_a_block_that_rests_on_a_stop_leaves_where_friction_cannot_hold_it(
+    static: float, row: float
+) -> None:
+    # Under cos(t) it comes to rest on the stop at once; on its way down the force passes the level
+    # where the stop carries nothing, and then friction holds alone.
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
+        forces=(vi.Harmonic(1.0, (0.0,), (1.0,)),),
+        elements=(vi.RigidStop((1.0,), upper=0.0, restitution=0.0),
+                  vi.Friction((row,), kinetic=0.25 / abs(row), static=static / abs(row))),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0,), (0.0,)), t_max=3.0)
+    leaves = math.acos(-static)
+    t = np.linspace(leaves, 3.0, 20)
+    # x'' = cos(t) + 1/4 from rest
+    expected = (math.cos(leaves) - np.cos(t) - math.sin(leaves) * (t - leaves)
+                + (t - leaves) ** 2 / 8.0)  # fmt: skip
+    np.testing.assert_allclose(run.at(t)[0][:, 0], expected, atol=16 * ULPS)
+    np.testing.assert_allclose(run.at(np.linspace(0.0, leaves, 20))[0], 0.0, atol=ULPS)
+    assert abs(run.time[-2] - leaves) < 16 * ULPS
+
+
+def test_friction_on_the_coordinate_of_a_stop_never_stalls() -> None:
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(1, 4))
+        a, b, row = rng.normal(size=(n, n)), rng.normal(size=(n, n)), rng.normal(size=n)
+        mass, stiffness = a @ a.T + n * np.eye(n), b @ b.T + 0.3 * np.eye(n)
+        motion = vi.Harmonic(1.1, (0.05,)) if seed % 2 else ()
+        m = vi.Mechanism(
+            mass=mass, damping=0.05 * stiffness, stiffness=stiffness,
+            forces=(vi.Harmonic(0.8, tuple(2.0 * rng.normal(size=n))),),
+            constant_force=tuple(0.5 * stiffness @ row / (row @ row) + 0.3 * mass @ row),
+            elements=(
+                vi.RigidStop(tuple(row), upper=0.1, restitution=0.5 * (seed % 3 == 0),
+                             upper_motion=motion),
+                vi.Friction(tuple(1.7 * row), kinetic=0.1, static=0.15),
+            ),
+        )  # fmt: skip
+        start = vi.State((0.0,) * n, tuple(0.3 * rng.normal(size=n)), 0.2)
+        run = vi.simulate(m, start, impacts=2000, t_max=30.0)
+        assert run.end is vi.RunEnd.HORIZON, f"seed {seed}: {run!r}"
+        gap = 0.1 - run.position @ row
+        if not motion:
+            assert gap.min() > -1e-12  # 1500 steps of 4 u
