@@ -72,6 +72,28 @@ VI_HD inline double held_mobility(const hybrid<Flow>& system, const State& at, i
     }
     return free;
 }
+template <int N, class Flow, class State>
+VI_HD inline small_system<N> held_mobilities(const hybrid<Flow>& system, const State& at,
+                                             const contact_list<N>& list) {
+    small_system<N> p{};
+    p.n = list.count;
+    for (int i = 0; i < p.n; ++i)
+        for (int j = 0; j < p.n; ++j)
+            p.a[i][j] = held_mobility(system, at, list.index[i], list.index[j]);
+    return p;
+}
+// Add a contact to a list, unless it depends on those of it and on friction that sticks.
+template <int N, class Flow, class State>
+VI_HD inline bool add_beside(const hybrid<Flow>& system, const State& at, contact_list<N>& list,
+                             int contact) {
+    auto longer = list;
+    longer.add(contact);
+    vec<double, N> none{};
+    const bool independent =
+        solve_active(held_mobilities(system, at, longer), (1 << longer.count) - 1, none);
+    if (independent) list = longer;
+    return independent;
+}
 // Whether friction that sticks holds the gap of a contact: it takes no force while that lasts.
 template <class Flow, class State>
 VI_HD inline bool held_by_friction(const hybrid<Flow>& system, const State& at, int i) {
@@ -105,11 +127,9 @@ VI_HD inline auto find_resting(const hybrid<Flow>& system, const State& at) {
     for (int i = 0; i < system.contacts(); ++i)
         if (at.touching[i] != 0.0 && at.rate[i] == 0.0 && !held_by_friction(system, at, i))
             (at.flat[i] != 0.0 ? out.ties : out.others).add(i);
+    out.problem = held_mobilities(system, at, out.others);
     auto& p = out.problem;
-    p.n = out.others.count;
     for (int i = 0; i < p.n; ++i) {
-        for (int j = 0; j < p.n; ++j)
-            p.a[i][j] = held_mobility(system, at, out.others.index[i], out.others.index[j]);
         const int ci = out.others.index[i];
         p.b[i] = gap_derivative<double>(system, at, ci, 2);
         p.slack[i] = tie_margin * p.a[i][i] * terms_of_force(system, at, ci);
@@ -251,7 +271,7 @@ VI_HD inline closing closed_set(const hybrid<Flow>& system,
     }
     for (int i = 0; i < resting.ties.count; ++i) {
         auto beside = closed;
-        if (detail::add_independent(system, at, beside, resting.ties.index[i]))
+        if (detail::add_beside(system, at, beside, resting.ties.index[i]))
             ties.add(resting.ties.index[i]);
     }
     resting.ties = ties;
@@ -269,7 +289,7 @@ VI_HD inline closing closed_set(const hybrid<Flow>& system,
     }
     for (int i = 0; i < ties.count; ++i) {
         const int tie = ties.index[i];
-        if (!(growing.tied >> i & 1) || !detail::add_independent(system, at, closed, tie)) continue;
+        if (!(growing.tied >> i & 1) || !detail::add_beside(system, at, closed, tie)) continue;
         at.flat[tie] = -detail::unloaded(system, at, tie);
         closing_ties |= 1 << i;
     }
