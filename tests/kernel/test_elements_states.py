@@ -296,7 +296,7 @@ def test_one_of_three_frictions_on_two_masses_sticks_as_it_can() -> None:
 
 
 def test_contacts_close_as_friction_that_sticks_joins_the_masses() -> None:
-    # Friction joins 1 and 2. Mass 3 presses on 2 so strongly that 1 leaves the stop to which 1 and 2
+    # Friction joins 1 and 2. Mass 3 presses on 2 so that 1 leaves the stop to which 1 and 2
     # alone are pushed: all three move with (0.1 + 0.1 - 1.2) / 3.
     m = vi.Mechanism(
         mass=np.eye(3), damping=np.zeros((3, 3)), stiffness=np.zeros((3, 3)),
@@ -360,3 +360,24 @@ def test_friction_on_the_coordinate_of_a_stop_never_stalls() -> None:
         gap = 0.1 - run.position @ row
         if not motion:
             assert gap.min() > -1e-12  # 1500 steps of 4 u
+
+
+def test_a_stop_lets_go_of_a_mass_that_friction_with_another_holds() -> None:
+    # Mass 2 is pressed to its stop; friction joins mass 1 to it, so that the stop below mass 1 has
+    # nothing to hold any more once -cos(t) / 2 > 0: a force at one stop could be one at the other.
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 2.0]], damping=np.zeros((2, 2)), stiffness=np.zeros((2, 2)),
+        constant_force=(0.0, 0.5), forces=(vi.Harmonic(1.0, (0.0, 0.0), (-0.5, 0.0)),),
+        elements=(vi.RigidStop((1.0, 0.0), lower=-0.75, restitution=0.0),
+                  vi.RigidStop((0.0, 1.0), upper=0.5, restitution=0.0),
+                  vi.Friction((1.0, -1.0), kinetic=0.125, static=0.25)),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((-0.75, 0.5), (0.0, 0.0)), t_max=3.0)
+    assert run.end is vi.RunEnd.HORIZON
+    leaves = math.acos(-0.5)
+    t = np.linspace(leaves, 3.0, 20)
+    moved = (0.5 * (np.cos(t) - math.cos(leaves)) + 0.5 * math.sin(leaves) * (t - leaves)
+             - 0.125 * (t - leaves) ** 2 / 2.0)  # fmt: skip
+    np.testing.assert_allclose(run.at(t)[0][:, 0], -0.75 + moved, atol=16 * ULPS)
+    np.testing.assert_allclose(run.at(np.linspace(0.0, leaves, 9))[0][:, 0], -0.75, atol=ULPS)
+    np.testing.assert_allclose(run.at(t)[0][:, 1], 0.5, atol=ULPS)
