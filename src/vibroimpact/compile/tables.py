@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Hybrid
 from vibroimpact.compile.modes import Mode
@@ -143,6 +144,10 @@ def stacks_of(
         A mode is needed whose contact forces are not determined.
     """
     m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
+    if hybrid.resets:
+        raise InvalidParameterError(
+            "elements: sweeps run phase switches without impulses. Simulate this system."
+        )
     contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
     systems = {
         "omegas": stack(hybrid.omegas, lines),

@@ -129,7 +129,7 @@ class HybridSystem:
     ...     transitions=(vi.Transition("on", "upper", "rising", "off"),
     ...                  vi.Transition("off", "lower", "falling", "on")))
     >>> vi.simulate_hybrid(relay, "on", [1.0], t_max=4.0).modes
-    ('on', 'off', 'on', 'off', 'on', 'off', 'on')
+    ('on', 'off', 'on', 'off', 'on', 'off', 'off')
     """
 
     modes: Mapping[str, LinearMode]
