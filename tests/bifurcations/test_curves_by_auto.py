@@ -17,6 +17,7 @@ from support.periodic import table
 import vibroimpact as vi
 
 CURVES = {curve["name"]: curve for curve in table("auto.toml")["curve"]}
+HENON = {curve["kind"]: curve["points"] for curve in table("auto.toml")["henon"]}
 PARAMETERS = {"w": "omega", "d": "clearance", "e": "restitution", "A": "force"}
 OFFSETS = (1e-3, -1e-3)  # of the second parameter: at a fold only one side has orbits
 MARGIN = 0.05  # of both parameters, beyond the outermost points of AUTO: curves turn back there
@@ -118,3 +119,35 @@ def test_a_curve_of_auto_ends_where_a_speed_is_zero_here(name: str) -> None:
     away = [max(abs(p["omega"] - end["w"]), abs(p["clearance"] - end["d"])) for p in zeros]
     # where AUTO stopped, the speed is zero to its EPSS
     assert min(away) < EPSS
+
+
+@cache
+def curve_of_henon(kind: str) -> vi.BifurcationCurve:
+    """Our curve through the first of AUTO's points where alpha is given."""
+    henon = vi.ExplicitMap(
+        lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2 + 0.5 * x[0] * x[1]],
+        dimension=2, parameters=("alpha", "beta"),
+    )  # fmt: skip
+    _, alpha, beta, x = next(point for point in HENON[kind] if point[0] == "UZ")
+    start = vi.MapPoint(kind, henon, (x, x), (alpha, beta))
+    return vi.continue_bifurcation(start, ("alpha", "beta"), ((-4.5, 5.5), (-1.2, 2.6)))
+
+
+@pytest.mark.parametrize("kind", HENON)
+def test_curves_of_the_henon_map_pass_the_points_of_auto(kind: str) -> None:
+    found = curve_of_henon(kind)
+    for _, alpha, beta, _ in HENON[kind]:
+        z, rates = corrected(found, np.array([alpha, beta]))
+        allowed = 10.0 * AUTO * max(1.0, abs(alpha)) * (1.0 + float(np.abs(rates).max()))
+        assert allowed < 1e-7
+        assert z[-1] == pytest.approx(alpha, abs=allowed)
+
+
+@pytest.mark.parametrize("kind", HENON)
+def test_strong_resonances_of_the_henon_map_are_where_auto_finds_them(kind: str) -> None:
+    ours = curve_of_henon(kind).special_points
+    for label, alpha, beta, _ in HENON[kind]:
+        if label == "UZ":
+            continue
+        at = [tuple(p.parameters.values()) for p in ours if p.kind == label]
+        assert min(max(abs(a - alpha), abs(b - beta)) for a, b in at) < EPSS

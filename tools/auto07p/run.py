@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from curves import continue_curve, curve_lines
+from henon import henon_lines
 
 HERE = Path(__file__).resolve().parent
 TARGET = HERE.parent.parent / "tests" / "reference" / "auto.toml"
@@ -177,6 +178,8 @@ def main() -> None:
         "# curve: folds (SN) and period doublings (PD) of orbits with so many flights over as many",
         "# periods, in two parameters; the variations of the orbit are unknowns, too (curves.f90).",
         "# Recorded at values of the first parameter, and where V1 or V2 is zero, the end.",
+        "# henon: curves of the map (x, y) -> (y, alpha - beta x - y^2 + R x y), R = 1/2, with the",
+        "# strong resonances that AUTO finds on them (henon.py).",
         "", f'version = "{VERSION}"',
         *(f"{key} = {CONSTANTS[key]}" for key in ("NTST", "NCOL", "EPSL", "EPSU", "EPSS")),
         f"EPSS_at_branch_point = {NEAR_SINGULAR['EPSS']}",
@@ -185,7 +188,7 @@ def main() -> None:
         os.chdir(folder)
         for equations in HERE.glob("*.f90"):
             shutil.copy(equations, folder)
-        lines = header + tables(auto)
+        lines = header + tables(auto) + henon_lines(auto)
         os.chdir(HERE)
     TARGET.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
