@@ -61,8 +61,7 @@ VI_HD inline void touch_at_start(const hybrid<Flow>& system, const mode_coordina
         rate = rate + gradient * v[k];
         terms += size * abs(plain(v[k]));
     }
-    if constexpr (!is_modal<
-                      Flow>) // the stop's own rate: y shows that of a modal flow in all coordinates
+    if constexpr (!is_modal<Flow>) // the rate of a stop that moves
         for (int j = n - 2 * p.lines; j < n; ++j) {
             rate = rate + g.rows[1][j] * at.y[j];
             terms += abs(g.rows[1][j]) * abs(plain(at.y[j]));

@@ -44,8 +44,7 @@ template <int Watches>
 struct element_states {
     int code = 0;
     bool settled = false; // decided since the last event
-    int due =
-        0; // a watch whose limit is crossed at once: its number and 1, with the sign of the side
+    int due = 0; // a watch that is crossed at once: its number and 1, with the sign of the side
     double size = 0.0; // largest coordinate where the present flight began, which rounding is of
     int zeros[Watches] = {};
     double offset[Watches] = {};

@@ -5,10 +5,10 @@
 //                 g > 0,  or  g = 0 and g' > 0,  or  g = g' = 0 and g'' > 0, ...               (1)
 //             g being the margin to the limit, and if every held row of it is zero: slip speed, to stick.
 //             A margin whose derivatives up to `most_zeros` all vanish lasts, too.
-//             The present states are kept where they can last; a start has none. Else the elements with a watch that is
-//             not inside are decided together: of the combinations of their states the first that can
-//             last is taken, states in falling order, so that friction sticks where it can. Values alone
-//             exclude most states of each before.
+//             The present states are kept where they can last; a start has none. Else the elements with a
+//             watch that is not inside are decided together: of the combinations of their states the
+//             first that can last is taken, states in falling order, so that friction sticks where it
+//             can. Values alone exclude most states of each before.
 //             Sticking projects velocities as the coordinates of the mode say (mode_coordinates.hpp).
 // Assumes     a state next to the limits that were reached; no impulse acts but those of stops: friction
 //             leaves velocities as an impact makes them
