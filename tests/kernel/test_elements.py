@@ -30,6 +30,7 @@ def test_a_bilinear_oscillator_has_the_period_of_both_halves(release: Any) -> No
 def test_a_bilinear_spring_in_one_element_changes_sides_at_zero() -> None:
     m = oscillator(vi.SoftStop((1.0,), lower=0.0, upper=0.0, stiffness=(3.0, 8.0)))
     run = vi.simulate(m, vi.State((0.0,), (1.0,)), t_max=20.0)
+    assert (run.status[:-1] == vi.Status.ENGAGE).all()
     np.testing.assert_allclose(run.time[1:-1:2] - run.time[:-2:2], math.pi / 2, rtol=ULPS)
     np.testing.assert_allclose(run.time[0], math.pi / 3, rtol=ULPS)
 
@@ -51,6 +52,15 @@ def test_a_block_on_a_belt_leaves_at_the_static_force() -> None:
     run = vi.simulate(m, vi.State((0.0,), (speed,)), t_max=40.0)
     leaving = run.position[: len(run) - 1 : 2, 0]
     np.testing.assert_allclose(leaving, 0.15 - damping * speed, rtol=ULPS)
+
+
+def test_a_run_without_impacts_goes_on_to_its_time() -> None:
+    """A record has room for 4 events an impact; where the time is given it is as long as it takes."""
+    m = oscillator(vi.Friction((1.0,), kinetic=0.1, static=0.2, belt_speed=0.05), damping=0.02)
+    run = vi.simulate(m, vi.State((0.0,), (0.05,)), impacts=1, t_max=2000.0)
+    assert run.end is vi.RunEnd.HORIZON
+    assert run.time[-1] == 2000.0
+    assert len(run) > 4 + 64
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -119,3 +119,35 @@ def test_sweeps_take_phase_switches_and_loads_but_no_impulses() -> None:
         swept(stop, kicking, observe="final")
     with pytest.raises(vi.InvalidParameterError, match="NormalLoad is not summed"):
         swept(stop, rubbing, observe="dissipation")
+
+
+def test_sweeps_and_exponents_take_coordinates_without_mass() -> None:
+    c, own = 0.3, 2.0
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[c, -c], [-c, c]], stiffness=[[1.0, 0.0], [0.0, own]],
+        forces=(vi.Harmonic(1.3, (0.5, 0.2)),),
+        elements=(vi.SoftStop((1.0, 0.0), upper=0.2, stiffness=5.0),),
+    )  # fmt: skip
+    start = vi.State((0.0, 0.0), (1.0, 0.0))
+    out = vi.sweep(m, over={"stiffness[0][0]": [1.0, 1.1]}, start=start, settle=0.0, periods=4,
+                   observe=["final", "symbol"])  # fmt: skip
+    end = vi.simulate(m, start, t_max=4.0 * 2.0 * math.pi / 1.3).position[-1]
+    assert (out["final_position"].values[0] == end).all()
+    with pytest.raises(vi.InvalidParameterError, match="massless; spectra need masses"):
+        vi.lyapunov_spectrum(m, start)
+    with pytest.raises(vi.InvalidParameterError, match="massless; spectra need masses"):
+        vi.sweep(m, over={"stiffness[0][0]": [1.0]}, start=start, observe="spectrum")
+
+
+def test_the_exponent_of_a_maxwell_element_is_its_slowest_root() -> None:
+    """Both stops of a bilinear spring have the stiffness of one: the machine is linear throughout."""
+    c, own, k = 0.3, 2.0, 1.5
+    spring = vi.SoftStop((1.0, 0.0), lower=0.0, upper=0.0, stiffness=k)
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[c, -c], [-c, c]], stiffness=[[1.0, 0.0], [0.0, own]],
+        forces=(vi.Harmonic(1.3, (0.5, 0.2)),), elements=(spring,),
+    )  # fmt: skip
+    # x'' + (1 + k) x + own z = 0, c (z' - x') + own z = 0
+    roots = np.roots([1.0, own / c, 1.0 + k + own, (1.0 + k) * own / c])
+    found = vi.lyapunov_exponent(m, vi.State((0.0, 0.0), (1.0, 0.0)), impacts=4000)
+    assert found.value == pytest.approx(roots.real.max(), abs=3.0 * found.error + 1e-9)

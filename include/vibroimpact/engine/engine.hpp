@@ -73,10 +73,10 @@ VI_HD inline int settle_after(const hybrid<Flow>& system,
         if (before == at.elements.code) e.what = status::grazing;
         if (states.what == decision::non_unique) e.what = status::non_unique;
         for (int i = 0; i < system.elements.count && e.what == status::change; ++i) {
-            const int state = state_in_code(at.elements.code, i);
-            if (!system.elements.soft[i] || state_in_code(before, i) != 0) continue;
-            if (state != 1 && state != 2) continue;
-            e.what = status::engage; // whichever watch was found first
+            const int state = state_in_code(at.elements.code, i), was = state_in_code(before, i);
+            const bool met = (state == 1 || state == 2) && was != state && was != state + 2;
+            if (!system.elements.soft[i] || !met) continue; // from open, or from the other stop
+            e.what = status::engage;                        // whichever watch was found first
             e.contact = system.contacts() + i;
             e.side = state == 1 ? 1 : -1;
         }

@@ -123,7 +123,7 @@ struct element_table {
     bool given = false; // the mode that follows is given by the watch: a hybrid system as data
     int count = 0;
     int states[Most] = {}; // which it has: bit s for state s
-    bool soft[Most] = {};  // leaving state 0 is an impact, at the upper (1) or lower (2) stop
+    bool soft[Most] = {};  // meeting the upper (1) or the lower (2) stop is an impact
     // Of a soft stop stiffness, damping and where it begins, of friction 0 and its force: at the lower side, or
     // slipping backwards, then the other. Observers read them.
     double law[Most][6] = {};

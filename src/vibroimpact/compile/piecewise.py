@@ -16,7 +16,8 @@ so that a change of state leaves y as it is; a mode with constraints is entered 
     v <- v - M^-1 R^T (R M^-1 R^T)^-1 (R v - s)                                              (3)
 
 Coordinates z without mass have no velocity among y: their equations of (1) give v_z as rows, which
-are put in wherever v_z stands; the unused entry of y is 1, for the constant part of v_z (4).
+are put in wherever v_z stands (4). The unused entry of y is 1, for the constant part of v_z, and returns
+there, so that a tangent vector loses its part along it.
 
 (theory.md, "Elements").
 """
@@ -427,6 +428,7 @@ class Piecewise:
         for i, speed in zip(self.light, forces.light, strict=True):
             b[2 * i] = [self.scale * x for x in speed[:-1]]
             constant[2 * i] = self.scale * speed[-1]
+            b[2 * i + 1][2 * i + 1], constant[2 * i + 1] = -self.scale, self.scale
         for i in self.heavy:
             b[2 * i][2 * i + 1] = self.scale
             b[2 * i + 1] = [x / self.scale for x in acceleration[i][:-1]]

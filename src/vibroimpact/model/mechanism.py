@@ -329,6 +329,15 @@ def symmetric(a: linear.Matrix) -> bool:
     return all(a[i][j] is a[j][i] or a[i][j] == a[j][i] for i in range(len(a)) for j in range(i))
 
 
+def check_all_have_mass(m: Mechanism) -> None:
+    """Refuse coordinates without mass where all exponents are asked for: their number is another."""
+    if m.massless:
+        raise InvalidParameterError(
+            f"system: coordinate {m.massless[0]} is massless; spectra need masses. Take the largest "
+            "exponent, lyapunov_exponent or observe='lyapunov'."
+        )
+
+
 def needs_elements(m: Mechanism) -> bool:
     """Whether a mechanism is more than a few rigid stops that stand still, and symmetric matrices."""
     moving = any(contact.motion for contact in m.contacts)

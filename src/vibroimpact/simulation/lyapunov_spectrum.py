@@ -36,7 +36,7 @@ from vibroimpact._core.checks import check_count, check_memory, refusal
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.prescribed import compile_prescribed
-from vibroimpact.model.mechanism import Mechanism, needs_elements
+from vibroimpact.model.mechanism import Mechanism, check_all_have_mass, needs_elements
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -262,6 +262,7 @@ def lyapunov_spectrum(
     check_count("impacts", impacts, BLOCKS)
     check_count("settle", settle, 0)
     mechanism = mechanism_of(system)
+    check_all_have_mass(mechanism)
     lines = max(len(mechanism.forces) - 1, 0)
     carried = 2 * mechanism.degrees - (not mechanism.forces)
     if count is not None:

@@ -473,7 +473,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     first, first_mode = np.array(at.y), at.mode
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
-    events = min(events_for(remaining), memory_of_machine() // size)
+    room = memory_of_machine() // size
+    events = room if t_max < math.inf else min(events_for(remaining), room)
     while why is RunEnd.MISSING:
         part = compiled.kernel.simulate(at, t_max, flight_limit_of(compiled), events, remaining)
         parts.append(part)

@@ -238,8 +238,9 @@ def _ordinary(mechanism: Mechanism, length: float) -> float:
             (_, k_a, c_a), (_, k_b, c_b) = map(element.law, (1, -1))
             stiffness = stiffness + max(k_a, k_b) * square
             damping = damping + max(c_a, c_b) * square
+    heavy = np.ix_(*2 * ([i for i in range(len(mass)) if i not in mechanism.massless],))
     stiff, damp = (
-        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, part))).max())
+        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass[heavy], part[heavy]))).max())
         for part in (stiffness, damping)
     )
     fastest = max(math.sqrt(stiff) + damp, *(force.omega for force in mechanism.forces), 0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Mechanism, check_all_have_mass
 from vibroimpact.sweeps.observers.observer import EXPONENT, Observer, Variables, real
 
 
@@ -20,6 +20,7 @@ class Spectrum(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``spectrum`` with dim ``exponent``: 2 n + (lines) - 1."""
+        check_all_have_mass(mechanism)
         count = 2 * mechanism.degrees + len(mechanism.forces) - 1
         text = "Lyapunov exponents per unit of time"
         found = real("exponents", text, dims=(EXPONENT,), shape=(count,), quantity="rate")
