@@ -32,13 +32,9 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
            bool may_pause, int earlier) {
     if constexpr (Flow::shape_type::max_watches > 0)
         if (const int due = at.elements.due; due != 0) {
-            landing<T, typename Flow::shape_type> end{flight_end::contact,
-                                                      system.contacts() + (due > 0 ? due : -due) -
-                                                          1,
-                                                      due > 0 ? 1 : -1,
-                                                      T(0.0),
-                                                      T(0.0),
-                                                      at.y};
+            const int side = due > 0 ? 1 : -1, number = system.contacts() + side * due - 1;
+            const landing<T, typename Flow::shape_type> end{
+                flight_end::contact, number, side, T(0.0), T(0.0), at.y};
             return cross_guard(system, at, end);
         }
     const int struck = approached(at, system.contacts());
@@ -51,10 +47,6 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     e.code = is_unfinished(e.what) ? static_cast<int>(applied) : end.examined;
     return e;
 }
-
-} // namespace detail
-
-namespace detail {
 
 // After an event: the states of elements, then whether contacts stay closed. The code of a mode that is missing, or 0.
 template <class T, class Flow>
@@ -106,8 +98,8 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     if (has_diverged(system.modes[at.mode], at.y)) // before rest and chatter
         return detail::plain_event<T, typename Flow::shape_type>(status::diverged, -1, 0, T(0.0),
                                                                  in_free_coordinates(system, at));
-    if constexpr (Flow::shape_type::max_elements == 0)
-        if (at.held == 0) return detail::next_event(system, at, horizon, may_pause, earlier);
+    if (system.elements.count == 0 && at.held == 0)
+        return detail::next_event(system, at, horizon, may_pause, earlier);
     const auto states = settle_elements(system, at);
     if (states.what == decision::missing) return detail::missing_mode(system, at, states.code);
     if (states.what == decision::undecided)
@@ -208,8 +200,8 @@ template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
      flight_memory<Flow>& memory, bool (*interrupted)() = nullptr) {
-    if constexpr (Flow::shape_type::max_elements == 0)
-        if (at.held == 0) return detail::fly_to_event(system, at, horizon, memory, interrupted);
+    if (system.elements.count == 0 && at.held == 0)
+        return detail::fly_to_event(system, at, horizon, memory, interrupted);
     const auto start = at;
     const auto e = detail::fly_to_event(system, at, horizon, memory, interrupted);
     if (e.what == status::missing_mode) at = start;

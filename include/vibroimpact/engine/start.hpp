@@ -82,7 +82,8 @@ VI_HD inline void start_at(const hybrid<Flow>& system, const mode_coordinates& p
     at.mode = at.held = 0;
     at.flat = {};
     at.elements = {};
-    if constexpr (Flow::shape_type::max_elements > 0) at.elements.code = no_states;
+    if constexpr (Flow::shape_type::max_elements > 0)
+        if (system.elements.count > 0) at.elements.code = no_states;
     at.y = from_physical(p, x, v, forcing_at(p, phases), system);
     for (int i = 0; i < system.contacts(); ++i)
         detail::touch_at_start(system, p, i, v, at);

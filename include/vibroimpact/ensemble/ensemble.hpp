@@ -94,8 +94,7 @@ template <int Watches>
 VI_HD inline void leave_limits(element_states<Watches>& states) {
     if constexpr (Watches > 0)
         for (int j = 0; j < Watches; ++j)
-            if (states.zeros[j] <= most_zeros && -states.zeros[j] <= most_zeros)
-                states.zeros[j] = 0;
+            if (!states.stays_on(j)) states.zeros[j] = 0;
 }
 
 // The flight from a trajectory to its event, which left it `at`: the tangents of that but the first, by

@@ -48,6 +48,11 @@ struct element_states {
     double size = 0.0; // largest coordinate where the present flight began, which rounding is of
     int zeros[Watches] = {};
     double offset[Watches] = {};
+
+    // Whether no derivative leads away from the limit of a watch.
+    VI_HD constexpr bool stays_on(int j) const {
+        return zeros[j] > most_zeros || zeros[j] < -most_zeros;
+    }
 };
 template <>
 struct element_states<0> {};
@@ -217,14 +222,14 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
         const double limit = side > 0 ? guard.upper : guard.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
         const double eps = rounding_after(applications + earlier, terms + abs(limit));
-        if (still && abs(zeros) > most_zeros && zeros * side < 0) continue; // the other is at its
         const bool here = zeros * side > 0;
+        if (still && start.elements.stays_on(j) && !here) continue; // the other is at its limit
         taylor<N> g = gap_on(side, limit, u);
         if (here) g.d[0] = g.d[0] - start.elements.offset[j];
         bool leaving = still && here;
         if (leaving && applications > 0) still = leaving = abs(g.d[0]) <= eps;
-        if (g.d[0] > farthest + eps) continue;              // not within reach of this step
-        if (leaving && zeros * side > most_zeros) continue; // nothing moves it
+        if (g.d[0] > farthest + eps) continue;               // not within reach of this step
+        if (leaving && start.elements.stays_on(j)) continue; // nothing moves it
         for (int m = 0; leaving && applications == 0 && m < zeros * side; ++m)
             g.d[m] = 0.0;
         if (leaving) g.d[0] = 0.0;
@@ -281,7 +286,7 @@ VI_HD inline bool has_left(const Mode& m, const vec<T, Shape::max_dimension>& y,
         for (int j = 0; j < m.watched.count; ++j) {
             const auto& g = m.watched.at[j].row;
             const int zeros = start.elements.zeros[j];
-            if (zeros == 0 || zeros > most_zeros || -zeros > most_zeros) continue;
+            if (zeros == 0 || start.elements.stays_on(j)) continue;
             const double u = guard_value(g, 0, z, m.flow.dimension());
             const double gap = zeros > 0 ? g.upper - u : u - g.lower;
             if (!(gap > proof_margin * magnitude(g, 0, z, m.flow))) return false;

@@ -116,6 +116,13 @@ struct contact_law {
     R restitution_lower, restitution_upper;
 };
 
+VI_HD constexpr int whole_power(int base, int n) {
+    int p = 1;
+    for (int i = 0; i < n; ++i)
+        p = base * p;
+    return p;
+}
+
 // What all modes say of the elements.
 inline constexpr int radix = 5; // states of an element, at most
 template <int Most>
@@ -160,12 +167,7 @@ struct hybrid : sizes<typename Flow::shape_type> {
     }
 
     // Codes of closed sets are below this; states of elements count in it.
-    VI_HD constexpr int closed_sets() const {
-        int p = 1;
-        for (int i = 0; i < this->contacts(); ++i)
-            p = 3 * p;
-        return p;
-    }
+    VI_HD constexpr int closed_sets() const { return whole_power(3, this->contacts()); }
     // Whether a mode holds no contact closed.
     VI_HD constexpr bool is_open(int mode) const {
         if constexpr (Flow::shape_type::max_elements == 0)

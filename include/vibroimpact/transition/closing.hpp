@@ -29,17 +29,11 @@ struct closing {
 
 namespace detail {
 
-VI_HD inline int power_of_three(int n) {
-    int p = 1;
-    for (int i = 0; i < n; ++i)
-        p = 3 * p;
-    return p;
-}
 VI_HD inline int code_of(int contact, double side) {
-    return (side > 0.0 ? 1 : 2) * power_of_three(contact);
+    return (side > 0.0 ? 1 : 2) * whole_power(3, contact);
 }
 VI_HD inline double side_in_code(int code, int contact) {
-    const int digit = code / power_of_three(contact) % 3;
+    const int digit = code / whole_power(3, contact) % 3;
     return digit == 1 ? 1.0 : digit == 2 ? -1.0 : 0.0;
 }
 
@@ -72,27 +66,10 @@ VI_HD inline double held_mobility(const hybrid<Flow>& system, const State& at, i
     }
     return free;
 }
-template <int N, class Flow, class State>
-VI_HD inline small_system<N> held_mobilities(const hybrid<Flow>& system, const State& at,
-                                             const contact_list<N>& list) {
-    small_system<N> p{};
-    p.n = list.count;
-    for (int i = 0; i < p.n; ++i)
-        for (int j = 0; j < p.n; ++j)
-            p.a[i][j] = held_mobility(system, at, list.index[i], list.index[j]);
-    return p;
-}
-// Add a contact to a list, unless it depends on those of it and on friction that sticks.
-template <int N, class Flow, class State>
-VI_HD inline bool add_beside(const hybrid<Flow>& system, const State& at, contact_list<N>& list,
-                             int contact) {
-    auto longer = list;
-    longer.add(contact);
-    vec<double, N> none{};
-    const bool independent =
-        solve_active(held_mobilities(system, at, longer), (1 << longer.count) - 1, none);
-    if (independent) list = longer;
-    return independent;
+// held_mobility of a motion, in place of gap_mobility_in.
+template <class Flow, class State>
+VI_HD inline auto held_mobility_in(const hybrid<Flow>& system, const State& at) {
+    return [&](int i, int j) VI_WITHIN { return held_mobility(system, at, i, j); };
 }
 // Whether friction that sticks holds the gap of a contact: it takes no force while that lasts.
 template <class Flow, class State>
@@ -127,7 +104,7 @@ VI_HD inline auto find_resting(const hybrid<Flow>& system, const State& at) {
     for (int i = 0; i < system.contacts(); ++i)
         if (at.touching[i] != 0.0 && at.rate[i] == 0.0 && !held_by_friction(system, at, i))
             (at.flat[i] != 0.0 ? out.ties : out.others).add(i);
-    out.problem = held_mobilities(system, at, out.others);
+    out.problem = mobilities_of(out.others, held_mobility_in(system, at));
     auto& p = out.problem;
     for (int i = 0; i < p.n; ++i) {
         const int ci = out.others.index[i];
@@ -271,7 +248,8 @@ VI_HD inline closing closed_set(const hybrid<Flow>& system,
     }
     for (int i = 0; i < resting.ties.count; ++i) {
         auto beside = closed;
-        if (detail::add_beside(system, at, beside, resting.ties.index[i]))
+        if (detail::add_independent(beside, resting.ties.index[i],
+                                    detail::held_mobility_in(system, at)))
             ties.add(resting.ties.index[i]);
     }
     resting.ties = ties;
@@ -289,7 +267,9 @@ VI_HD inline closing closed_set(const hybrid<Flow>& system,
     }
     for (int i = 0; i < ties.count; ++i) {
         const int tie = ties.index[i];
-        if (!(growing.tied >> i & 1) || !detail::add_beside(system, at, closed, tie)) continue;
+        if (!(growing.tied >> i & 1) ||
+            !detail::add_independent(closed, tie, detail::held_mobility_in(system, at)))
+            continue;
         at.flat[tie] = -detail::unloaded(system, at, tie);
         closing_ties |= 1 << i;
     }

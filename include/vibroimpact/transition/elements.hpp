@@ -98,7 +98,26 @@ VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, d
     return out;
 }
 
-// (1) for all watches of a mode; `to` says then where the flight starts.
+// (1) for watch j of a mode: the side on which it is led outside, or 0; `to` says then where the flight starts.
+template <class Mode, class States, int D>
+VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, double largest,
+                              States& to) {
+    const auto& g = m.watched.at[j].row;
+    int crossed = 0;
+    to.zeros[j] = 0;
+    to.offset[j] = 0.0;
+    for (int side = -1; side <= 1; side += 2) {
+        if (!(abs(side > 0 ? g.upper : g.lower) < 0x1p1000)) continue;
+        const auto at = standing_at(g, side, y, largest, m.flow);
+        if (!at.inside && crossed == 0) crossed = side;
+        if (at.zeros == 0) continue;
+        to.zeros[j] = side * at.zeros;
+        to.offset[j] = at.margin;
+    }
+    return crossed;
+}
+
+// (1) for all watches of a mode.
 template <class Mode, class States, int D>
 VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double largest, States& to) {
     for (int j = 0; j < m.watched.count; ++j) {
@@ -106,31 +125,18 @@ VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double larges
         to.zeros[j] = 0;
         to.offset[j] = 0.0;
         if (!look_at(w, y, largest, m.flow).allowed) return false;
-        for (int side = -1; !w.held && side <= 1; side += 2) {
-            if (!(abs(side > 0 ? w.row.upper : w.row.lower) < 0x1p1000)) continue;
-            const auto at = standing_at(w.row, side, y, largest, m.flow);
-            if (!at.inside) return false;
-            if (at.zeros == 0) continue;
-            to.zeros[j] = side * at.zeros;
-            to.offset[j] = at.margin;
-        }
+        if (!w.held && side_crossed(m, j, y, largest, to) != 0) return false;
     }
     return true;
 }
 
 inline constexpr int sticking_state = 2;
 
-VI_HD inline int power_of_radix(int n) {
-    int p = 1;
-    for (int i = 0; i < n; ++i)
-        p = radix * p;
-    return p;
-}
 VI_HD inline int state_in_code(int code, int element) {
-    return code / power_of_radix(element) % radix;
+    return code / whole_power(radix, element) % radix;
 }
 VI_HD inline int with_state(int code, int element, int state) {
-    return code + (state - state_in_code(code, element)) * power_of_radix(element);
+    return code + (state - state_in_code(code, element)) * whole_power(radix, element);
 }
 
 // Contacts that an event has left at rest on their stops, of those that were closed.
@@ -263,24 +269,13 @@ VI_HD inline decided_states enter_given(const hybrid<Flow>& system,
                                         trajectory<T, typename Flow::shape_type>& at) {
     const auto& m = system.modes[at.mode];
     const auto y = plain_state(at.y, system.dimension());
-    double largest = 0.0;
-    for (int i = 0; i < system.dimension(); ++i)
-        largest = max(largest, abs(y[i]));
+    const double largest = largest_of(y, system.dimension());
     auto& to = at.elements;
     to.settled = true;
     to.due = 0;
     for (int j = 0; j < m.watched.count; ++j) {
-        to.zeros[j] = 0;
-        to.offset[j] = 0.0;
-        for (int side = -1; side <= 1; side += 2) {
-            const auto& row = m.watched.at[j].row;
-            if (!(abs(side > 0 ? row.upper : row.lower) < 0x1p1000)) continue;
-            const auto stands = standing_at(row, side, y, largest, m.flow);
-            if (!stands.inside && to.due == 0) to.due = side * (j + 1);
-            if (stands.zeros == 0) continue;
-            to.zeros[j] = side * stands.zeros;
-            to.offset[j] = stands.margin;
-        }
+        const int side = side_crossed(m, j, y, largest, to);
+        if (to.due == 0) to.due = side * (j + 1);
     }
     return {decision::kept};
 }
@@ -295,7 +290,7 @@ VI_HD inline decided_states settle_elements(const hybrid<Flow>& system,
     if constexpr (Flow::shape_type::max_elements == 0) {
         return {decision::kept};
     } else {
-        if (at.elements.settled) return {decision::kept};
+        if (at.elements.settled || system.elements.count == 0) return {decision::kept};
         if (system.elements.given) return detail::enter_given(system, at);
         const int n = system.dimension(), sets = system.closed_sets();
         const int before = at.elements.code;

@@ -61,26 +61,35 @@ VI_HD inline contact_list<N> touching_contacts(const State& at, int contacts) {
     return list;
 }
 
-// A of (1) for the contacts of a list.
-template <int N, class Flow, class State>
-VI_HD inline small_system<N> mobilities_of(const hybrid<Flow>& system, const State& at,
-                                           const contact_list<N>& list) {
+// gap_mobility of a motion, for the two functions below.
+template <class Flow, class State>
+VI_HD inline auto gap_mobility_in(const hybrid<Flow>& system, const State& at) {
+    return [&](int i, int j) VI_WITHIN { return gap_mobility(system, at, i, j); };
+}
+// A of (1) for the contacts of a list, by the mobility between two of them.
+template <int N, class Mobility>
+VI_HD inline small_system<N> mobilities_of(const contact_list<N>& list, const Mobility& mobility) {
     small_system<N> p{};
     p.n = list.count;
     for (int i = 0; i < p.n; ++i)
         for (int j = 0; j < p.n; ++j)
-            p.a[i][j] = gap_mobility(system, at, list.index[i], list.index[j]);
+            p.a[i][j] = mobility(list.index[i], list.index[j]);
     return p;
 }
-// Add a contact to a list, unless it depends on those of it.
 template <int N, class Flow, class State>
-VI_HD inline bool add_independent(const hybrid<Flow>& system, const State& at,
-                                  contact_list<N>& list, int contact) {
+VI_HD inline small_system<N> mobilities_of(const hybrid<Flow>& system, const State& at,
+                                           const contact_list<N>& list) {
+    return mobilities_of(list,
+                         [&](int i, int j) VI_WITHIN { return gap_mobility(system, at, i, j); });
+}
+// Add a contact to a list, unless it depends on those of it.
+template <int N, class Mobility>
+VI_HD inline bool add_independent(contact_list<N>& list, int contact, const Mobility& mobility) {
     auto longer = list;
     longer.add(contact);
     vec<double, N> none{};
     const bool independent =
-        solve_active(mobilities_of(system, at, longer), (1 << longer.count) - 1, none);
+        solve_active(mobilities_of(longer, mobility), (1 << longer.count) - 1, none);
     if (independent) list = longer;
     return independent;
 }
@@ -186,7 +195,8 @@ VI_HD inline void set_on_stops(const hybrid<Flow>& system,
     const int n = system.dimension();
     detail::contact_list<N> list{};
     for (int i = 0; i < system.contacts(); ++i)
-        if (at.touching[i] != 0.0) detail::add_independent(system, at, list, i);
+        if (at.touching[i] != 0.0)
+            detail::add_independent(list, i, detail::gap_mobility_in(system, at));
     const auto problem = detail::mobilities_of(system, at, list);
     const int all = (1 << list.count) - 1;
     vec<T, N> behind{}, slow{}, p{};

@@ -42,10 +42,8 @@ enum class status : int {
     paused = 11,       // none yet, within step(): the quick flight may go on
     searching = 12,    // none yet after many steps: time to ask whether to go on
     engage = 13,       // a soft stop is met: an impact without impulse
-    change =
-        14, // an element goes over to another state: friction sticks or slips, a soft stop opens
-    non_unique =
-        15, // the same, where the states that were taken are not the only ones that can last
+    change = 14,     // an element takes another state: friction sticks or slips, a soft stop opens
+    non_unique = 15, // the same, where other states could have lasted, too
 };
 
 // Whether it is an event of the motion, and not the end of a search.
@@ -225,6 +223,7 @@ VI_HD inline event<T, typename Flow::shape_type>
 reach_watch(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
             const landing<T, typename Flow::shape_type>& end) {
     at.flat = {};
+    touch_held(system, at, at.held);
     const status what = end.end == flight_end::grazing ? status::grazing : status::change;
     auto e =
         plain_event<T, typename Flow::shape_type>(what, end.contact, end.side, end.duration, at.y);
@@ -235,16 +234,13 @@ reach_watch(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
         const bool crossed = what == status::change;
         if (crossed && w.reset >= 0) {
             at.y = system.resets[w.reset](at.y, system.dimension());
-            touch_held(system, at, at.held);
-            for (int i = 0; i < system.contacts();
-                 ++i) // those at rest may be thrown off, or pressed
+            for (int i = 0; i < system.contacts(); ++i) // may be thrown off, or pressed
                 if (at.touching[i] != 0.0) set_rate(system, at, i);
         }
         if (crossed && w.target >= 0) {
             at.elements.code = w.target;
             at.mode = system.find_mode(w.target);
         }
-        if (!crossed || w.reset < 0) touch_held(system, at, at.held);
         touch_neighbours(system, at, end.contact);
     }
     return e;
