@@ -199,3 +199,15 @@ def test_a_run_of_impulses_alone_has_no_forces_to_draw() -> None:
         plotting.plot_forces(run)
     with pytest.raises(vi.InvalidParameterError, match="element = 1: must be -1 to 0"):
         plotting.plot_hysteresis(run, 1)
+
+
+def test_a_history_draws_phase_switches_and_friction_whose_load_lifts_off() -> None:
+    m = one(
+        vi.PhaseSwitch(2.0, (0.0, np.pi), ((1.0,), (-1.0,))),
+        vi.Friction((1.0,), 0.3, load=vi.NormalLoad(1.0, motion=vi.Harmonic(3.0, (0.0,), (2.0,)))),
+        forces=(vi.Harmonic(1.1, (0.6,)),),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.3,), (0.2,)), t_max=20.0, impacts=10_000)
+    assert np.any(run.states[:, 1] == vi.FrictionState.LIFTED)
+    names = [text.get_text() for text in plotting.plot_history(run).get_legend().get_texts()]
+    assert {"lifted off", "sticks", "arc 1"} <= {*names}

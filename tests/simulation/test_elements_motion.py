@@ -44,6 +44,9 @@ def test_friction_is_no_section_and_the_message_says_what_is() -> None:
         vi.impact_section(oscillator(BELT), START)
     with pytest.raises(vi.InvalidParameterError, match=r"friction, which has no stop\. Take 1, or"):
         vi.classify(oscillator(BELT, BILINEAR), START, contact=0)
+    switch = vi.PhaseSwitch(2.0, (0.0, 3.0), ((1.0,), (-1.0,)))
+    with pytest.raises(vi.InvalidParameterError, match="phase switch, which has no stop"):
+        vi.impact_section(oscillator(switch), START)
 
 
 @pytest.mark.parametrize("elements", [(BILINEAR,), (BELT,)])

@@ -55,9 +55,7 @@ from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem
 
-SINGULAR = (
-    1e-6  # least singular value over the largest, both equilibrated: points are located to 1e-10
-)
+SINGULAR = 1e-6  # least singular value over the largest, equilibrated: points are known to 1e-10
 PARALLEL = 1e-9  # to an axis: change of a parameter over that of both, in the ranges
 STEP = 1e-3  # of the ranges of the parameters, from a point where multipliers are not determined
 WORDS = {"GR": "a stop is touched", "ZERO": "the impact is a touch"}
@@ -310,9 +308,8 @@ def _tangency(here: _At, own: Floats, of_touch: Floats, along: int) -> Meeting |
     curvature = float(w @ plane.second(z, a, v * sizes)[:, :d] @ (v * sizes))
     opened = -curvature / (2.0 * float(w @ by_a[:, 1 - along]))
     touch, curve = (float((r - of_fold)[:d] / sizes @ v) for r in (of_touch, own))
-    rising = _sign(
-        opened * touch * float(row[:d] @ (v * sizes))
-    )  # of t: n - n_touch per change of row
+    rate = float(row[:d] @ (v * sizes))
+    rising = _sign(opened * touch * rate)  # of t: n - n_touch per change of row
     return 2, opened * (touch**2 - curve**2), (-rising, rising)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -278,6 +278,12 @@ class Compiled:
         self.codes = list[int]()
         for code in h.codes:
             self._add_mode(code)
+
+    @cached_property
+    def piecewise(self) -> Piecewise:
+        """The same states, numbered alike, in coordinates of the mechanism."""
+        h = self._hybrid
+        return h if isinstance(h, Piecewise) else Piecewise(self.mechanism)
 
     def waves(self, y: Floats, dt: Floats) -> Floats:
         """Sin theta, cos theta of every line at times after states, shape (len(dt), 2 lines)."""

@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
+from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import greatest, is_infinite, least, rounded_down, square_root
 from vibroimpact._kernel import sincos
 from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
@@ -408,10 +408,10 @@ class Piecewise:
         inverse = linear.solve_definite(self._mobility(rows, lift), linear.identity(len(rows)))
         push = product(lift, inverse)
         for i in range(self.degrees):
-            change = apply_rows(push[i], rows)
+            change = apply(transpose(rows), push[i])
             for j, x in enumerate(change):
                 from_v[2 * i + 1][j] -= x / self.scale
-            speeds = apply_rows(push[i], [c.speed for c in constraints])
+            speeds = apply(transpose([c.speed for c in constraints]), push[i])
             for j, x in enumerate(speeds[:-1]):
                 particular[2 * i + 1][j] = x / self.scale
             if i in self.heavy:
@@ -497,14 +497,14 @@ class Piecewise:
         watches: list[Watch] = []
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
-            reset = -1
+            found: list[Row] = []
             if isinstance(e, SoftStop):
                 found = self._soft_watches(e, SoftStopState(state))
             elif isinstance(e, PhaseSwitch):
-                begin, end, _ = e.arcs[state]
-                found = [(self._from_phase(e, begin), 0.0, math.inf),
-                         (self._from_phase(e, end), -math.inf, 0.0)]  # fmt: skip
+                late, early = (self._from_phase(e, phase) for phase in e.arcs[state][:2])
                 reset = self._impulse_after(number, state)
+                watches.append(self._watch(late, 0.0, math.inf, number, forces))
+                watches.append(self._watch(early, -math.inf, 0.0, number, forces, reset=reset))
             elif state == FrictionState.STICK:
                 watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
                 found = self._sticking_watches(e, forces.multipliers[stuck])
@@ -516,11 +516,7 @@ class Piecewise:
                 found = [(self._load(e), 0.0, math.inf)] if e.load else []
             else:
                 found = self._slipping_watches(e, FrictionState(state))
-            for row, low, high in found:
-                at_end = isinstance(e, PhaseSwitch) and high == 0.0
-                watches.append(
-                    self._watch(row, low, high, number, forces, reset=reset if at_end else -1)
-                )
+            watches += [self._watch(row, low, high, number, forces) for row, low, high in found]
         return watches
 
     def _watch(
@@ -597,8 +593,3 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
     """Add sign * force along a row."""
     for i, x in enumerate(row):
         pull[i] = _sum(pull[i], force, sign * x)
-
-
-def apply_rows(factors: Vector, rows: Matrix) -> Vector:
-    """Sum of rows with factors."""
-    return [dot(factors, column) for column in transpose(rows)]

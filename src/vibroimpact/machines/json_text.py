@@ -13,7 +13,7 @@ from vibroimpact.machines.machine import SCALES, Scales
 from vibroimpact.machines.registry import machine_of_class, name_of
 from vibroimpact.model.elements import MOTIONS, Element, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
+from vibroimpact.model.mechanism import KINDS, Contact, Mechanism, kind_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 
@@ -41,8 +41,7 @@ def _numbers(system: System) -> dict[str, Any]:
 
 
 def _kinded(element: Element) -> dict[str, Any]:
-    kind = next(name for name, make in KINDS.items() if isinstance(element, make))
-    return {"kind": kind, **_stored(element)}
+    return {"kind": kind_of(element), **_stored(element)}
 
 
 def _stored(part: Contact | Element) -> dict[str, Any]:

@@ -120,7 +120,7 @@ class SoftStop:
     motion: tuple[Harmonic, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "row", _nonzero(self.row, "a soft stop"))
+        object.__setattr__(self, "row", nonzero_row(self.row, "a soft stop"))
         for name in ("lower", "upper"):
             value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
             object.__setattr__(self, name, value)
@@ -232,7 +232,7 @@ class Friction:
     load: NormalLoad | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "row", _nonzero(self.row, "friction"))
+        object.__setattr__(self, "row", nonzero_row(self.row, "friction"))
         for name in ("kinetic", "static"):
             if callable(value := getattr(self, name)):
                 raise refusal(name, value, "a number", CONSTANT)
@@ -352,7 +352,8 @@ Element = SoftStop | Friction | PhaseSwitch
 MOTIONS = ("upper_motion", "lower_motion", "motion", "belt_motion")  # fields that are motions
 
 
-def _nonzero(value: Any, what: str) -> tuple[float, ...]:
+def nonzero_row(value: Any, what: str) -> tuple[float, ...]:
+    """Return the row of an element, or raise where it is zero."""
     row = vector("row", value)
     if not any(row):
         raise InvalidParameterError(

@@ -39,6 +39,7 @@ from vibroimpact._kernel import (
     MAX_LINES,
 )
 from vibroimpact.model.elements import (
+    NUMBER_OR_NONE,
     Element,
     Friction,
     FrictionState,
@@ -47,11 +48,12 @@ from vibroimpact.model.elements import (
     RigidStopState,
     SoftStop,
     SoftStopState,
+    nonzero_row,
+    pair_of,
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 MANY = 1_000_000  # the count is checked elsewhere
-NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 MOST_ELEMENTS = 8
 MOVES = "A stop that moves has upper_motion, lower_motion: a Harmonic with one amplitude each."
 FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
@@ -96,10 +98,7 @@ class Contact:
     active: bool = False
 
     def __post_init__(self) -> None:
-        row = vector("row", self.row)
-        if not any(row):
-            raise InvalidParameterError("row = 0: a contact must involve a coordinate.")
-        object.__setattr__(self, "row", row)
+        object.__setattr__(self, "row", nonzero_row(self.row, "a contact"))
         for name in ("lower", "upper"):
             value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
             object.__setattr__(self, name, value)
@@ -108,12 +107,8 @@ class Contact:
                 f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite. "
                 "For two stops without a gap between them fix the coordinate instead."
             )
-        pair = self.restitution
-        both = pair if isinstance(pair, tuple | list) else (pair, pair)
-        if len(both) != 2:
-            raise refusal("restitution", pair, "one number, or (lower, upper)")
         check = nonnegative if self.active else fraction
-        object.__setattr__(self, "restitution", tuple(check("restitution", r) for r in both))
+        object.__setattr__(self, "restitution", pair_of("restitution", self.restitution, check))
         for name, limit in (("upper_motion", self.upper), ("lower_motion", self.lower)):
             lines = as_lines(name, getattr(self, name))
             if lines and infinite(limit):
@@ -146,11 +141,18 @@ class Contact:
 
 
 RigidStop = Contact  # among elements
-KINDS = {  # in files
+STOP_KINDS = (Contact, SoftStop)  # what has a place, and is met
+KINDS: dict[str, type] = {  # in files; labels have blanks
     "soft_stop": SoftStop,
     "friction": Friction,
     "phase_switch": PhaseSwitch,
     "rigid_stop": Contact,
+}
+STATES: dict[type, type[IntEnum]] = {
+    SoftStop: SoftStopState,
+    Friction: FrictionState,
+    PhaseSwitch: PhaseSwitchState,
+    Contact: RigidStopState,
 }
 
 
@@ -291,7 +293,7 @@ class Mechanism:
         """Every frequency of a motion is a forcing line, without force where none has it."""
         forces = list(_several("forces", self.forces, Harmonic, 0, MAX_LINES))
         nothing = (0.0,) * self.degrees
-        for element in (*self.contacts, *self.elements):
+        for element in self.numbered:
             for line in element.motion:
                 if not any(line.omega is f.omega or line.omega == f.omega for f in forces):
                     forces.append(Harmonic(line.omega, nothing))
@@ -350,23 +352,19 @@ def needs_elements(m: Mechanism) -> bool:
     return bool(m.elements) or moving or large or bool(m.massless) or not even
 
 
-_KINDS: dict[type, tuple[type[IntEnum], str]] = {
-    SoftStop: (SoftStopState, "soft stop"),
-    Friction: (FrictionState, "friction"),
-    PhaseSwitch: (PhaseSwitchState, "phase switch"),
-}
-
-
 def kinds_of_states(m: Mechanism) -> list[type[IntEnum]]:
     """States that every contact and element may have, in the numbering of events."""
-    kinds = [_KINDS[type(e)][0] for e in m.elements]
-    return [*([RigidStopState] * len(m.contacts)), *kinds]
+    return [STATES[type(part)] for part in m.numbered]
+
+
+def kind_of(part: Contact | Element) -> str:
+    """Kind of a contact or an element by its name in files, as in "soft_stop"."""
+    return next(name for name, kind in KINDS.items() if isinstance(part, kind))
 
 
 def element_labels(m: Mechanism) -> list[str]:
     """Name of every contact and element with its number, as in "soft stop 1"."""
-    kinds = [_KINDS[type(e)][1] for e in m.elements]
-    return [f"{kind} {i}" for i, kind in enumerate([*["rigid stop"] * len(m.contacts), *kinds])]
+    return [f"{kind_of(part).replace('_', ' ')} {i}" for i, part in enumerate(m.numbered)]
 
 
 def stop_sizes(m: Mechanism) -> list[float]:

@@ -34,7 +34,7 @@ from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
-from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
+from vibroimpact.model.elements import MOTIONS, Friction, SoftStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.system import System, mechanism_of
@@ -288,30 +288,21 @@ def _at_frequencies(mechanism: Mechanism, omegas: list[Any]) -> Mechanism:
     """Copy with other frequencies of the lines, and of the motions of stops and belts that have them."""
     lines = mechanism.forces
 
-    def moved(part: Any, *names: str) -> Any:
-        motions = {name: getattr(part, name) for name in names}
-        if not any(motions.values()):
-            return part
-        return replace(
-            part,
-            **{
-                name: tuple(
-                    replace(line, omega=omegas[_line_of(lines, line.omega)]) for line in motion
-                )
-                for name, motion in motions.items()
-            },
-        )
+    def moved(part: Any) -> Any:
+        """The part with the frequencies of its motions, of its load, or of its own."""
+        changes: dict[str, Any] = {}
+        for name in {f.name for f in dataclasses.fields(part)}:
+            value = getattr(part, name)
+            if name in MOTIONS:
+                changes[name] = tuple(map(moved, value))
+            elif name == "load" and value:
+                changes[name] = moved(value)
+            elif name == "omega":
+                changes[name] = omegas[_line_of(lines, value)]
+        return replace(part, **changes) if any(changes.values()) else part
 
-    def element_moved(e: Element) -> Any:
-        if isinstance(e, PhaseSwitch):
-            return replace(e, omega=omegas[_line_of(lines, e.omega)])
-        if isinstance(e, SoftStop):
-            return moved(e, "motion")
-        load = moved(e.load, "motion") if e.load else None
-        return moved(replace(e, load=load), "belt_motion")
-
-    contacts = tuple(moved(c, "upper_motion", "lower_motion") for c in mechanism.contacts)
-    elements = tuple(element_moved(e) for e in mechanism.elements)
+    contacts = tuple(map(moved, mechanism.contacts))
+    elements = tuple(map(moved, mechanism.elements))
     forces = tuple(replace(line, omega=w) for line, w in zip(lines, omegas, strict=True))
     varied = copy(mechanism)  # the rest has been checked
     for name, parts in (("forces", forces), ("contacts", contacts), ("elements", elements)):

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vibroimpact.model.elements import Element, Friction, PhaseSwitch
-from vibroimpact.model.mechanism import Contact
+from vibroimpact.model.elements import Element
+from vibroimpact.model.mechanism import STOP_KINDS, Contact
 
 StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the lower
 
@@ -67,9 +67,9 @@ class Stop(NamedTuple):
     def limit(self, contacts: Sequence[Contact | Element]) -> float:
         """Position of the stop; infinite if there is none."""
         contact = contacts[self.contact]
-        if isinstance(contact, Friction | PhaseSwitch):
-            return math.inf
-        return contact.upper if self.upper else contact.lower
+        if isinstance(contact, STOP_KINDS):
+            return contact.upper if self.upper else contact.lower
+        return math.inf
 
     def restitution(self, contacts: Sequence[Contact]) -> float:
         """Its coefficient of restitution."""

@@ -64,7 +64,7 @@ class Chain:
         self.rubbing: dict[int, list[tuple[str, Friction]]] = {}
         self.notes: list[str] = []
         self._supports()
-        for label, part in zip(element_labels(m), (*m.contacts, *m.elements), strict=True):
+        for label, part in zip(element_labels(m), m.numbered, strict=True):
             self._part(label, part)
         self._remarks()
 

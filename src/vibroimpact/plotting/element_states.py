@@ -10,7 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from vibroimpact._core.types import Floats
-from vibroimpact.model.elements import FrictionState, RigidStopState, SoftStopState
+from vibroimpact.model.elements import (
+    FrictionState,
+    PhaseSwitchState,
+    RigidStopState,
+    SoftStopState,
+)
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import element_labels, kinds_of_states, needs_elements
 from vibroimpact.model.system import mechanism_of
@@ -35,6 +40,12 @@ LOOKS: dict[type[IntEnum], dict[int, tuple[str, str]]] = {  # colour and name in
         FrictionState.STICK: (style.GREEN, "sticks"),
         FrictionState.FORWARD: (style.mixed(style.ORANGE, LIGHT, 0.25), "slips forward"),
         FrictionState.BACKWARD: (style.mixed(style.PURPLE, LIGHT, 0.25), "slips backward"),
+        FrictionState.LIFTED: (style.mixed(style.SKY, LIGHT, 0.25), "lifted off"),
+    },
+    PhaseSwitchState: {
+        state: (style.mixed(style.BLACK, LIGHT, 0.2 * state), f"arc {state}")
+        for state in PhaseSwitchState
+        if state
     },
 }
 

@@ -101,7 +101,7 @@ def plot_hysteresis(
     m = mechanism_of(run.system)
     labels = element_labels(m)
     (number,) = _numbers([element], labels)
-    part = (*m.contacts, *m.elements)[number]
+    part = m.numbered[number]
     if isinstance(part, PhaseSwitch):
         raise refusal("element", element, "a stop or friction", "A phase switch has no row.")
     t, force = _sampled(run, start, end)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Scales
-from vibroimpact.model.elements import Friction, PhaseSwitch, SoftStop
+from vibroimpact.model.elements import SoftStop
+from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import draw_states, motion_of
@@ -138,8 +139,8 @@ def _any_system(
 def _stops(ax: Axes, run: Run, t: NDArray[np.float64], scales: Scales) -> None:
     """Draw the stops of contacts and soft stops that involve one coordinate only."""
     m = mechanism_of(run.system)
-    for part in (*m.contacts, *m.elements):
-        if isinstance(part, Friction | PhaseSwitch):
+    for part in m.numbered:
+        if not isinstance(part, STOP_KINDS):
             continue
         entries = [r for r in part.row if r]
         if len(entries) != 1:

@@ -26,7 +26,7 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import FASTEST, SLOWEST, STEP_BITS
 from vibroimpact.model.hybrid_system import HybridSystem, LinearMode
-from vibroimpact.simulation.simulate import RunEnd, Status, latest, rounded_times
+from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,21 +95,8 @@ class HybridRun:
         InvalidParameterError
             A time outside the run.
         """
-        times = numbers("t", t, "times")
-        span = float(self.time[-1]) if len(self) else 0.0
-        outside = times[~((times >= 0.0) & (times <= latest(span)))]
-        if outside.size:
-            raise InvalidParameterError(
-                f"t = {outside.flat[0]}: must be in [0, {span}], the span of the run."
-            )
-        begin, low = (np.concatenate([[0.0], part]) for part in (self.time, self._low))
-        flat = np.ravel(times)
-        if not flat.size:
-            return np.empty((*times.shape, self.system.states))
-        index = np.searchsorted(begin, flat, side="right") - 1
-        dt = np.maximum((flat - begin[index]) - low[index], 0.0)
-        y = np.ascontiguousarray(self._y[index])
-        rows = self._kernel.evaluate(list(map(int, self._mode[index])), y, dt)
+        times, flights = flights_at(t, self.time, self._low, self._y, self._mode)
+        rows = flights.at(np.ravel(times), self._kernel)
         return _states(rows, self.system.states).reshape(*times.shape, self.system.states)
 
     def to_dataset(self) -> xr.Dataset:
@@ -215,7 +202,7 @@ def simulate_hybrid(
 def _states(rows: Floats, n: int) -> Floats:
     """States from rows of the kernel: entries with even numbers, then those with odd ones."""
     pairs = rows.shape[1] // 2
-    return np.stack([rows[:, :pairs], rows[:, pairs:]], axis=2).reshape(len(rows), -1)[:, :n]
+    return np.stack([rows[:, :pairs], rows[:, pairs:]], axis=2).reshape(len(rows), 2 * pairs)[:, :n]
 
 
 def _start(system: HybridSystem, kernel: Any, mode: str, y: Floats, phase: float) -> Any:

@@ -18,7 +18,7 @@ from vibroimpact._core.checks import check_count, check_memory, check_stop_name,
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.model.elements import Friction
+from vibroimpact.model.mechanism import STOP_KINDS, kind_of
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -406,10 +406,11 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
         raise refusal("contact", contact, known)
     check_stop_name(stop)
-    if isinstance(contacts[contact], Friction):
-        stops = [str(i) for i, one in enumerate(contacts) if not isinstance(one, Friction)]
+    if not isinstance(contacts[contact], STOP_KINDS):
+        stops = [str(i) for i, one in enumerate(contacts) if isinstance(one, STOP_KINDS)]
+        kind = kind_of(contacts[contact]).replace("_", " ")
         raise InvalidParameterError(
-            f"contact = {contact}: is friction, which has no stop. Take "
+            f"contact = {contact}: is {kind}, which has no stop. Take "
             + (f"{' or '.join(stops)}, or the " if stops else "the ")
             + "stroboscopic section."
         )

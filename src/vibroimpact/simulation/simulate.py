@@ -24,7 +24,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
-from vibroimpact.compile.piecewise import Piecewise, states_from_code
+from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.model.elements import RigidStopState
 from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
 from vibroimpact.model.state import State
@@ -226,12 +226,12 @@ class Run:
         InvalidParameterError
             A time outside the run.
         """
-        times, flights = self._checked(t)
+        times, flights = flights_at(t, self.time, self._low, self._y, self._mode)
         m = self._compiled.mechanism
         flat = np.ravel(times)
         index, dt = flights.since(flat)
-        both = flights.at(flat, self._compiled)
-        rows = Piecewise(m)  # the same states, numbered alike, in coordinates of the mechanism
+        both = flights.at(flat, self._compiled.kernel)
+        rows = self._compiled.piecewise
         y = np.ones((flat.size, rows.size + 1))
         n = m.degrees
         y[:, 0 : 2 * n : 2] = both[:, :n]
@@ -263,24 +263,11 @@ class Run:
         InvalidParameterError
             A time outside the run.
         """
-        times, flights = self._checked(t)
-        both = flights.at(np.ravel(times), self._compiled)
+        times, flights = flights_at(t, self.time, self._low, self._y, self._mode)
+        both = flights.at(np.ravel(times), self._compiled.kernel)
         n = self.position.shape[1]
         shape = (*times.shape, n)
         return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
-
-    def _checked(self, t: ArrayLike) -> tuple[Floats, Flights]:
-        """Times within the run as an array, and its flights."""
-        times = numbers("t", t, "times")
-        span = float(self.time[-1]) if len(self) else 0.0
-        outside = times[~((times >= 0.0) & (times <= latest(span)))]
-        if outside.size:
-            others = f" and {outside.size - 1} others" if outside.size > 1 else ""
-            raise InvalidParameterError(
-                f"t = {outside.flat[0]}{others}: must be in [0, {span}], the span of the run."
-            )
-        begin, low = (np.concatenate([[0.0], part]) for part in (self.time, self._low))
-        return times, Flights(begin, low, self._y, self._mode)
 
     def to_dataset(self) -> xr.Dataset:
         """The record as an xarray dataset, with attributes from which the run can be repeated."""
@@ -338,11 +325,27 @@ class Flights(NamedTuple):
         index = np.searchsorted(self.begin, times, side="right") - 1
         return index, np.maximum((times - self.begin[index]) - self.low[index], 0.0)
 
-    def at(self, times: Floats, compiled: Compiled) -> Floats:
+    def at(self, times: Floats, kernel: _kernel.System) -> Floats:
         """Positions and velocities at times since the first begins, shape (len(times), 2 n)."""
         index, dt = self.since(times)
         y = np.ascontiguousarray(self.y[index])
-        return np.asarray(compiled.kernel.evaluate(list(map(int, self.mode[index])), y, dt))
+        return np.asarray(kernel.evaluate(list(map(int, self.mode[index])), y, dt))
+
+
+def flights_at(
+    t: ArrayLike, time: Floats, low: Floats, y: Floats, mode: Codes
+) -> tuple[Floats, Flights]:
+    """Times within a run as an array, and its flights, whose first begins before the first event."""
+    times = numbers("t", t, "times")
+    span = float(time[-1]) if len(time) else 0.0
+    outside = times[~((times >= 0.0) & (times <= latest(span)))]
+    if outside.size:
+        others = f" and {outside.size - 1} others" if outside.size > 1 else ""
+        raise InvalidParameterError(
+            f"t = {outside.flat[0]}{others}: must be in [0, {span}], the span of the run."
+        )
+    begin, lost = (np.concatenate([[0.0], part]) for part in (time, low))
+    return times, Flights(begin, lost, y, mode)
 
 
 def rounded_times(high: Floats, low: Floats) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
-from vibroimpact.model.elements import Friction
+from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -93,7 +93,7 @@ class Simulator:
 
     def went_on(self, end: RunEnd) -> bool:
         """Whether a motion can go on after settling: a machine without stops has no impacts."""
-        stops = any(not isinstance(e, Friction) for e in self.compiled.mechanism.numbered)
+        stops = any(isinstance(e, STOP_KINDS) for e in self.compiled.mechanism.numbered)
         return end is (RunEnd.IMPACTS if stops else RunEnd.EVENTS) or end is RunEnd.IMPACTS
 
     def events(self, impacts: int) -> Any:
@@ -159,7 +159,7 @@ class Simulator:
                 np.append(last.mode, part["mode"][new]),
             )
             known = len(times) if whole else int(np.searchsorted(times, flights.begin[-1]))
-            rows[done:known] = flights.at(times[done:known], self.compiled)
+            rows[done:known] = flights.at(times[done:known], self.compiled.kernel)
             last = Flights(flights.begin[-1:], flights.low[-1:], flights.y[-1:], flights.mode[-1:])
             done = known
         return rows[:done], end
