@@ -1,8 +1,8 @@
 // Flow of any linear mechanism: y' = B y + b with a full matrix B.
 //
 // Method      exp(B s) by its Taylor series for |B| s <= 7/10, longer times by squaring:
-//             exp(B step 2^n), n = 0, 1, ..., are stored, and a flight of any length applies those
-//             named by the binary digits of t / step, then one Taylor flight. No eigenvector
+//             exp(B step 2^n), n = 0, ..., 10, are stored, and a flight of any length applies those
+//             named by the binary digits of t / step, squared anew beyond, then one Taylor flight. No eigenvector
 //             is formed, so repeated and defective eigenvalues, free masses and exact resonance
 //             are ordinary points, and no library decides the bits. R may be a jet: B, b and the
 //             time then carry derivatives, and at_time gives those of exp(B t), which no
@@ -127,7 +127,7 @@ struct dense_flow : linear_field<R, Shape> {
     using typename field::propagator;
     static constexpr int max_dimension = Shape::max_dimension;
     static constexpr int max_contacts = Shape::max_contacts;
-    static constexpr int doublings = 40; // flights up to 2^40 steps
+    static constexpr int doublings = 40, stored_doublings = 11; // flights up to 2^40 steps
     template <class T>
     using state = vec<T, max_dimension>;
 
@@ -135,7 +135,7 @@ struct dense_flow : linear_field<R, Shape> {
     typename field::matrix
         norm; // |N z| of the mechanical part z of y grows by exp(growth t) at most (system/stride.hpp)
     R growth;
-    propagator doubled[doublings];
+    propagator doubled[stored_doublings];
 
     template <class T>
     VI_HD state<T> flight(const state<T>& y, double t) const {
@@ -145,17 +145,27 @@ struct dense_flow : linear_field<R, Shape> {
             double length = step;
             for (int i = 0; i < m; ++i)
                 length = length + length;
+            if (!(left >= length)) continue;
+            const propagator p = power(m);
             while (left >= length) {
-                out = this->apply(doubled[m], out);
+                out = this->apply(p, out);
                 left = left - length;
             }
         }
         return this->template short_flight<taylor_order>(out, left);
     }
 
+    // exp(B step 2^m).
+    VI_HD propagator power(int m) const {
+        propagator p = doubled[m < stored_doublings ? m : stored_doublings - 1];
+        for (int i = stored_doublings; i <= m; ++i)
+            p = this->after(p, p);
+        return p;
+    }
+
     VI_HD void prepare() {
         doubled[0] = this->taylor_propagator(step);
-        for (int m = 1; m < doublings; ++m)
+        for (int m = 1; m < stored_doublings; ++m)
             doubled[m] = this->after(doubled[m - 1], doubled[m - 1]);
         once = doubled[0];
         leap = this->after(doubled[1], doubled[0]);

@@ -213,7 +213,7 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Mar
     while (within(bent + 1) && keeps(bent + 1, 2, rooms))
         ++bent;
     for (; bent > slow; --bent) {
-        const auto there = flow.apply(flow.doubled[bent], at.y);
+        const auto there = flow.apply(flow.power(bent), at.y);
         vec<double, Mode::flow_type::max_contacts> then{};
         for (int i = 0; i < contacts; ++i)
             then[i] = room(values_of(there, n), i);
@@ -222,7 +222,7 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Mar
         return true;
     }
     if (slow < 0) return false;
-    at.stride(flow.apply(flow.doubled[slow], at.y), two_to(slow));
+    at.stride(flow.apply(flow.power(slow), at.y), two_to(slow));
     return true;
 }
 
