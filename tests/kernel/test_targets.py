@@ -280,8 +280,8 @@ GOLDEN = {
     "two contacts": "fee52efe680a5b69",
     "coupled": "0a962cbd624dc0b7",
     "dense": "8321f67c08fae2fb",
-    "soft stop": "08fc0752283a50a1",
-    "friction": "225671cb5ea01c4f",
+    "soft stop": "aaf38472c511d75a",
+    "friction": "ce5b122db65ae2b6",
     "moving stop": "33a0cf4fa2b756a3",
     "gyroscopic": "49801ef5d48ffb44",
 }

@@ -66,9 +66,8 @@ VI_HD inline int settle_after(const hybrid<Flow>& system,
         if (states.what == decision::non_unique) e.what = status::non_unique;
         for (int i = 0; i < system.elements.count && e.what == status::change; ++i) {
             const int state = state_in_code(at.elements.code, i), was = state_in_code(before, i);
-            const bool met = (state == 1 || state == 2) && was != state && was != state + 2;
-            if (!system.elements.soft[i] || !met) continue; // from open, or from the other stop
-            e.what = status::engage;                        // whichever watch was found first
+            if (!system.elements.soft[i] || !meets_stop(was, state)) continue;
+            e.what = status::engage; // whichever watch was found first
             e.contact = system.contacts() + i;
             e.side = state == 1 ? 1 : -1;
         }
@@ -88,7 +87,7 @@ missing_mode(const hybrid<Flow>& system, const trajectory<T, typename Flow::shap
 
 } // namespace detail
 
-// The certified engine: any flow, any mode, every status; it pauses in free flight, if at all. An event
+// The certified engine: any flow, any mode, every status; it pauses in open modes, if at all. An event
 // whose next flight is in a mode that is missing, or takes one to be known, did not happen yet: it
 // comes again once the mode is there.
 template <class T, class Flow>
@@ -106,7 +105,7 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
         return detail::plain_event<T, typename Flow::shape_type>(status::undecided, -1, 0, T(0.0),
                                                                  in_free_coordinates(system, at));
     const auto start = at;
-    auto e = detail::next_event(system, at, horizon, false, earlier);
+    auto e = detail::next_event(system, at, horizon, may_pause && at.held == 0, earlier);
     const int missing = detail::settle_after(system, at, e);
     if (missing == 0) return e;
     at = start;
@@ -142,15 +141,30 @@ micro_bounce_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape
 
 namespace detail {
 
+// Whether no derivative leads some watch of its mode away from a limit that the motion is on.
+template <class T, class Flow>
+VI_HD inline bool stays_on_any(const hybrid<Flow>& system,
+                               const trajectory<T, typename Flow::shape_type>& at) {
+    for (int j = 0; j < system.modes[at.mode].watched.count; ++j)
+        if (at.elements.stays_on(j)) return true;
+    return false;
+}
+
 // The rest of a flight that a quick flight has brought on with so many applications, certified; paused
 // where that one may go on.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                    const T& flown, int earlier, double horizon) {
-    const auto& flow = system.modes[0].flow;
     bool may_pause = false;
-    if constexpr (is_modal<Flow>) may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
+    if constexpr (is_modal<Flow>) {
+        const auto& flow = system.modes[0].flow;
+        may_pause = may_go_on(flow, plain(flown) + flow.step, horizon);
+    } else if constexpr (has_quick_modes<Flow>) {
+        const auto& quick = system.modes[at.mode].quick;
+        may_pause = quick.able && !stays_on_any(system, at) &&
+                    may_go_on(quick.flow, plain(flown) + quick.flow.step, horizon);
+    }
     for (int i = 0; plain(flown) > 0.0 && at.held == 0 && i < system.contacts(); ++i)
         at.touching[i] = 0.0;
     if (plain(flown) > 0.0) earlier += applications_of_round; // of a scan that came nearer
@@ -158,6 +172,56 @@ continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shap
     if (is_unfinished(e.what))
         e.code = e.code < most_counted - earlier ? e.code + earlier : most_counted;
     e.duration = flown + e.duration;
+    return e;
+}
+
+// Where a motion with elements stands, its guards counting as contacts; those that do not leave their limit at some
+// rate have the rate zero.
+template <class T, class Mode, class Shape, class Guarded>
+VI_HD inline void stand(const Mode& m, const trajectory<T, Shape>& at, trajectory<T, Guarded>& to) {
+    const auto& quick = m.quick;
+    const int contacts = m.flow.contacts();
+    for (int j = 0; j < quick.flow.dimension(); ++j)
+        to.y[j] = at.y[j];
+    for (int i = 0; i < quick.flow.contacts(); ++i) {
+        const int number = quick.number[i];
+        if (number < contacts) {
+            to.touching[i] = at.touching[number];
+            to.rate[i] = at.rate[number];
+        } else {
+            const int zeros = at.elements.zeros[number - contacts];
+            to.touching[i] = zeros > 0 ? 1.0 : zeros < 0 ? -1.0 : 0.0;
+            to.rate[i] = T(zeros * zeros == 1 ? 1.0 : 0.0);
+        }
+    }
+}
+
+// The quick leg of a flight in a mode of elements. An event, or `paused` where the flight is to go on certified.
+template <class T, class Flow>
+VI_HD inline event<T, typename Flow::shape_type>
+fly_in_mode(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, T& flown,
+            int& earlier, double horizon) {
+    using Shape = typename Flow::shape_type;
+    const auto& m = system.modes[at.mode];
+    event<T, Shape> e;
+    e.what = status::paused;
+    if (!m.quick.able || at.held != 0 || !at.elements.settled || at.elements.due != 0) return e;
+    trajectory<T, guarded_of<Shape>> there;
+    stand(m, at, there);
+    flight_memory<typename decltype(m.quick)::flow_type> memory;
+    const auto leg = quick_flight(m.quick, there, flown, horizon, memory);
+    if (leg.end.landed) {
+        const int side = static_cast<int>(leg.end.stop.side);
+        const int number = m.quick.number[static_cast<int>(leg.end.stop.contact)];
+        const landing<T, Shape> end{flight_end::contact,     number, side, leg.end.duration,
+                                    -(side * leg.end.speed), there.y};
+        return cross_guard(system, at, end);
+    }
+    earlier += leg.applications;
+    if (!(plain(leg.end.duration) > plain(flown))) return e;
+    flown = leg.end.duration;
+    at.y = there.y;
+    at.elements = {at.elements.code, true, 0, at.elements.size};
     return e;
 }
 
@@ -175,6 +239,15 @@ fly_to_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type
                 if (leg.end.landed) return event_of_round(system, at, leg.end);
                 flown = leg.end.duration;
                 earlier += leg.applications;
+            }
+        if constexpr (has_quick_modes<Flow>)
+            if (system.elements.count > 0) {
+                auto e = fly_in_mode(system, at, flown, earlier, horizon);
+                if (e.what != status::paused) {
+                    e.code = settle_after(system, at, e);
+                    if (e.code != 0) e.what = status::missing_mode;
+                    return e;
+                }
             }
         memory.forget();
         auto e = continue_certified(system, at, flown, earlier, horizon);

@@ -42,6 +42,7 @@ struct modal_flow : sizes<Shape> {
     static constexpr int max_dimension = Shape::max_dimension;
     static constexpr int max_contacts = Shape::max_contacts;
     static constexpr int max_blocks = Shape::max_dimension / 2;
+    static constexpr bool several_may_cross = false; // within an interval, for a quick flight
     template <class T>
     using state = vec<T, max_dimension>;
 

@@ -25,6 +25,7 @@ struct shape {
     static constexpr int exact_lines = Lines;
     static constexpr int max_contacts = Contacts;
     static constexpr bool exact = Exact;
+    static constexpr bool exact_contacts = Exact;
     static constexpr bool mixed = Mixed; // of an exact one
     static constexpr int max_elements = Elements;
     static constexpr int max_watches = 3 * Elements; // guards of elements in a mode
@@ -67,7 +68,9 @@ struct sizes {
     VI_HD constexpr int lines() const { return Shape::exact ? Shape::exact_lines : lines_; }
     VI_HD constexpr int blocks() const { return dimension() / 2; }
     VI_HD constexpr int oscillators() const { return blocks() - lines(); }
-    VI_HD constexpr int contacts() const { return Shape::exact ? Shape::max_contacts : contacts_; }
+    VI_HD constexpr int contacts() const {
+        return Shape::exact_contacts ? Shape::max_contacts : contacts_;
+    }
     VI_HD constexpr bool mixed() const { return Shape::exact ? Shape::mixed : mixed_; }
 
     // Loops, unrolled in a fixed shape.
@@ -85,15 +88,15 @@ struct sizes {
     }
     template <class F>
     VI_HOT constexpr void each_contact(const F& body) const {
-        loop<0, Shape::max_contacts>(0, contacts_, body);
+        loop<0, Shape::max_contacts, Shape::exact_contacts>(0, contacts_, body);
     }
 
 private:
     static constexpr int first_line = Shape::max_dimension / 2 - Shape::exact_lines;
 
-    template <int From, int To, class F>
+    template <int From, int To, bool Exact = Shape::exact, class F>
     VI_HOT static constexpr void loop(int from, int to, const F& body) {
-        if constexpr (Shape::exact) {
+        if constexpr (Exact) {
             unrolled<From, To>(body);
         } else {
             for (int i = from; i < to; ++i)

@@ -230,8 +230,8 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
         if (leaving && applications > 0) still = leaving = abs(g.d[0]) <= eps;
         if (g.d[0] > farthest + eps) continue;               // not within reach of this step
         if (leaving && start.elements.stays_on(j)) continue; // nothing moves it
-        for (int m = 0; leaving && applications == 0 && m < zeros * side; ++m)
-            g.d[m] = 0.0;
+        for (int k = 0; leaving && applications == 0 && k < zeros * side; ++k)
+            g.d[k] = 0.0;
         if (leaving) g.d[0] = 0.0;
         take_first(first_root(g, span, eps, leaving), m.flow.contacts() + j, side, g, first);
     }

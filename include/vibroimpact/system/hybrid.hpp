@@ -14,6 +14,7 @@
 // The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
 #pragma once
 
+#include "vibroimpact/system/quick_mode.hpp"
 #include "vibroimpact/system/stride.hpp"
 
 namespace vi {
@@ -70,6 +71,7 @@ struct mode {
     [[no_unique_address]] watches<R, dimension_limit, Orders, Flow::max_contacts,
                                   Flow::shape_type::max_watches> watched;
     [[no_unique_address]] typename view_of<R, Flow>::type view;
+    [[no_unique_address]] typename quick_of<R, Flow>::type quick; // where there are elements
 };
 
 inline constexpr double liveliest = 0.07; // as measured: more, and the wider spacing costs time
@@ -79,6 +81,8 @@ template <class R, class Flow, int Orders>
 VI_HD inline void prepare_search(mode<R, Flow, Orders>& m, bool free) {
     if constexpr (!is_modal<Flow>) {
         prepare_strides(m.view, m);
+        if constexpr (has_quick_modes<Flow>)
+            if (m.watched.count > 0) prepare_quick_mode(m.quick, m);
     } else if (free) {
         const int contacts = m.flow.contacts();
         R most = R(0.0);

@@ -132,6 +132,12 @@ VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double larges
 
 inline constexpr int sticking_state = 2;
 
+// Whether a soft stop that takes another state is met, from open or from the other side: 1 and 2 press on the upper
+// and the lower stop, 3 and 4 are behind these without a force.
+VI_HD inline bool meets_stop(int was, int is) {
+    return (is == 1 || is == 2) && was != is && was != is + 2;
+}
+
 VI_HD inline int state_in_code(int code, int element) {
     return code / whole_power(radix, element) % radix;
 }

@@ -11,6 +11,7 @@
 
 #include "ensemble/batch_of.hpp"
 #include "vibroimpact/simd/lane_run.hpp"
+#include "vibroimpact/simd/mode_lanes.hpp"
 
 namespace binding {
 
@@ -81,8 +82,8 @@ private:
     std::size_t next_ = 0;
 };
 
-// All members of a batch, up to the begin of tangents.
-template <class Flow>
+// All members of a batch, up to the begin of tangents; to their ends where these go on alone.
+template <class Flow, bool Alone = false>
 class lane_host {
     using Shape = typename Flow::shape_type;
 
@@ -118,6 +119,10 @@ public:
 
     bool interrupted() { return stop_.check(); }
 
+    // Of the modes that systems may have, built or not.
+    int modes() const { return static_cast<int>(b_.arrays.modes); }
+    int code(int m) const { return b_.arrays.codes[m]; }
+
     // Take those that wait to their ends.
     void run_settled() {
         if (settled_.empty()) return;
@@ -130,9 +135,11 @@ public:
 
 private:
     void leave(int i, vi::run_end why) {
-        if (why != vi::run_end::observer || here_[i]->tangents() > 1) return here_[i]->finish(why);
+        const bool waits = !Alone && why == vi::run_end::observer && here_[i]->tangents() == 1;
+        if (!waits) return here_[i]->finish(why);
         settled_.push_back(std::move(here_[i]));
-        if (settled_.size() == most_settled) run_settled();
+        if constexpr (!Alone)
+            if (settled_.size() == most_settled) run_settled();
     }
 
     void take_slot(int i) {
@@ -157,6 +164,15 @@ void run_in_lanes(const batch_run& b, interrupt_check interrupted) {
     using packs = vi::pack<vi::native_lanes>;
     std::make_unique<vi::lane_run<packs, Flow, lane_host<Flow>>>(host)->run(); // large for a stack
     host.run_settled();
+}
+
+// Of machines with elements: `Guarded` has their sizes.
+template <class Flow, class Guarded>
+void run_in_modes(const batch_run& b, interrupt_check interrupted) {
+    using host_type = lane_host<Flow, true>;
+    host_type host(b, interrupted);
+    using run_type = vi::mode_run<vi::native_lanes, Flow, Guarded, host_type>;
+    std::make_unique<run_type>(host)->run();
 }
 
 } // namespace binding

@@ -49,7 +49,8 @@ public:
             return false;
         const auto m = std::find(b_.codes, b_.codes + b_.modes, code) - b_.codes;
         if (m == b_.modes) return false;
-        std::construct_at(&modes_[m]);
+        ::new (static_cast<void*>(&modes_[m]))
+            mode; // most of it is filled in, and the rest not read
         vi::build_mode(b_, m, 0, in());
         codes_[m] = code;
         return true;

@@ -91,7 +91,8 @@ template <class R>
 struct scan_result {
     R begin, length, place;
     mask_t<R> clear, found;
-    stop_hit<R> stop; // but for its limit
+    mask_t<R> several; // others may cross theirs in this interval, too, once and later
+    stop_hit<R> stop;  // but for its limit
 };
 
 // The last interval of a grid only provides the time after the one before it.
@@ -267,7 +268,33 @@ VI_HOT meeting<R> meet(const G& g, int i, const open_interval<R>& at, scan_resul
     return out;
 }
 
-// Of all contacts: whether exactly one crosses, the others being clear, or all are clear.
+// Of all contacts: whether some cross, the others being clear, or all are clear. Which crosses first is guessed: where
+// it is landed on the others have to be between their limits still.
+template <class R, class Guards, class Flow, int K>
+VI_HOT meeting<R> meet_first(const Guards& guards, const Flow& flow,
+                             const vec<open_interval<R>, K>& all, scan_result<R>& s) {
+    s.stop.contact = R(0.0);
+    auto out = meet(guards[0], 0, all[0], s);
+    mask_t<R> known = out.crosses | out.clear;
+    s.several = mask_t<R>(false);
+    for (int i = 1; i < flow.contacts(); ++i) {
+        auto one = s;
+        const auto mine = meet(guards[i], 0, all[i], one);
+        const mask_t<R> sooner = mine.crosses & ((!out.crosses) | (one.place < s.place));
+        s.place = select(sooner, one.place, s.place);
+        s.stop.side = select(sooner, one.stop.side, s.stop.side);
+        s.stop.contact = select(sooner, R(static_cast<double>(i)), s.stop.contact);
+        s.several = s.several | (mine.crosses & out.crosses);
+        known = known & (mine.clear | mine.crosses);
+        out.back = (sooner & mine.back) | ((!sooner) & out.back);
+        out.crosses = out.crosses | mine.crosses;
+        out.clear = out.clear & mine.clear;
+    }
+    out.crosses = out.crosses & known;
+    return out;
+}
+
+// The same where exactly one may cross.
 template <class R, class Guards, class Flow, int K>
 VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
                              const vec<open_interval<R>, K>& all, scan_result<R>& s) {
@@ -339,7 +366,7 @@ public:
     }
     template <class Mode>
     VI_HOT void cross(const Mode& m) {
-        const auto open = meet_alone(m.guards, m.flow, open_, result);
+        const auto open = meets(m);
         const mask_t<R> undecided = inside_ & !result.clear;
         result.found = open.crosses & undecided;
         const mask_t<R> kept = open.clear & undecided;
@@ -353,6 +380,14 @@ public:
     }
 
 private:
+    template <class Mode>
+    VI_HOT meeting<R> meets(const Mode& m) {
+        if constexpr (Mode::flow_type::several_may_cross)
+            return meet_first(m.guards, m.flow, open_, result);
+        result.several = mask_t<R>(false);
+        return meet_alone(m.guards, m.flow, open_, result);
+    }
+
     mask_t<R> inside_;
     vec<open_interval<R>, K> open_;
 };

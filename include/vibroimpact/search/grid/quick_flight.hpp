@@ -98,6 +98,19 @@ VI_HOT void step_by_series(const Mode& m, const scan_result<R>& hit, neighbour<T
     to.scale = 1.0 / speed_at(m, z, hit.stop);
 }
 
+// Whether all contacts but the one that hits are between their limits.
+template <class Mode, class R, int D>
+VI_RARE mask_t<R> is_first(const Mode& m, const vec<R, D>& y, const stop_hit<R>& hit) {
+    mask_t<R> out = mask_t<R>(true);
+    m.flow.each_contact([&](auto i) VI_WITHIN {
+        const auto& g = m.guards[i];
+        const R u = guard_distance(g, y, m.flow), margin = proof_margin * terms_of(g, m.flow, y);
+        out = out & ((hit.contact == static_cast<double>(i)) |
+                     ((u < g.upper - margin) & (u > g.lower + margin)));
+    });
+    return out;
+}
+
 // (2): every lane that has found a crossing lands, or stays where it is if that is not proved; those
 // that go on move.
 template <class T, class Mode, int D>
@@ -113,6 +126,10 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
     out.landed =
         hit.found & near.close & on.exact & (s >= begin) & (s <= fma(hit.length, part, begin));
     y = flow.nudge(near.y, shift);
+    if constexpr (Mode::flow_type::several_may_cross)
+        if (any(hit.several & out.landed))
+            out.landed = out.landed &
+                         ((!hit.several) | is_first(m, values_of(y, flow.dimension()), hit.stop));
     out.speed = speed_at(m, y, hit.stop);
     const mask_t<R> gone = out.landed | out.moved;
     if (!all(gone)) select_state(!gone, y, start, flow);
@@ -146,6 +163,7 @@ VI_HOT void select_result(const mask_t<R>& mask, scan_result<R>& to, const scan_
     take(to.place, from.place);
     to.stop.take(mask, from.stop, size);
     to.found = to.found | (mask & from.found);
+    to.several = (to.several & (!mask)) | (mask & from.several);
 }
 
 // The limit that is hit.
@@ -171,37 +189,36 @@ class quick_round {
     using memory_type = flight_memory<typename Mode::flow_type>;
     static constexpr int D = Shape::max_dimension, K = Shape::max_contacts;
     using repeated = detail::repeated_flight<T, typename Mode::flow_type>;
+    static constexpr bool remembers = memory_type::remembers;
 
 public:
     // The flight stands at at.y, `flown` after its start.
     VI_HOT quick_round(const Mode& m, trajectory<T, Shape>& at, T& flown, memory_type& memory)
-        : m_(m), at_(at), flown_(flown), memory_(memory) {}
+        : m_(&m), at_(at), flown_(flown), memory_(memory) {}
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
     // Which lanes fly as recalled, and which by a scan along the wide grid.
     VI_HOT void begin(const mask_t<T>& able) {
-        scans_ = !(repeats_ = memory_.knows_any());
+        scans_ = true;
+        repeats_ = false;
+        if constexpr (remembers) repeats_ = memory_.knows_any();
         if (!repeats_) return depart(able);
-        recalled_ = able & memory_.ready() & (value(flown_) == 0.0);
-        repeats_ = any(recalled_);
-        const mask_t<T> others = able & !recalled_;
-        scans_ = !repeats_ || any(others);
-        if (scans_) depart(others);
+        if constexpr (remembers) begin_recalled(able);
     }
     VI_HOT bool scans() const { return scans_; }
     // Along the wide grid; then what happens in the interval that is not clear.
     VI_HOT void scan() {
-        wide_.scan(m_, wide_grid, values_of(at_.y, m_.flow.dimension()), at_.touching);
+        wide_.scan(m(), wide_grid, values_of(at_.y, m().flow.dimension()), at_.touching);
     }
     VI_HOT void evaluate() {
         auto& result = wide_.result;
-        wide_.cross(m_);
+        wide_.cross(m());
         result.found = result.found & going_;
         result.place = only(going_, result.place); // an idle lane may have a table of one entry
         stuck_ = going_ & !result.found & !result.clear;
         if (any(stuck_)) scan_again();
-        result.stop.limit = detail::limit_of(m_, result.stop);
+        result.stop.limit = detail::limit_of(m(), result.stop);
     }
     // The stages that follow but the last, in order: take(stage), each to be called with the round.
     template <class Take>
@@ -214,17 +231,18 @@ public:
         });
         take([](auto& round) VI_WITHIN {
             if (round.scans_) round.close_in();
-            if constexpr (!many_registers<T>)
+            if constexpr (remembers && !many_registers<T>)
                 if (round.repeats_) round.go_as_recalled(round.again_);
         });
     }
     // The last one: `y` is the state after it. Some = repeats().
     template <bool Some>
     VI_HOT void land(quick_landing<T>& end, vec<T, D>& y) {
+        static_assert(remembers || !Some);
         if (!Some || scans_) {
             end.stop = wide_.result.stop;
             end.moved = going_ & !wide_.result.found & (wide_.result.begin > 0.0);
-            detail::land(m_, near_, predicted_, wide_.result, at_.y, flown_, end, y);
+            detail::land(m(), near_, predicted_, wide_.result, at_.y, flown_, end, y);
         }
         if constexpr (Some) {
             if constexpr (many_registers<T>) {
@@ -235,8 +253,8 @@ public:
                 repeat(again_, end, y);
             }
         }
-        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m_, y, end);
-        remember<Some>(end);
+        if constexpr (scalar_traits<T>::is_jet) detail::sharpen(m(), y, end);
+        if constexpr (remembers) remember<Some>(end);
     }
     VI_HOT bool repeats() const { return repeats_; }
     // Lanes that did not fly as recalled: in the next round they scan.
@@ -244,10 +262,21 @@ public:
         return recalled_ & !end.landed;
     }
 
+    // The mode that lanes are in, where it is another from round to round.
+    VI_HOT void use(const Mode& m) { m_ = &m; }
+
 private:
+    VI_HOT const Mode& m() const { return *m_; }
+    VI_HOT void begin_recalled(const mask_t<T>& able) {
+        recalled_ = able & memory_.ready() & (value(flown_) == 0.0);
+        repeats_ = any(recalled_);
+        const mask_t<T> others = able & !recalled_;
+        scans_ = !repeats_ || any(others);
+        if (scans_) depart(others);
+    }
     VI_HOT void depart(const mask_t<T>& able) {
         mask_t<T> going = able;
-        m_.flow.each_contact([&](auto i) VI_WITHIN {
+        m().flow.each_contact([&](auto i) VI_WITHIN {
             going = going & ((at_.touching[i] == 0.0) | (value(at_.rate[i]) > 0.0));
         });
         going_ = going;
@@ -255,35 +284,35 @@ private:
     // Along the narrow one, where something is undecided.
     VI_RARE void scan_again() {
         const R before = only(stuck_, wide_.result.begin);
-        const auto y = m_.flow.apply_ahead(before, at_.y);
+        const auto y = m().flow.apply_ahead(before, at_.y);
         const mask_t<R> here = before == 0.0;
         vec<R, K> touching;
-        for (int i = 0; i < m_.flow.contacts(); ++i)
+        for (int i = 0; i < m().flow.contacts(); ++i)
             touching[i] = only(here, at_.touching[i]);
         detail::grid_scan<R, K> close;
-        detail::scan_narrow_grid(m_, values_of(y, m_.flow.dimension()), touching, close);
-        flown_ = flown_ + before * m_.flow.part();
-        detail::select_state(stuck_ & !here, at_.y, y, m_.flow); // the others are there
-        detail::select_result(stuck_, wide_.result, close.result, m_.flow);
+        detail::scan_narrow_grid(m(), values_of(y, m().flow.dimension()), touching, close);
+        flown_ = flown_ + before * m().flow.part();
+        detail::select_state(stuck_ & !here, at_.y, y, m().flow); // the others are there
+        detail::select_result(stuck_, wide_.result, close.result, m().flow);
     }
     // Next to the crossing, or to the end of what is clear.
-    VI_HOT void approach() { near_.go(m_, at_.y, wide_.result); }
-    VI_HOT void predict() { near_.predict(m_, wide_.result); }
+    VI_HOT void approach() { near_.go(m(), at_.y, wide_.result); }
+    VI_HOT void predict() { near_.predict(m(), wide_.result); }
     VI_HOT void close_in() {
-        if (!all(near_.close)) detail::improve_guess(m_, at_.y, wide_.result, near_);
-        detail::step_by_series(m_, wide_.result, near_, predicted_);
+        if (!all(near_.close)) detail::improve_guess(m(), at_.y, wide_.result, near_);
+        detail::step_by_series(m(), wide_.result, near_, predicted_);
     }
-    VI_HOT void go_as_recalled(repeated& flight) { flight.go(m_, memory_, at_); }
+    VI_HOT void go_as_recalled(repeated& flight) { flight.go(m(), memory_, at_); }
     VI_HOT void repeat(repeated& flight, quick_landing<T>& end, vec<T, D>& y) {
         const auto& hit = flight.hit;
         T duration, speed;
         if (!scans_) {
-            const mask_t<T> landed = recalled_ & flight.land(m_, at_, y, duration, speed);
+            const mask_t<T> landed = recalled_ & flight.land(m(), at_, y, duration, speed);
             end.landed = landed;
             end.moved = mask_t<T>(false);
             end.duration = duration;
             if (!all(landed)) {
-                detail::select_state(!landed, y, at_.y, m_.flow);
+                detail::select_state(!landed, y, at_.y, m().flow);
                 end.duration = select(landed, duration, flown_);
             }
             end.speed = speed;
@@ -291,13 +320,13 @@ private:
             return;
         }
         vec<T, D> there;
-        const mask_t<T> landed = recalled_ & flight.land(m_, at_, there, duration, speed);
+        const mask_t<T> landed = recalled_ & flight.land(m(), at_, there, duration, speed);
         const auto take = [&](auto& to, const auto& x) VI_WITHIN { to = select(landed, x, to); };
-        detail::select_state(landed, y, there, m_.flow);
+        detail::select_state(landed, y, there, m().flow);
         end.landed = end.landed | landed;
         take(end.duration, duration);
         take(end.speed, speed);
-        end.stop.take(landed, hit, m_.flow);
+        end.stop.take(landed, hit, m().flow);
     }
     template <bool Some>
     VI_HOT void remember(const quick_landing<T>& end) {
@@ -308,11 +337,11 @@ private:
             fresh = fresh & !recalled_;
         }
         if (!Some || scans_)
-            memory_.template note<T>(m_.flow, fresh, value(end.duration), end.stop);
+            memory_.template note<T>(m().flow, fresh, value(end.duration), end.stop);
         if (memory_.knows_any()) memory_.take_turns(end.landed);
     }
 
-    const Mode& m_;
+    const Mode* m_;
     trajectory<T, Shape>& at_;
     T& flown_;
     memory_type& memory_;
@@ -354,10 +383,10 @@ VI_HOT quick_leg<T> quick_flight(const Mode& m, trajectory<T, Shape>& at, T flow
         }
         round.each_stage([&](const auto& stage) VI_WITHIN { stage(round); });
         vec<T, Shape::max_dimension> y;
-        if (round.repeats())
-            round.template land<true>(end, y);
-        else
+        if (!round.repeats())
             round.template land<false>(end, y);
+        else if constexpr (flight_memory<typename Mode::flow_type>::remembers)
+            round.template land<true>(end, y);
         at.y = y;
         flown = end.duration;
         if (end.moved) leg.applications += applications_of_round;

@@ -35,10 +35,11 @@ struct known_end {
     mask_t<R> ready;
 };
 
-// Of a run, or of those in the lanes of a pack: what is known of every other flight. Nothing where
-// there is no quick flight.
-template <class Flow, bool Quick = is_modal<Flow>>
+// Of a run, or of those in the lanes of a pack: what is known of every other flight. Nothing of flows
+// without blocks, whose propagators are large.
+template <class Flow, bool Remembers = is_modal<Flow>>
 struct flight_memory {
+    static constexpr bool remembers = false;
     VI_HD void forget() {}
 };
 template <class Flow>
@@ -47,6 +48,7 @@ class flight_memory<Flow, true> {
     using stored = typename Flow::template essence<R>;
 
 public:
+    static constexpr bool remembers = true;
     VI_HD flight_memory() {
         for (int i = 0; i < scalar_traits<R>::lanes; ++i)
             forget(i);
