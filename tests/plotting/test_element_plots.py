@@ -211,3 +211,19 @@ def test_a_history_draws_phase_switches_and_friction_whose_load_lifts_off() -> N
     assert np.any(run.states[:, 1] == vi.FrictionState.LIFTED)
     names = [text.get_text() for text in plotting.plot_history(run).get_legend().get_texts()]
     assert {"lifted off", "sticks", "arc 1"} <= {*names}
+
+
+def test_a_phase_switch_has_no_force_along_a_row_to_draw() -> None:
+    switch = vi.PhaseSwitch(2.0, (0.0, np.pi), ((1.0,), (-1.0,)))
+    start = vi.State((0.3,), (0.2,))
+    run = vi.simulate(one(switch, vi.Friction((1.0,), 0.3)), start, t_max=5.0)
+    labels = [str(line.get_label()) for line in plotting.plot_forces(run).get_lines()[1:]]
+    assert labels == ["friction 1"]
+    for numbers in ([0], [1, -2]):
+        with pytest.raises(vi.InvalidParameterError, match=r"elements = .*: must be a stop or fric"):
+            plotting.plot_forces(run, elements=numbers)
+    with pytest.raises(vi.InvalidParameterError, match="element = 0: must be a stop or friction"):
+        plotting.plot_hysteresis(run, 0)
+    alone = vi.simulate(one(switch), start, t_max=5.0)
+    with pytest.raises(vi.InvalidParameterError, match="no soft stop or friction"):
+        plotting.plot_forces(alone)

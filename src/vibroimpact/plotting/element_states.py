@@ -51,7 +51,7 @@ LOOKS: dict[type[IntEnum], dict[int, tuple[str, str]]] = {  # colour and name in
 
 
 def shown_elements(run: Run) -> list[int]:
-    """Numbers of soft stops and friction, and of the rigid stops that come to rest."""
+    """Numbers of soft stops, friction and phase switches, and of the rigid stops that come to rest."""
     contacts = len(mechanism_of(run.system).contacts)
     states = run.all_states
     return [i for i in range(states.shape[1]) if i >= contacts or states[:, i].any()]

@@ -11,7 +11,7 @@ from vibroimpact._core.checks import check_index, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.model.elements import Friction, PhaseSwitch
-from vibroimpact.model.mechanism import element_labels
+from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import motion_of, shown_elements
@@ -35,7 +35,7 @@ def plot_forces(
         Window of time within the run; to its last event if ``t1`` is not given.
     elements
         Numbers of contacts and elements as in ``run.contact``; by default soft stops, friction, and
-        the rigid stops that come to rest.
+        the rigid stops that come to rest. A phase switch has no row along which a force could be.
     ax
         Axes to draw on; a new figure if not given.
 
@@ -49,8 +49,12 @@ def plot_forces(
     A force f acts on the coordinates as f row (``Run.forces``). Impulses of impacts are not drawn.
     """
     start, end = window_of(run, t0, t1)
-    labels = element_labels(mechanism_of(run.system))
-    numbers = _numbers(elements, labels) if elements is not None else shown_elements(run)
+    m = mechanism_of(run.system)
+    labels = element_labels(m)
+    if elements is not None:
+        numbers = _numbers("elements", elements, m)
+    else:
+        numbers = [i for i in shown_elements(run) if not isinstance(m.numbered[i], PhaseSwitch)]
     if not numbers:
         raise InvalidParameterError(
             "run: no contact rests, and there is no soft stop or friction, so there are impulses "
@@ -99,11 +103,8 @@ def plot_hysteresis(
     """
     start, end = window_of(run, t0, t1)
     m = mechanism_of(run.system)
-    labels = element_labels(m)
-    (number,) = _numbers([element], labels)
+    (number,) = _numbers("element", [element], m)
     part = m.numbered[number]
-    if isinstance(part, PhaseSwitch):
-        raise refusal("element", element, "a stop or friction", "A phase switch has no row.")
     t, force = _sampled(run, start, end)
     u = run.at(t)[0] @ np.array(part.row)
     name = f"${combination(part.row)}$"
@@ -115,20 +116,25 @@ def plot_hysteresis(
             level(0.0, color=style.SILVER, linewidth=0.6, zorder=0)
         f = force[:, number] * units.factor("force")
         ax.plot(u * units.scales.length, -f, color=style.BLUE, linewidth=0.8)
-        ax.set(xlabel=units.label(name, "length"), title=labels[number])
+        ax.set(xlabel=units.label(name, "length"), title=element_labels(m)[number])
         ax.set_ylabel(units.label("force on the element $-f$", "force"))
     return ax
 
 
-def _numbers(elements: Sequence[int], labels: list[str]) -> list[int]:
-    """Numbers of elements that there are."""
+def _numbers(name: str, given: Sequence[int], m: Mechanism) -> list[int]:
+    """Numbers of stops and friction that there are; the argument has this name."""
     try:
-        found = list(elements)
+        found = list(given)
     except TypeError:
-        raise refusal("elements", elements, "a sequence of numbers of elements") from None
+        raise refusal(name, given, "a sequence of numbers of elements") from None
     for number in found:
-        check_index("element", number, len(labels))
-    return [int(number) % len(labels) for number in found]
+        check_index("element", number, len(m.numbered))
+        if isinstance(m.numbered[number], PhaseSwitch):
+            raise refusal(
+                name, number, "a stop or friction",
+                "A phase switch has no row; plot_history draws its arcs.",
+            )  # fmt: skip
+    return [int(number) % len(m.numbered) for number in found]
 
 
 def _sampled(run: Run, start: float, end: float) -> tuple[Floats, Floats]:

@@ -48,9 +48,9 @@ def plot_history(
     For a mass in a slot of another one, as in :class:`ImpactDamper`, both moving stops are drawn,
     x1 + delta (A) and x1 - delta (B), and the free mass between them. For other systems the
     impacts are marked on the coordinates that take part, stops of one coordinate are grey lines
-    where they are (soft ones dashed), and below, a strip for every soft stop and friction joint, and
-    for every rigid stop that comes to rest, shows its state. A system made by ``from_physical`` is
-    drawn in seconds and metres; t0 and t1 are nondimensional.
+    where they are (soft ones dashed), and below, a strip for every soft stop, friction joint and
+    phase switch, and for every rigid stop that comes to rest, shows its state. A system made by
+    ``from_physical`` is drawn in seconds and metres; t0 and t1 are nondimensional.
     """
     t, places = sampled(run, t0, t1)
     inside = run.impacts & (run.time >= t[0]) & (run.time <= t[-1])
