@@ -220,7 +220,9 @@ def test_a_phase_switch_has_no_force_along_a_row_to_draw() -> None:
     labels = [str(line.get_label()) for line in plotting.plot_forces(run).get_lines()[1:]]
     assert labels == ["friction 1"]
     for numbers in ([0], [1, -2]):
-        with pytest.raises(vi.InvalidParameterError, match=r"elements = .*: must be a stop or fric"):
+        with pytest.raises(
+            vi.InvalidParameterError, match=r"elements = .*: must be a stop or fric"
+        ):
             plotting.plot_forces(run, elements=numbers)
     with pytest.raises(vi.InvalidParameterError, match="element = 0: must be a stop or friction"):
         plotting.plot_hysteresis(run, 0)

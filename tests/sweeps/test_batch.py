@@ -34,6 +34,11 @@ class Recorder:
 
     def __init__(self, **system: Any) -> None:
         self.system, self.modes = system, list[dict[str, Any]]()
+        self.resets = list[Any]()
+
+    def add_reset(self, matrix: Any, shift: Any) -> None:
+        assert np.array_equal(matrix, np.eye(len(shift)))
+        self.resets.append(shift)
 
     def add_mode(self, **mode: Any) -> None:
         self.modes.append(mode)
@@ -56,6 +61,7 @@ def given_alone(kernel: Recorder) -> dict[str, Any]:
     out |= {"omegas": s["omegas"], "kappas": s["kappas"], "steps": s["step"]}
     out |= {name: [law[i] for law in s["laws"]] for i, name in enumerate(LAW)}
     out["restitution"] = [law[3:] for law in s["laws"]]
+    out["reset_shift"] = kernel.resets
     for mode in kernel.modes:
         flow = dict(mode["flow"])
         parts = {name: [guard[i] for guard in mode["guards"]] for i, name in enumerate(GUARD)}
@@ -71,16 +77,16 @@ def given_alone(kernel: Recorder) -> dict[str, Any]:
 LAW, GUARD = ("impulse", "mobility", "shift"), ("rows", "gains", "lower", "upper", "side")
 WATCH = (
     "watch_rows", "watch_gains", "watch_lower", "watch_upper", "watch_element", "watch_held",
+    "watch_reset",
 )  # fmt: skip
 MAPS = ("to_x", "to_v", "offset", "from_x", "from_v", "particular")
 
 
 def given_together(tables: Any, k: int) -> dict[str, Any]:
     """The same for row k of the arrays."""
-    laws = "element_laws"  # which observers read, and single runs do not
-    out = {name: array[k] for name, array in tables.systems.items() if name != laws}
+    out = {name: array[k] for name, array in tables.systems.items()}
     for mode in tables.modes:
-        more = mode["piecewise"]
+        more = {name: x for name, x in mode["piecewise"].items() if name != "element_rows"}
         parts = mode["flow"] | {name: mode[name] for name in (*GUARD, *MAPS) if name != "side"}
         parts |= {name: x for name, x in more.items() if name not in WATCH[4:]}
         out |= {f"{mode['code']} {name}": part[k] for name, part in parts.items()}

@@ -15,8 +15,11 @@ from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers import (
     Dissipation,
     Final,
+    Forces,
     Impacts,
+    Impulse,
     Lyapunov,
+    Progress,
     Shares,
     Spectrum,
     States,
@@ -26,6 +29,7 @@ from vibroimpact.sweeps.observers.observer import Observer
 
 SEEN: tuple[Observer, ...] = (
     Final(), Impacts(), Shares(), States(), Symbol(), Lyapunov(), Spectrum(), Dissipation(),
+    Forces(), Impulse(), Progress(),
 )  # fmt: skip
 
 

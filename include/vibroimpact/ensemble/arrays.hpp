@@ -15,10 +15,12 @@ struct batch_arrays : batch_sizes {
     const double* mobility;
     const double* shift;
     const double* restitution;
-    // Of elements: which states each has, as bits, and whether it is a soft stop, the same for all systems; 6 numbers
+    // Of elements: which states each has, as bits, and whether it is a soft stop, the same for all systems
     const int* states;
     const int* soft;
-    const double* element_laws;
+    // Displacements of y by the impulses of phase switches, so many of them
+    long long resets;
+    const double* reset_shift;
 
     // modes: the arguments of add_mode for one system, leading axes (mode, system); the free mode is first
     const int* codes; // (mode)
@@ -41,17 +43,19 @@ struct batch_arrays : batch_sizes {
     const double* from_v;
     const double* particular;
 
-    // The same of modes with elements: the step of each, the constant of the map into it, and watches, all of
-    // a mode together. None where they are null.
+    // The same of modes with elements: the step of each, the constant of the map into it, watches, all of a mode
+    // together, and force and speed of every element, rows on (y, 1). None where they are null.
     const double* mode_steps;
     const double* map_shift;
     const int* watch_counts; // (mode)
     const int* watch_element;
     const int* watch_held;
+    const int* watch_reset;
     const double* watch_rows;
     const double* watch_gains;
     const double* watch_lower;
     const double* watch_upper;
+    const double* element_rows;
 
     // members
     const int* system;

@@ -16,7 +16,7 @@ struct system_room {
     using watched = guard<double, Flow::max_dimension>;
     hybrid<Flow>* system;
     mode<double, Flow>* modes;
-    map_type *from_free, *to_free;
+    map_type *from_free, *to_free, *resets;
     watched* rows;       // of all observers, those of a mode together
     long long row_count; // of a mode
 };
@@ -68,7 +68,8 @@ VI_HD inline void build_watches(const batch_arrays& b, long long m, long long s,
         add_watch(to, {{b.watch_rows + at * n, b.watch_gains[at], b.watch_lower[at],
                         b.watch_upper[at], no_side},
                        b.watch_element[first + j],
-                       b.watch_held[first + j] != 0});
+                       b.watch_held[first + j] != 0,
+                       b.watch_reset[first + j]});
     }
 }
 
@@ -111,6 +112,7 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
     h.modes = room.modes;
     h.from_free = room.from_free;
     h.to_free = room.to_free;
+    h.resets = room.resets;
     h.codes = b.codes;
     h.mode_count = static_cast<int>(b.modes);
     set_lines(h, b.kappas + s * b.lines, static_cast<int>(b.lines));
@@ -119,10 +121,16 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
         for (int e = 0; e < h.elements.count; ++e) {
             h.elements.states[e] = b.states[e];
             h.elements.soft[e] = b.soft[e] != 0;
-            detail::copy(h.elements.law[e], b.element_laws + (s * b.elements + e) * 6, 6);
         }
     }
     const int n = h.dimension(), contacts = h.contacts();
+    for (long long r = 0; r < b.resets; ++r) {
+        auto& to = room.resets[r];
+        to = {};
+        for (int i = 0; i < n; ++i)
+            to.matrix[i][i] = 1.0;
+        detail::copy(to.shift.x, b.reset_shift + (s * b.resets + r) * n, n);
+    }
     for (int i = 0; i < contacts; ++i) {
         const long long at = s * contacts + i;
         set_law(h, i,

@@ -108,13 +108,15 @@ VI_HD inline bool load_member(const batch_arrays& b, long long i, const system_r
     const long long s = b.system[i];
     out.now.so_far = {};
     out.window = {b.settle[i], b.observe[i], static_cast<long>(b.most_impacts)};
-    const member_start<Flow> start{out.window.settle,
-                                   out.window.observe,
-                                   detail::forcing_of(b, s),
-                                   b.lines ? b.phases[i * b.lines] : 0.0,
-                                   b.steps[s],
-                                   coordinates_of(b, 0, s),
-                                   {built.rows, 0, built.row_count}};
+    const member_start<Flow> start{
+        out.window.settle,
+        out.window.observe,
+        detail::forcing_of(b, s),
+        b.lines ? b.phases[i * b.lines] : 0.0,
+        b.steps[s],
+        coordinates_of(b, 0, s),
+        {built.rows, 0, built.row_count},
+        {b.element_rows, static_cast<int>(b.elements), 2 * (b.degrees + b.lines) + 1}};
     out.observers.begin(b.observers, start, out.now.at);
     return true;
 }

@@ -88,6 +88,19 @@ struct watched_rows {
     VI_HD const auto* of_mode(int m) const { return rows + m * stride; }
 };
 
+// Force of every element along its row, and the speed at which it works on the motion: relative to a stop that
+// moves, or to a belt, and zero where it does no work. Rows on (y, 1) of every mode.
+struct element_rows {
+    const double* rows = nullptr;
+    int elements = 0;
+    long long length = 0; // of a row
+
+    VI_HD const double* force(int mode, int element) const {
+        return rows + 2 * (static_cast<long long>(mode) * elements + element) * length;
+    }
+    VI_HD const double* speed(int mode, int element) const { return force(mode, element) + length; }
+};
+
 // A member before its run.
 template <class Flow>
 struct member_start {
@@ -96,6 +109,7 @@ struct member_start {
     double step;            // of the flow
     mode_coordinates free;
     watched_rows<Flow> watched; // all rows of all observers
+    element_rows elements;
 };
 
 } // namespace vi

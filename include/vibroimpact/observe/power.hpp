@@ -17,9 +17,9 @@ namespace vi {
 
 namespace detail {
 
-// c . x with A x = b, A positive semidefinite, b and c in its range.
+// x of A x = b, A positive semidefinite and b in its range: zero where others determine it.
 template <int N>
-VI_HD inline double through_inverse(small_system<N> a, const vec<double, N>& c) {
+VI_HD inline vec<double, N> through_inverse(small_system<N> a) {
     constexpr double dependent = 0x1p-40; // what is left of a pivot: rounding
     double pivots[N] = {};
     vec<double, N> x{};
@@ -34,40 +34,55 @@ VI_HD inline double through_inverse(small_system<N> a, const vec<double, N>& c) 
             a.b[r] = a.b[r] - factor * a.b[i];
         }
     }
-    double sum = 0.0;
     for (int i = a.n - 1; i >= 0; --i) {
         if (!(a.a[i][i] > pivots[i])) continue;
         double rest = a.b[i];
         for (int j = i + 1; j < a.n; ++j)
             rest = rest - a.a[i][j] * x[j];
         x[i] = rest / a.a[i][i];
-        sum = sum + c[i] * x[i];
     }
-    return sum;
+    return x;
+}
+
+// What an event does to the contacts that touch: A p = gamma+ - gamma, and gamma+ + gamma. `before` is the
+// state before it; of the contact that it names the rate is known.
+template <int N>
+struct rates_of_impact {
+    contact_list<N> touching{};
+    small_system<N> jump{};
+    vec<double, N> sum{};
+};
+template <class Flow>
+VI_HD inline auto rates_of(const event_view<Flow>& s,
+                           const vec<double, Flow::max_dimension>& before, bool known) {
+    const auto& system = s.system;
+    rates_of_impact<Flow::max_contacts> out;
+    for (int i = 0; i < system.contacts(); ++i)
+        if (s.at.touching[i] != 0.0) out.touching.add(i);
+    out.jump = mobilities_of(system, s.at, out.touching);
+    for (int k = 0; k < out.touching.count; ++k) {
+        const int i = out.touching.index[k];
+        const double rate = known && i == s.e.contact
+                                ? s.e.rate_before
+                                : -s.at.touching[i] * guard_value(system.modes[0].guards[i], 1,
+                                                                  before, system.dimension());
+        out.jump.b[k] = s.at.rate[i] - rate;
+        out.sum[k] = s.at.rate[i] + rate;
+    }
+    return out;
 }
 
 // (1)
 template <class Flow>
 VI_HD inline double impact_loss(const event_view<Flow>& s) {
-    constexpr int N = Flow::max_contacts;
-    const auto& system = s.system;
-    small_system<N> jump{};
-    vec<double, N> sum{};
-    for (int i = 0; i < system.contacts(); ++i) {
-        if (s.at.touching[i] == 0.0) continue;
-        const double before = i == s.e.contact
-                                  ? s.e.rate_before
-                                  : -s.at.touching[i] * guard_value(system.modes[0].guards[i], 1,
-                                                                    s.e.before, system.dimension());
-        int k = 0;
-        for (int j = 0; j < system.contacts(); ++j)
-            if (s.at.touching[j] != 0.0) jump.a[jump.n][k++] = gap_mobility(system, s.at, i, j);
-        jump.b[jump.n] = s.at.rate[i] - before;
-        sum[jump.n++] = s.at.rate[i] + before;
-    }
-    if (jump.n == 1) // (2)
-        return -0.5 * jump.b[0] * sum[0] * system.laws[s.e.contact].effective_mass;
-    return -0.5 * through_inverse(jump, sum);
+    const auto r = rates_of(s, s.e.before, true);
+    if (r.jump.n == 1) // (2)
+        return -0.5 * r.jump.b[0] * r.sum[0] * s.system.laws[s.e.contact].effective_mass;
+    const auto p = through_inverse(r.jump);
+    double sum = 0.0;
+    for (int k = r.jump.n - 1; k >= 0; --k)
+        sum = sum + r.sum[k] * p[k];
+    return -0.5 * sum;
 }
 
 } // namespace detail

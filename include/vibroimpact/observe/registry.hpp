@@ -7,9 +7,12 @@
 #include "vibroimpact/observe/dissipation.hpp"
 #include "vibroimpact/observe/extremes.hpp"
 #include "vibroimpact/observe/final.hpp"
+#include "vibroimpact/observe/forces.hpp"
 #include "vibroimpact/observe/impacts.hpp"
+#include "vibroimpact/observe/impulse.hpp"
 #include "vibroimpact/observe/lyapunov.hpp"
 #include "vibroimpact/observe/power.hpp"
+#include "vibroimpact/observe/progress.hpp"
 #include "vibroimpact/observe/rms.hpp"
 #include "vibroimpact/observe/rotation.hpp"
 #include "vibroimpact/observe/section.hpp"
@@ -30,6 +33,7 @@ using all_observers =
     observer_list<observe::section, observe::symbol, observe::impacts, observe::speeds,
                   observe::power, observe::extremes, observe::rms, observe::lyapunov,
                   observe::spectrum, observe::shares, observe::settling, observe::final_state,
-                  observe::rotation, observe::stroboscopic, observe::states, observe::dissipation>;
+                  observe::rotation, observe::stroboscopic, observe::states, observe::dissipation,
+                  observe::forces, observe::impulse, observe::progress>;
 
 } // namespace vi

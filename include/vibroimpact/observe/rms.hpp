@@ -22,24 +22,29 @@ inline constexpr gauss_node gauss_pairs[3] = {{0.40584515137739716691, 0.3818300
                                               {0.74153118559939443986, 0.27970539148927666790},
                                               {0.94910791234275852453, 0.12948496616886969327}};
 
+// add(t, weight) for every node in [0, span], with weights that add up to 2.
+template <class Add>
+VI_HD inline void each_node(double span, const Add& add) {
+    const double half = span / 2.0;
+    add(half + half * gauss_centre.x, gauss_centre.weight);
+    for (const auto& g : gauss_pairs) {
+        add(half + half * -g.x, g.weight);
+        add(half + half * g.x, g.weight);
+    }
+}
+
 struct integrals {
     double first = 0.0, second = 0.0; // of u and u^2
 
     VI_HD void include(const taylor_polynomial& u, double span) {
-        const double half = span / 2.0;
         double sum = 0.0, squares = 0.0;
-        const auto node = [&](double x, double weight) {
-            const double value = evaluate(u, 0, half + half * x);
+        each_node(span, [&](double t, double weight) {
+            const double value = evaluate(u, 0, t);
             sum = sum + weight * value;
             squares = squares + weight * (value * value);
-        };
-        node(gauss_centre.x, gauss_centre.weight);
-        for (const auto& g : gauss_pairs) {
-            node(-g.x, g.weight);
-            node(g.x, g.weight);
-        }
-        first = first + half * sum;
-        second = second + half * squares;
+        });
+        first = first + span / 2.0 * sum;
+        second = second + span / 2.0 * squares;
     }
 };
 

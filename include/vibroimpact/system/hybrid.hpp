@@ -135,9 +135,6 @@ struct element_table {
     int count = 0;
     int states[Most] = {}; // which it has: bit s for state s
     bool soft[Most] = {};  // meeting the upper (1) or the lower (2) stop is an impact
-    // Of a soft stop stiffness, damping and where it begins, of friction 0 and its force: at the lower side, or
-    // slipping backwards, then the other. Observers read them.
-    double law[Most][6] = {};
 };
 template <>
 struct element_table<0> {

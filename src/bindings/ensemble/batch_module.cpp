@@ -37,11 +37,13 @@ public:
     batch(bool dense, bool mixed, int degrees, const array& columns, const varied_places& varied,
           const array& omegas, const array& kappas, const array& steps, const array& impulse,
           const array& mobility, const array& shift, const array& restitution, bool piecewise,
-          const std::vector<std::tuple<int, bool>>& elements, const array& element_laws)
+          const std::vector<std::tuple<int, bool>>& elements, const array& reset_shift)
         : dense_(dense), piecewise_(piecewise), columns_(columns) {
-        if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2)
+        if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2 ||
+            reset_shift.ndim() != 2)
             throw std::invalid_argument(
-                "columns must have 2 axes (V, S), omegas 1 (L), impulse 2 (C, D).");
+                "columns must have 2 axes (V, S), omegas 1 (L), impulse 2 (C, D), reset_shift 2 "
+                "(R, D).");
         const std::size_t s = columns.shape(1), lines = omegas.shape(0), c = impulse.shape(0);
         const std::size_t d = 2 * (static_cast<std::size_t>(degrees) + lines);
         const std::size_t most = dense ? vi::largest_dimension : vi::block_dimension;
@@ -61,6 +63,7 @@ public:
             soft_.push_back(soft);
         }
         one_.elements = static_cast<long long>(states_.size());
+        one_.resets = static_cast<long long>(reset_shift.shape(0));
         one_.states = states_.data();
         one_.soft = soft_.data();
         add({{"omegas", &fields::omegas, omegas, lines},
@@ -70,7 +73,7 @@ public:
              {"mobility", &fields::mobility, mobility, c * c},
              {"shift", &fields::shift, shift, c * d},
              {"restitution", &fields::restitution, restitution, c * 2},
-             {"element_laws", &fields::element_laws, element_laws, elements.size() * 6}},
+             {"reset_shift", &fields::reset_shift, reset_shift, reset_shift.shape(0) * d}},
             varied);
     }
 
@@ -105,15 +108,19 @@ public:
             parts.push_back({"c", &fields::c, of_flow("c"), d / 2});
             parts.push_back({"a", &fields::a, of_flow("a"), d / 2});
         }
-        std::vector<int> of_watch, held;
+        std::vector<int> of_watch, held, reset;
         if (piecewise_) {
             of_watch = nb::cast<std::vector<int>>(piecewise["watch_element"]);
             held = nb::cast<std::vector<int>>(piecewise["watch_held"]);
+            reset = nb::cast<std::vector<int>>(piecewise["watch_reset"]);
             const std::size_t count = of_watch.size();
             const auto other = [&](int e) { return e < 0 || e >= one_.elements; };
-            if (held.size() != count || count > 3 * states_.size() ||
-                std::any_of(of_watch.begin(), of_watch.end(), other))
-                throw std::invalid_argument("watches: at most three of each element.");
+            const auto unknown = [&](int r) { return r < -1 || r >= one_.resets; };
+            if (held.size() != count || reset.size() != count || count > 3 * states_.size() ||
+                std::any_of(of_watch.begin(), of_watch.end(), other) ||
+                std::any_of(reset.begin(), reset.end(), unknown))
+                throw std::invalid_argument("watches: at most three of each element, resets that "
+                                            "there are.");
             const auto named = [&](const char* name) { return nb::cast<array>(piecewise[name]); };
             parts.push_back({"mode_step", &fields::mode_steps, named("mode_step"), 1});
             parts.push_back({"map_shift", &fields::map_shift, named("map_shift"), d});
@@ -121,15 +128,19 @@ public:
             parts.push_back({"watch_gains", &fields::watch_gains, named("watch_gains"), count});
             parts.push_back({"watch_lower", &fields::watch_lower, named("watch_lower"), count});
             parts.push_back({"watch_upper", &fields::watch_upper, named("watch_upper"), count});
+            parts.push_back({"element_rows", &fields::element_rows, named("element_rows"),
+                             states_.size() * 2 * (d + 1)});
         }
         add(parts, varied);
         if (piecewise_) {
             counts_.push_back(static_cast<int>(of_watch.size()));
             of_watch_.insert(of_watch_.end(), of_watch.begin(), of_watch.end());
             held_.insert(held_.end(), held.begin(), held.end());
+            reset_.insert(reset_.end(), reset.begin(), reset.end());
             one_.watch_counts = counts_.data();
             one_.watch_element = of_watch_.data();
             one_.watch_held = held_.data();
+            one_.watch_reset = reset_.data();
         }
         codes_.push_back(code);
         sides_.insert(sides_.end(), side.begin(), side.end());
@@ -223,8 +234,8 @@ private:
     system_numbers numbers_{};
     vi::batch_arrays one_{};
     std::vector<int> codes_, sides_;
-    std::vector<int> states_, soft_;            // of elements
-    std::vector<int> counts_, of_watch_, held_; // of watches, modes one after the other
+    std::vector<int> states_, soft_;                    // of elements
+    std::vector<int> counts_, of_watch_, held_, reset_; // of watches, modes one after the other
 };
 
 } // namespace
@@ -254,7 +265,7 @@ void bind_batch(nb::module_& m) {
                      const array&, bool, const std::vector<std::tuple<int, bool>>&, const array&>(),
             "dense"_a, "mixed"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a,
             "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a, "piecewise"_a,
-            "elements"_a, "element_laws"_a,
+            "elements"_a, "reset_shift"_a,
             nb::sig("def __init__(self, *, dense: bool, mixed: bool, degrees: int, "
                     "columns: numpy.typing.NDArray[numpy.float64], "
                     "varied: dict[str, dict[int, int]], "
@@ -266,7 +277,7 @@ void bind_batch(nb::module_& m) {
                     "shift: numpy.typing.NDArray[numpy.float64], "
                     "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
                     "elements: list[tuple[int, bool]], "
-                    "element_laws: numpy.typing.NDArray[numpy.float64]) -> None"))
+                    "reset_shift: numpy.typing.NDArray[numpy.float64]) -> None"))
         .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,
              "lower"_a, "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
              "particular"_a, "piecewise"_a,

@@ -24,7 +24,8 @@ public:
     explicit built_system(const batch_run& b)
         : numbers_(b.numbers), b_(b.arrays), codes_(b_.modes),
           modes_(std::make_unique_for_overwrite<mode[]>(b_.modes)), from_free_(b_.modes),
-          to_free_(b_.modes), row_count_(b_.observers.watched()), rows_(b_.modes * row_count_) {
+          to_free_(b_.modes), resets_(b_.resets), row_count_(b_.observers.watched()),
+          rows_(b_.modes * row_count_) {
         numbers_.set_arrays(b_);
     }
 
@@ -60,8 +61,8 @@ public:
     const vi::hybrid<Flow>& system() const { return system_; }
     long version() const { return version_; }
     room in() {
-        return {&system_,        modes_.get(), from_free_.data(),
-                to_free_.data(), rows_.data(), row_count_};
+        return {&system_,       modes_.get(), from_free_.data(), to_free_.data(),
+                resets_.data(), rows_.data(), row_count_};
     }
 
 private:
@@ -72,7 +73,7 @@ private:
     vi::hybrid<Flow> system_{};
     std::vector<int> codes_;
     std::unique_ptr<mode[]> modes_;
-    std::vector<typename room::map_type> from_free_, to_free_;
+    std::vector<typename room::map_type> from_free_, to_free_, resets_;
     long long row_count_;
     std::vector<typename room::watched> rows_;
 };

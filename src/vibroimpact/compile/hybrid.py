@@ -117,7 +117,7 @@ class Hybrid:
                 if closed and linear.null_space([*rows, list(contact.row)]) is None:
                     limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
             guards.append((row, gain, *limits, sides.get(i, 0)))
-        return Mode(code, c, guards, [])
+        return Mode(code, c, guards, [], [])
 
     def _shape(self, closed: Closed) -> tuple[Reduced, BlockForm] | None:
         """Reduced system and blocks of a closed set, computed once."""

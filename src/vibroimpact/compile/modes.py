@@ -30,9 +30,14 @@ def closed_from_code(code: int, contacts: int) -> Closed:
 
 @dataclass(frozen=True)
 class Mode:
-    """Mode for the kernel: its code, coordinates with their flow, guards, watches of elements."""
+    """Mode for the kernel: its code, coordinates with their flow, guards, watches of elements.
+
+    ``elements`` has the force of each along its row, and the speed at which it works on the motion:
+    zero where it does no work, as friction that sticks.
+    """
 
     code: int
     coordinates: ModeCoordinates
     guards: list[Guard]
     watches: list[Watch]
+    elements: list[tuple[Vector, Vector]]  # rows on (y, 1)

@@ -192,7 +192,7 @@ class Piecewise:
         forces = self._forces(closed, states)
         return Mode(
             code, self._coordinates(forces), self._guards(closed, forces),
-            self._watches(states, forces, len(closed)),
+            self._watches(states, forces, len(closed)), self._elements(states, forces, len(closed)),
         )  # fmt: skip
 
     def _resets(self) -> list[tuple[Matrix, Vector]]:
@@ -241,10 +241,14 @@ class Piecewise:
         """Row of u, relative to the moving stop."""
         return _sum(self._position(e.row), self._waves(self._motion(e.motion)), -1.0)
 
+    def _press_speed(self, e: SoftStop) -> Vector:
+        """Row of u', relative to the moving stop."""
+        return _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
+
     def _press(self, e: SoftStop, side: int) -> Vector:
         """Row of the force of a soft stop, > 0 where it presses."""
         limit, k, c = e.law(side)
-        rate = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
+        rate = self._press_speed(e)
         out = [side * (k * x + c * y) for x, y in zip(self._gap(e), rate, strict=True)]
         out[-1] = out[-1] - side * (k * limit)
         return out
@@ -348,17 +352,29 @@ class Piecewise:
         closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
         states = states_from_code(code, len(m.contacts), len(m.elements))
         forces = self._forces(closed, states)
-        held = iter(forces.multipliers)  # in the order of parts
         nothing = [0.0] * (self.size + 1)
-        at_rest = dict(closed)
-        rows = [next(held) if i in at_rest else nothing for i in range(len(m.contacts))]
-        for number, (e, state) in enumerate(zip(m.elements, states, strict=True)):
+        at_rest = dict(zip([i for i, _ in closed], forces.multipliers, strict=False))
+        rows = [at_rest.get(i, nothing) for i in range(len(m.contacts))]
+        return [*rows, *(force for force, _ in self._elements(states, forces, len(closed)))]
+
+    def _elements(
+        self, states: tuple[int, ...], forces: Forces, closed: int
+    ) -> list[tuple[Vector, Vector]]:
+        """Force of every element along its row, and the speed at which it works, as rows on (y, 1)."""
+        nothing = [0.0] * (self.size + 1)
+        held = iter(forces.multipliers[closed:])
+        out = []
+        for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
             if isinstance(e, Friction) and state == FrictionState.STICK:
-                rows.append(nothing if number == forces.redundant else next(held))
-                continue
-            force = self._law(e, state)
-            rows.append([force[1] * x for x in force[0]] if force else nothing)
-        return rows
+                holds = number != forces.redundant
+                out.append((next(held, nothing) if holds else nothing, nothing))
+            elif isinstance(e, PhaseSwitch) or (law := self._law(e, state)) is None:
+                out.append((nothing, nothing))
+            else:
+                speed = self._press_speed(e) if isinstance(e, SoftStop) else self._slip(e)
+                force = self._put_in([law[1] * x for x in law[0]], forces.light)
+                out.append((force, self._put_in(speed, forces.light)))
+        return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
         """(2)."""

@@ -17,14 +17,12 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Hybrid
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise
-from vibroimpact.model.elements import Element, Friction, PhaseSwitch
 
-WATCHED = ("watch_element", "watch_held")
+WATCHED = ("watch_element", "watch_held", "watch_reset")
 
 
 class Stack(NamedTuple):
@@ -144,10 +142,6 @@ def stacks_of(
         A mode is needed whose contact forces are not determined.
     """
     m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
-    if hybrid.resets:
-        raise InvalidParameterError(
-            "elements: sweeps run phase switches without impulses. Simulate this system."
-        )
     contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
     systems = {
         "omegas": stack(hybrid.omegas, lines),
@@ -157,7 +151,7 @@ def stacks_of(
         "mobility": stack([law[1] for law in laws], contacts, contacts),
         "shift": stack([law[2] for law in laws], contacts, size),
         "restitution": stack([law[3:] for law in laws], contacts, 2),
-        "element_laws": stack([_law(e) for e in m.elements], len(m.elements), 6),
+        "reset_shift": stack([shift for _, shift in hybrid.resets], len(hybrid.resets), size),
     }
     modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]
     table = stack.table(grid)
@@ -193,9 +187,9 @@ def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, 
 
 
 def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
-    """What modes with elements have besides: their step, a shift, watches."""
-    rows, gains, lower, upper, element, held = _columns(mode.watches, 8)[:6]
-    count = len(mode.watches)
+    """What modes with elements have besides: their step, a shift, watches, rows for observers."""
+    rows, gains, lower, upper, element, held, reset = _columns(mode.watches, 8)[:7]
+    count, elements = len(mode.watches), len(mode.elements)
     return {
         "mode_step": stack(cast(list[float], mode.coordinates.flow["step"]), 1),
         "map_shift": stack(mode.coordinates.shift, size),
@@ -205,17 +199,9 @@ def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
         "watch_upper": stack(upper, count),
         "watch_element": list(element),
         "watch_held": [int(one) for one in held],
+        "watch_reset": list(reset),
+        "element_rows": stack(chain.from_iterable(mode.elements), 2 * elements, size + 1),
     }
-
-
-def _law(element: Element) -> tuple[float, ...]:
-    """Numbers of an element for observers (system/hybrid.hpp): stiffness, damping, limit of each side."""
-    if isinstance(element, PhaseSwitch):
-        return (0.0,) * 6
-    if isinstance(element, Friction):
-        return 2 * (0.0, element.kinetic, 0.0)
-    (a, *below), (b, *above) = map(element.law, (-1, 1))
-    return (*below, a, *above, b)
 
 
 def _columns(rows: Sequence[tuple[Any, ...]], count: int) -> list[tuple[Any, ...]]:

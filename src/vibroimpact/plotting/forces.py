@@ -105,6 +105,7 @@ def plot_hysteresis(
     m = mechanism_of(run.system)
     (number,) = _numbers("element", [element], m)
     part = m.numbered[number]
+    assert not isinstance(part, PhaseSwitch)
     t, force = _sampled(run, start, end)
     u = run.at(t)[0] @ np.array(part.row)
     name = f"${combination(part.row)}$"

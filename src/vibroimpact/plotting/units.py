@@ -27,6 +27,7 @@ QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
     "frequency": ("rad/s", (0, 0, -1)),
     "rate": ("1/s", (0, 0, -1)),
     "force": ("N", (1, 1, -2)),
+    "impulse": ("N s", (1, 1, -1)),
     "power": ("W", (1, 2, -3)),
 }
 COORDINATES = {"x": "length", "v": "velocity"}

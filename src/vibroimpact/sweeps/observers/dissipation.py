@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.elements import Friction
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.sweeps.observers.observer import ELEMENT, Observer, Variables, real
 
@@ -24,11 +22,6 @@ class Dissipation(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``work_on_element`` (..., element)."""
-        if any(isinstance(e, Friction) and e.load for e in mechanism.elements):
-            raise InvalidParameterError(
-                "observe = 'dissipation': friction under a NormalLoad is not summed. Leave it out, or "
-                "integrate run.forces(t)."
-            )
         text, shape = "work that an element takes per unit of time", (len(mechanism.elements),)
         return {
             "work_on_element": real("work", text, dims=(ELEMENT,), shape=shape, quantity="power")

@@ -20,7 +20,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.mechanism import Mechanism
 
 COORDINATE, CONTACT, EXPONENT = "coordinate", "contact", "exponent"  # dimensions
-ELEMENT, STATE = "element", "state"
+ELEMENT, PART, STATE = "element", "part", "state"  # parts are contacts, then elements
 QUANTITIES = {"position": "length", "velocity": "velocity", "time": "time"}
 ROWS = "rows"  # the option of observers that can be there several times in one run
 
@@ -66,7 +66,7 @@ class Variable(NamedTuple):
         Type, and the value where nothing was computed.
     attrs
         ``long_name`` and, where it has one, ``units``, or the ``quantity`` that it measures in
-        units of the system: length, velocity, time, rate or power.
+        units of the system: length, velocity, time, rate, force, impulse or power.
     table, columns
         Where the kernel puts it.
     """
