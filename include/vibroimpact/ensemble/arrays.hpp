@@ -7,6 +7,8 @@
 namespace vi {
 
 struct batch_arrays : batch_sizes {
+    impact_law together = impact_law::moreau;
+
     // systems: the arguments of _kernel.Batch for one, leading axis the systems
     const double* omegas;
     const double* kappas;

@@ -113,6 +113,7 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
     h.from_free = room.from_free;
     h.to_free = room.to_free;
     h.resets = room.resets;
+    h.together = b.together;
     h.codes = b.codes;
     h.mode_count = static_cast<int>(b.modes);
     set_lines(h, b.kappas + s * b.lines, static_cast<int>(b.lines));

@@ -127,6 +127,9 @@ VI_HD constexpr int whole_power(int base, int n) {
     return p;
 }
 
+// How contacts that touch at one instant share an impact (transition/impact_law.hpp).
+enum class impact_law { moreau, sequential };
+
 // What all modes say of the elements.
 inline constexpr int radix = 5; // states of an element, at most
 template <int Most>
@@ -155,6 +158,7 @@ struct hybrid : sizes<typename Flow::shape_type> {
     const map_type* resets = nullptr; // of watches
     const int* codes;                 // codes[m]: which contacts mode m holds closed
     int mode_count;
+    impact_law together = impact_law::moreau;
     contact_law<double, max_dimension, max_contacts> laws[max_contacts];
     gap_terms<max_dimension> terms[max_contacts]; // with elements the modes have them
     double inverse_omega_squared[max_lines];

@@ -1,4 +1,4 @@
-// The impact law: Newton restitution at one contact, Moreau's law where several close at once.
+// The impact law: Newton restitution at one contact; where several close at once Moreau's law, or one after the other.
 //
 // Method      gamma = gap rates of the touching contacts before, p = impulses >= 0 along the gaps:
 //               gamma+ = gamma + A p,  0 <= p  complementary to  gamma+ + R gamma >= 0      (1)
@@ -10,9 +10,14 @@
 //             bounce by an impact that it did not suffer, and energy could grow. If the impulses of
 //             the others drive it together it strikes next, at the same instant. Nor does a contact at
 //             rest that forces pull open (transition.hpp).
+//             With the sequential law contacts strike alone, by (2), in the order of their numbers, round
+//             after round, until none approaches                                           (3)
 // Assumes     0 <= R <= 1. Contacts that close together but do not share a body have A_ij = 0: then
 //             (1) is (2) for each.
-// Fails       false where (1) has no solution: dependent contacts of which none opens without another
+// Accuracy    In (3) a rate that is rounding of those the contact has had at this instant is zero: sequences
+//             that die out geometrically end at rest
+// Fails       false where (1) has no solution: dependent contacts of which none opens without another. What
+//             (3) has not ended after `most_rounds` goes on as another event of the instant.
 // Reference   Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988)
 #pragma once
 
@@ -147,6 +152,46 @@ VI_HD inline int impulses_of(const hybrid<Flow>& system, const State& at,
     return active;
 }
 
+// The impact of one contact that approaches, by (2): the rates of others that touch change with it.
+template <class T, class Flow>
+VI_HD inline void strike(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+                         int contact, double restitution) {
+    constexpr int N = Flow::max_contacts;
+    const auto alone = rebound_of(at.rate[contact], restitution);
+    contact_list<N> list{};
+    list.add(contact);
+    vec<T, N> p{};
+    p[0] = -(alone.change * system.laws[contact].effective_mass);
+    push_away(at.y, system.dimension(), system.laws[contact], plain(at.touching[contact]), p[0]);
+    for (int j = 0; j < system.contacts(); ++j)
+        if (j != contact && at.touching[j] != 0.0) push_rate(system, at, j, list, p);
+    at.rate[contact] = alone.rate;
+    at.flat[contact] = 0.0;
+}
+
+inline constexpr int most_rounds = 4096;
+
+// (3)
+template <class T, class Flow>
+VI_HD inline void strike_in_turn(const hybrid<Flow>& system,
+                                 trajectory<T, typename Flow::shape_type>& at, double elasticity) {
+    const int contacts = system.contacts();
+    double largest[Flow::max_contacts] = {}; // rates at this instant
+    bool approached = true;
+    for (int round = 0; approached && round < most_rounds; ++round) {
+        approached = false;
+        for (int i = 0; i < contacts; ++i) {
+            if (at.touching[i] == 0.0) continue;
+            const double rate = plain(at.rate[i]);
+            largest[i] = max(largest[i], abs(rate));
+            if (abs(rate) <= tie_margin * largest[i]) at.rate[i] = T(0.0);
+            if (!(plain(at.rate[i]) < 0.0)) continue;
+            strike(system, at, i, elasticity * restitution_at(system, i, plain(at.touching[i])));
+            approached = true;
+        }
+    }
+}
+
 } // namespace detail
 
 // Resolve the impact of all touching contacts; at.rate holds gap rates before and after.
@@ -157,6 +202,10 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
                                  double elasticity = 1.0) {
     constexpr int N = Flow::max_contacts;
     const int n = system.dimension();
+    if (system.together == impact_law::sequential) {
+        detail::strike_in_turn(system, at, elasticity);
+        return true;
+    }
     const auto list = detail::touching_contacts<N>(at, system.contacts());
     vec<T, N> b{}, after{}, p{};
     for (int i = 0; i < list.count; ++i) {

@@ -33,7 +33,7 @@ enum class status : int {
     chatter = 2,       // infinitely many impacts summed; the contact is at rest afterwards
     stick = 3,         // a contact begins to press
     release = 4,       // its force has fallen to zero
-    simultaneous = 5,  // an impact that moves several touching contacts (Moreau's law)
+    simultaneous = 5,  // an impact that moves several touching contacts
     horizon = 6,       // no event up to the given time; from here on no event at all
     undecided = 7,     // the search could not be finished: an error, never silence
     diverged = 8,      // the state is so large that nothing can be decided

@@ -27,6 +27,7 @@ public:
         hybrid_.dimension_ = n_;
         hybrid_.contacts_ = static_cast<int>(data.contacts.size());
         hybrid_.mixed_ = data.mixed;
+        if (data.sequential) hybrid_.together = vi::impact_law::sequential;
         if constexpr (Shape::max_elements > 0) {
             hybrid_.elements.given = data.given;
             hybrid_.elements.count = static_cast<int>(data.states.size());

@@ -48,6 +48,7 @@ struct system_data {
     std::vector<int> states; // which each element has, as bits
     std::vector<bool> soft;  // which elements are soft stops
     bool given = false;      // whether watches give the mode that follows
+    bool sequential = false; // whether contacts that touch strike one after the other
 };
 
 // A trajectory as plain numbers, so that a run can be continued.

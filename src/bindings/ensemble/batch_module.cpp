@@ -34,10 +34,11 @@ class batch {
     using fields = vi::batch_arrays;
 
 public:
-    batch(bool dense, bool mixed, int degrees, const array& columns, const varied_places& varied,
-          const array& omegas, const array& kappas, const array& steps, const array& impulse,
-          const array& mobility, const array& shift, const array& restitution, bool piecewise,
-          const std::vector<std::tuple<int, bool>>& elements, const array& reset_shift)
+    batch(bool dense, bool mixed, bool sequential, int degrees, const array& columns,
+          const varied_places& varied, const array& omegas, const array& kappas, const array& steps,
+          const array& impulse, const array& mobility, const array& shift, const array& restitution,
+          bool piecewise, const std::vector<std::tuple<int, bool>>& elements,
+          const array& reset_shift)
         : dense_(dense), piecewise_(piecewise), columns_(columns) {
         if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2 ||
             reset_shift.ndim() != 2)
@@ -54,6 +55,7 @@ public:
         if (s == 0 || degrees < 1 || !fits || !flown || (!piecewise && !elements.empty()))
             throw std::invalid_argument("a batch needs at least one system, and sizes that fit.");
         one_.systems = 1;
+        if (sequential) one_.together = vi::impact_law::sequential;
         one_.degrees = degrees;
         one_.lines = static_cast<long long>(lines);
         one_.contacts = static_cast<long long>(c);
@@ -260,14 +262,14 @@ void bind_batch(nb::module_& m) {
         "not copied:\n`varied` has by name of an array the rows of their columns by place. Arrays "
         "of members\nhave a leading axis of members.")
         .def(
-            nb::init<bool, bool, int, const array&, const varied_places&, const array&,
+            nb::init<bool, bool, bool, int, const array&, const varied_places&, const array&,
                      const array&, const array&, const array&, const array&, const array&,
                      const array&, bool, const std::vector<std::tuple<int, bool>>&, const array&>(),
-            "dense"_a, "mixed"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a, "kappas"_a,
-            "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a, "piecewise"_a,
-            "elements"_a, "reset_shift"_a,
-            nb::sig("def __init__(self, *, dense: bool, mixed: bool, degrees: int, "
-                    "columns: numpy.typing.NDArray[numpy.float64], "
+            "dense"_a, "mixed"_a, "sequential"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a,
+            "kappas"_a, "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
+            "piecewise"_a, "elements"_a, "reset_shift"_a,
+            nb::sig("def __init__(self, *, dense: bool, mixed: bool, sequential: bool, "
+                    "degrees: int, columns: numpy.typing.NDArray[numpy.float64], "
                     "varied: dict[str, dict[int, int]], "
                     "omegas: numpy.typing.NDArray[numpy.float64], "
                     "kappas: numpy.typing.NDArray[numpy.float64], "

@@ -272,6 +272,7 @@ class Compiled:
             laws=h.laws(),
             elements=h.elements,
             given=False,
+            sequential=mechanism.impact_law == "sequential",
         )
         for matrix, shift in h.resets:
             self.kernel.add_reset(matrix=np.array(matrix), shift=shift)
@@ -335,7 +336,7 @@ def _key(m: Mechanism) -> tuple[object, ...]:
 
     return (
         flat(m.mass), flat(m.damping), flat(m.stiffness), m.contacts, m.forces, m.constant_force,
-        m.elements,
+        m.elements, m.impact_law,
     )  # fmt: skip
 
 

@@ -54,7 +54,7 @@ class Stacks:
 
     Attributes
     ----------
-    dense, mixed, piecewise, degrees, elements
+    dense, mixed, piecewise, sequential, degrees, elements
         Properties that all systems share; elements as ``_kernel.Batch`` takes them.
     systems
         Stacks, by name of the argument of ``_kernel.Batch``.
@@ -67,6 +67,7 @@ class Stacks:
     dense: bool
     mixed: bool
     piecewise: bool
+    sequential: bool
     degrees: int
     elements: list[tuple[int, bool]]
     systems: dict[str, Stack]
@@ -82,7 +83,8 @@ class Stacks:
     @property
     def structure(self) -> tuple[object, ...]:
         """Properties that systems of one kernel batch have in common."""
-        kinds = self.dense, self.mixed, self.piecewise, self.sizes, tuple(self.elements)
+        laws = self.sequential, tuple(self.elements)
+        kinds = self.dense, self.mixed, self.piecewise, self.sizes, laws
         modes = (
             (mode["code"], *(tuple(mode["piecewise"].get(name, ())) for name in WATCHED))
             for mode in self.modes
@@ -98,7 +100,8 @@ class Stacks:
         """Kernel batch of the systems."""
         batch = _kernel.Batch(
             dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
-            piecewise=self.piecewise, elements=self.elements, **kernel_arguments(self.systems),
+            piecewise=self.piecewise, sequential=self.sequential, elements=self.elements,
+            **kernel_arguments(self.systems),
         )  # fmt: skip
         for mode in self.modes:
             batch.add_mode(**kernel_arguments(mode))
@@ -155,10 +158,10 @@ def stacks_of(
     }
     modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]
     table = stack.table(grid)
-    piecewise = isinstance(hybrid, Piecewise)
     return Stacks(
-        hybrid.dense, hybrid.mixed, piecewise, m.degrees, hybrid.elements, systems, modes, table
-    )
+        hybrid.dense, hybrid.mixed, isinstance(hybrid, Piecewise), m.impact_law == "sequential",
+        m.degrees, hybrid.elements, systems, modes, table,
+    )  # fmt: skip
 
 
 def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, Any]:

@@ -17,6 +17,8 @@ from vibroimpact.model.mechanism import KINDS, Contact, Mechanism, kind_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 
+MOREAU = "moreau"  # the law of texts that name none
+
 
 def text_of(system: System) -> str:
     """Text of a system for a file; only the name if the system is code of the user."""
@@ -37,6 +39,7 @@ def _numbers(system: System) -> dict[str, Any]:
         "forces": [asdict(line) for line in system.forces],
         "contacts": [_stored(contact) for contact in system.contacts],
         **({"elements": [_kinded(e) for e in system.elements]} if system.elements else {}),
+        **({"impact_law": system.impact_law} if system.impact_law != MOREAU else {}),
     }
 
 

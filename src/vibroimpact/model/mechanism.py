@@ -13,13 +13,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core import linear
 from vibroimpact._core.checks import (
+    check_choice,
     fraction,
     names_arguments,
     nonnegative,
@@ -53,6 +54,7 @@ from vibroimpact.model.elements import (
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
+ImpactLaw = Literal["moreau", "sequential"]
 MANY = 1_000_000  # the count is checked elsewhere
 MOST_ELEMENTS = 8
 MOVES = "A stop that moves has upper_motion, lower_motion: a Harmonic with one amplitude each."
@@ -197,6 +199,10 @@ class Mechanism:
         elements in results follow those of the contacts.
     constant_force
         f0, shape (n,): gravity, preload.
+    impact_law
+        How contacts that touch at one instant share an impact. ``"moreau"``: all at once, one
+        linear complementarity problem. ``"sequential"``: one after the other in the order of their
+        numbers, round after round, until none approaches; rows of balls pass an impact on so.
 
     Raises
     ------
@@ -212,8 +218,10 @@ class Mechanism:
     constant_force: tuple[float, ...] = ()
     contact_names: tuple[str, ...] = field(default=())
     elements: tuple[Element, ...] = ()
+    impact_law: ImpactLaw = "moreau"
 
     def __post_init__(self) -> None:
+        check_choice("impact_law", self.impact_law, list(get_args(ImpactLaw)))
         mass = _square("mass", self.mass)
         n = len(mass)
         if not 1 <= n <= MAX_DEGREES:
@@ -308,7 +316,8 @@ class Mechanism:
         """Hash the numbers: the rows of the matrices are lists, which have no hash."""
         matrices = (self.mass, self.damping, self.stiffness)
         rows = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
-        return hash((rows, self.contacts, self.forces, self.constant_force, self.elements))
+        parts = self.contacts, self.forces, self.constant_force, self.elements
+        return hash((rows, parts, self.impact_law))
 
     @property
     def numbered(self) -> tuple[Contact | Element, ...]:

@@ -231,6 +231,7 @@ def _compiled(system: HybridSystem) -> tuple[Any, float]:
     kernel = _kernel.System(
         dense=True, mixed=False, dimension=size, degrees=pairs, omegas=list(system.omegas),
         kappas=[1.0] * lines, step=step, laws=[], elements=[(1, False)], given=True,
+        sequential=False,
     )  # fmt: skip
     names, guards = list(system.modes), list(system.guards)
     to_x, to_v = np.zeros((pairs, size)), np.zeros((pairs, size))

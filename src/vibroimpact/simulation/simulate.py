@@ -26,7 +26,7 @@ from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.model.elements import RigidStopState
-from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
+from vibroimpact.model.mechanism import ImpactLaw, Mechanism, element_labels, kinds_of_states
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 
@@ -51,7 +51,7 @@ class Status(IntEnum):
     CHATTER = 2  #: infinitely many impacts summed; the contact is at rest afterwards
     STICK = 3  #: a contact begins to press
     RELEASE = 4  #: its force has fallen to zero; opening by an impact elsewhere is no event
-    SIMULTANEOUS = 5  #: an impact that moves several touching contacts, by Moreau's law
+    SIMULTANEOUS = 5  #: an impact that moves several touching contacts, by the system's impact_law
     HORIZON = 6  #: no event up to the given time
     UNDECIDED = 7  #: the search for the next event could not be finished
     DIVERGED = 8  #: the state became so large that nothing can be decided
@@ -162,6 +162,11 @@ class Run:
             return text
         last = zip(element_labels(m), kinds_of_states(m), self.all_states[-1], strict=True)
         return f"{text}; at the end {', '.join(f'{a} {k(s).name}' for a, k, s in last)}"
+
+    @property
+    def impact_law(self) -> ImpactLaw:
+        """Law of impacts that move several touching contacts, as of the :class:`Mechanism`."""
+        return self._compiled.mechanism.impact_law
 
     @property
     def impacts(self) -> NDArray[np.bool_]:
@@ -295,6 +300,7 @@ class Run:
             attrs={
                 "system": repr(self.system),
                 "start": repr(self.start),
+                "impact_law": self.impact_law,
                 "end": self.end.name,
                 "end_reason": self.end.sentence,
                 "status_meaning": ", ".join(f"{s.value} {s.name}" for s in Status),

@@ -120,6 +120,7 @@ def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:
         "system": repr(plan.system),
         "system_numbers": text_of(plan.system),
         "mechanism": text_of(plan.mechanism),
+        "impact_law": plan.mechanism.impact_law,
         "swept": ", ".join(plan.axes),
         "sizes": json.dumps(plan.dims),
         "start": json.dumps(described["start"]),
