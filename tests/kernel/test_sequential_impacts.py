@@ -129,7 +129,8 @@ def test_a_plastic_ball_between_another_and_the_floor_ends_at_rest(ratio: float)
 
 def test_rounds_that_do_not_end_are_a_status() -> None:
     """A mass of a hundred million: a round takes 1e-8 of its speed."""
-    run = vi.simulate(row_of([1e8, 1.0], 0.0, floor=True), vi.State((-1.0, 0.0), (1.0, 0.0)), impacts=10_000)  # fmt: skip
+    m = row_of([1e8, 1.0], 0.0, floor=True)
+    run = vi.simulate(m, vi.State((-1.0, 0.0), (1.0, 0.0)), impacts=10_000)
     assert run.end is vi.RunEnd.STALLED
     assert run.time[-1] == 1.0
 
