@@ -31,15 +31,16 @@ using binding::to_numpy;
 
 binding::system_data read_system(bool mixed, int dimension, int degrees, numbers omegas,
                                  numbers kappas, double step, const nb::list& laws,
-                                 const std::vector<std::tuple<int, bool>>& elements, bool given,
-                                 bool sequential) {
-    binding::system_data data{dimension, degrees, mixed, std::move(omegas), std::move(kappas), step,
-                              {},        {},      {}};
+                                 const std::vector<std::tuple<int, bool, bool>>& elements,
+                                 bool given, bool sequential) {
+    binding::system_data data{
+        dimension, degrees, mixed, std::move(omegas), std::move(kappas), step, {}, {}, {}, {}};
     data.given = given;
     data.sequential = sequential;
-    for (const auto& [states, soft] : elements) {
+    for (const auto& [states, soft, joint] : elements) {
         data.states.push_back(states);
         data.soft.push_back(soft);
+        data.joint.push_back(joint);
     }
     for (nb::handle law : laws) {
         const auto t = nb::cast<std::tuple<numbers, numbers, numbers, double, double>>(law);
@@ -61,7 +62,8 @@ class kernel_system {
 public:
     kernel_system(bool dense, bool mixed, int dimension, int degrees, numbers omegas,
                   numbers kappas, double step, const nb::list& laws,
-                  const std::vector<std::tuple<int, bool>>& elements, bool given, bool sequential)
+                  const std::vector<std::tuple<int, bool, bool>>& elements, bool given,
+                  bool sequential)
         : step_(step) {
         const auto data = read_system(mixed, dimension, degrees, std::move(omegas),
                                       std::move(kappas), step, laws, elements, given, sequential);
@@ -296,13 +298,13 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
     nb::class_<kernel_system>(m, "System")
         .def(
             nb::init<bool, bool, int, int, numbers, numbers, double, const nb::list&,
-                     const std::vector<std::tuple<int, bool>>&, bool, bool>(),
+                     const std::vector<std::tuple<int, bool, bool>>&, bool, bool>(),
             "dense"_a, "mixed"_a, "dimension"_a, "degrees"_a, "omegas"_a, "kappas"_a, "step"_a,
             "laws"_a, "elements"_a, "given"_a, "sequential"_a,
             nb::sig("def __init__(self, *, dense: bool, mixed: bool, dimension: int, degrees: int, "
                     "omegas: list[float], kappas: list[float], step: float, "
                     "laws: list[tuple[list[float], list[float], list[float], float, float]], "
-                    "elements: list[tuple[int, bool]], given: bool, sequential: bool) "
+                    "elements: list[tuple[int, bool, bool]], given: bool, sequential: bool) "
                     "-> None"))
         .def("add_mode", &kernel_system::add_mode, "code"_a, "flow"_a, "guards"_a, "watches"_a,
              "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a, "particular"_a, "shift"_a,

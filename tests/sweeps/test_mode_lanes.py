@@ -54,6 +54,12 @@ MACHINES = {
         vi.PhaseSwitch(omega, (0.0, 2.0), ((0.4 * x,), (-0.4 * x,))),
         vi.SoftStop((1.0,), upper=0.6, stiffness=12.0, damping=0.2), omega=omega,
     ),
+    "a pile in soil that yields": lambda x, omega: vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[0.1, 0.0], [0.0, 0.0]],
+        stiffness=[[0.2, 0.0], [0.0, 0.0]], forces=(vi.Harmonic(omega, (1.5, 0.0)),),
+        elements=(vi.SoftStop((1.0, -1.0), upper=0.8, stiffness=30.0),
+                  vi.Friction((0.0, 1.0), 0.8 * x)),
+    ),
     "two masses that meet": lambda x, omega: two_masses(
         vi.SoftStop((1.0, -1.0), -0.4, 0.4, stiffness=20.0 * x, damping=0.2),
         vi.Friction((0.0, 1.0), 0.1 * x), omega=omega,
@@ -103,4 +109,4 @@ def test_lanes_in_different_modes_have_the_bits_of_each_motion_alone(name: str) 
         seen = np.count_nonzero(run.impacts & (run.time >= s.members.settle[i]))
         counted = (s.out["impacts_a"] + s.out["impacts_b"])[i].sum() * s.members.observe[i]
         assert round(counted * one.mechanism.omega / (2.0 * np.pi)) == seen
-    assert events > 10 * MEMBERS
+    assert events > 5 * MEMBERS

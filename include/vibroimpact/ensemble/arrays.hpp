@@ -17,9 +17,11 @@ struct batch_arrays : batch_sizes {
     const double* mobility;
     const double* shift;
     const double* restitution;
-    // Of elements: which states each has, as bits, and whether it is a soft stop, the same for all systems
+    // Of elements: which states each has, as bits, whether it is a soft stop, and whether it acts on a massless
+    // coordinate, the same for all systems
     const int* states;
     const int* soft;
+    const int* joint;
     // Displacements of y by the impulses of phase switches, so many of them
     long long resets;
     const double* reset_shift;

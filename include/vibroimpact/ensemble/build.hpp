@@ -122,6 +122,7 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
         for (int e = 0; e < h.elements.count; ++e) {
             h.elements.states[e] = b.states[e];
             h.elements.soft[e] = b.soft[e] != 0;
+            h.elements.joint[e] = b.joint[e] != 0;
         }
     }
     const int n = h.dimension(), contacts = h.contacts();

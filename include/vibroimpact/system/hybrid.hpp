@@ -138,6 +138,7 @@ struct element_table {
     int count = 0;
     int states[Most] = {}; // which it has: bit s for state s
     bool soft[Most] = {};  // meeting the upper (1) or the lower (2) stop is an impact
+    bool joint[Most] = {}; // on massless coordinates: what it may do depends on the others
 };
 template <>
 struct element_table<0> {

@@ -33,6 +33,7 @@ public:
             hybrid_.elements.count = static_cast<int>(data.states.size());
             std::copy(data.states.begin(), data.states.end(), hybrid_.elements.states);
             std::copy(data.soft.begin(), data.soft.end(), hybrid_.elements.soft);
+            std::copy(data.joint.begin(), data.joint.end(), hybrid_.elements.joint);
         }
         vi::set_lines(hybrid_, data.kappas.data(), lines_);
         for (int i = 0; i < hybrid_.contacts(); ++i) {

@@ -47,6 +47,7 @@ struct system_data {
     std::vector<contact_data> contacts;
     std::vector<int> states; // which each element has, as bits
     std::vector<bool> soft;  // which elements are soft stops
+    std::vector<bool> joint; // which act on massless coordinates
     bool given = false;      // whether watches give the mode that follows
     bool sequential = false; // whether contacts that touch strike one after the other
 };

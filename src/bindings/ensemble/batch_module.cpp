@@ -37,7 +37,7 @@ public:
     batch(bool dense, bool mixed, bool sequential, int degrees, const array& columns,
           const varied_places& varied, const array& omegas, const array& kappas, const array& steps,
           const array& impulse, const array& mobility, const array& shift, const array& restitution,
-          bool piecewise, const std::vector<std::tuple<int, bool>>& elements,
+          bool piecewise, const std::vector<std::tuple<int, bool, bool>>& elements,
           const array& reset_shift)
         : dense_(dense), piecewise_(piecewise), columns_(columns) {
         if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2 ||
@@ -60,14 +60,16 @@ public:
         one_.lines = static_cast<long long>(lines);
         one_.contacts = static_cast<long long>(c);
         one_.mixed = mixed;
-        for (const auto& [states, soft] : elements) {
+        for (const auto& [states, soft, joint] : elements) {
             states_.push_back(states);
             soft_.push_back(soft);
+            joint_.push_back(joint);
         }
         one_.elements = static_cast<long long>(states_.size());
         one_.resets = static_cast<long long>(reset_shift.shape(0));
         one_.states = states_.data();
         one_.soft = soft_.data();
+        one_.joint = joint_.data();
         add({{"omegas", &fields::omegas, omegas, lines},
              {"kappas", &fields::kappas, kappas, lines},
              {"steps", &fields::steps, steps, 1},
@@ -236,7 +238,7 @@ private:
     system_numbers numbers_{};
     vi::batch_arrays one_{};
     std::vector<int> codes_, sides_;
-    std::vector<int> states_, soft_;                    // of elements
+    std::vector<int> states_, soft_, joint_;            // of elements
     std::vector<int> counts_, of_watch_, held_, reset_; // of watches, modes one after the other
 };
 
@@ -261,25 +263,25 @@ void bind_batch(nb::module_& m) {
         "gives\nthem to System. Numbers that vary are in the columns (V, S), which are kept, "
         "not copied:\n`varied` has by name of an array the rows of their columns by place. Arrays "
         "of members\nhave a leading axis of members.")
-        .def(
-            nb::init<bool, bool, bool, int, const array&, const varied_places&, const array&,
-                     const array&, const array&, const array&, const array&, const array&,
-                     const array&, bool, const std::vector<std::tuple<int, bool>>&, const array&>(),
-            "dense"_a, "mixed"_a, "sequential"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a,
-            "kappas"_a, "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
-            "piecewise"_a, "elements"_a, "reset_shift"_a,
-            nb::sig("def __init__(self, *, dense: bool, mixed: bool, sequential: bool, "
-                    "degrees: int, columns: numpy.typing.NDArray[numpy.float64], "
-                    "varied: dict[str, dict[int, int]], "
-                    "omegas: numpy.typing.NDArray[numpy.float64], "
-                    "kappas: numpy.typing.NDArray[numpy.float64], "
-                    "steps: numpy.typing.NDArray[numpy.float64], "
-                    "impulse: numpy.typing.NDArray[numpy.float64], "
-                    "mobility: numpy.typing.NDArray[numpy.float64], "
-                    "shift: numpy.typing.NDArray[numpy.float64], "
-                    "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
-                    "elements: list[tuple[int, bool]], "
-                    "reset_shift: numpy.typing.NDArray[numpy.float64]) -> None"))
+        .def(nb::init<bool, bool, bool, int, const array&, const varied_places&, const array&,
+                      const array&, const array&, const array&, const array&, const array&,
+                      const array&, bool, const std::vector<std::tuple<int, bool, bool>>&,
+                      const array&>(),
+             "dense"_a, "mixed"_a, "sequential"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a,
+             "kappas"_a, "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
+             "piecewise"_a, "elements"_a, "reset_shift"_a,
+             nb::sig("def __init__(self, *, dense: bool, mixed: bool, sequential: bool, "
+                     "degrees: int, columns: numpy.typing.NDArray[numpy.float64], "
+                     "varied: dict[str, dict[int, int]], "
+                     "omegas: numpy.typing.NDArray[numpy.float64], "
+                     "kappas: numpy.typing.NDArray[numpy.float64], "
+                     "steps: numpy.typing.NDArray[numpy.float64], "
+                     "impulse: numpy.typing.NDArray[numpy.float64], "
+                     "mobility: numpy.typing.NDArray[numpy.float64], "
+                     "shift: numpy.typing.NDArray[numpy.float64], "
+                     "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
+                     "elements: list[tuple[int, bool, bool]], "
+                     "reset_shift: numpy.typing.NDArray[numpy.float64]) -> None"))
         .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,
              "lower"_a, "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
              "particular"_a, "piecewise"_a,

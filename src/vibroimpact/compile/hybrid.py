@@ -95,7 +95,7 @@ class Hybrid:
         return []
 
     @property
-    def elements(self) -> list[tuple[int, bool]]:
+    def elements(self) -> list[tuple[int, bool, bool]]:
         """No element has states of its own."""
         return []
 

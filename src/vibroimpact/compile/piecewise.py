@@ -19,6 +19,13 @@ Coordinates z without mass have no velocity among y: their equations of (1) give
 are put in wherever v_z stands (4). The unused entry of y is 1, for the constant part of v_z, and returns
 there, so that a tangent vector loses its part along it.
 
+A slider is friction on one such coordinate. While it sticks, v_z is that of its belt and the equation of z
+gives its force; while it slips on a coordinate that no dashpot holds, the forces g on z balance, and
+
+    g' = -scale g                                                                           (5)
+
+gives v_z: from g = 0, where slipping begins, g stays zero, and what rounding leaves of it dies out.
+
 (theory.md, "Elements").
 """
 
@@ -88,6 +95,30 @@ class Constraint(NamedTuple):
     acceleration: Vector
 
 
+class Light(NamedTuple):
+    """Coordinates without mass in one mode.
+
+    Attributes
+    ----------
+    speeds
+        (4): v / scale of each, rows on (y, 1), by coordinate.
+    held
+        Force of each slider that sticks, by number of the element.
+    balance
+        Sum g of the forces on the coordinate of each slider that slips without a dashpot, likewise.
+    idle
+        A slider that slips though no other force is on its coordinate, which cannot be.
+    """
+
+    speeds: dict[int, Vector]
+    held: dict[int, Vector]
+    balance: dict[int, Vector]
+    idle: int | None = None
+
+
+NO_LIGHT = Light({}, {}, {})
+
+
 @dataclass(frozen=True)
 class Forces:
     """Equations (1) of one mode: everything but the constraints as rows on (y, 1)."""
@@ -95,8 +126,8 @@ class Forces:
     pull: Matrix
     constraints: list[Constraint]
     multipliers: Matrix  # (2), rows on (y, 1)
-    light: Matrix  # (4): v / scale of each coordinate without mass, rows on (y, 1)
-    redundant: int | None = None  # friction that others hold already: (2) has no answer
+    light: Light
+    never: int | None = None  # an element that cannot be in its state beside the others
 
 
 class Piecewise:
@@ -109,6 +140,7 @@ class Piecewise:
         self.lines, self.degrees = len(m.forces), m.degrees
         self.size = 2 * (self.degrees + self.lines)
         self.light = m.massless
+        self.sliders = m.sliders
         self.heavy = [i for i in range(self.degrees) if i not in self.light]
         self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
         self.omegas = [force.omega for force in m.forces]
@@ -122,11 +154,16 @@ class Piecewise:
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.codes = self._codes()
-        self.free = self._coordinates(Forces([], [], [], []))
+        self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
-            (sum(1 << s for s in e.states), isinstance(e, SoftStop)) for e in m.elements
+            (sum(1 << s for s in e.states), isinstance(e, SoftStop), self._is_joint(e))
+            for e in m.elements
         ]
+
+    def _is_joint(self, e: Element) -> bool:
+        """Whether an element acts on a coordinate without mass, whose speed depends on the others."""
+        return not isinstance(e, PhaseSwitch) and any(e.row[i] for i in self.light)
 
     def _rate(self) -> float:
         """Rate of the motion with all soft stops pressed, as a scale."""
@@ -293,7 +330,8 @@ class Piecewise:
                 pull[i][2 * (n + line) + 1] = force.cosine[i]
             pull[i][-1] = m.constant_force[i]
         constraints: list[Constraint] = []
-        redundant = None
+        held: dict[int, Friction] = {}
+        never = None
         for contact, _ in closed:
             c = m.contacts[contact]
             speed, change = (self._motion(c.motion, d) for d in (1, 2))
@@ -303,30 +341,68 @@ class Piecewise:
                 for i, x in enumerate(e.forces[e.arcs[state][2]]):
                     pull[i][-1] = pull[i][-1] + x
             elif isinstance(e, Friction) and state == FrictionState.STICK:
+                if number in self.sliders:
+                    held[number] = e
+                    continue
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
-                    redundant = number
+                    never = number
                     continue
                 change = self._motion(e.belt_motion, 1)
                 constraints.append(Constraint(list(e.row), self._belt(e), change))
             elif (law := self._law(e, state)) is not None:
                 _add_force(pull, e.row, *law)
-        light = self._light_speeds(pull)
-        pull = [self._put_in(row, light) for row in pull]
-        return Forces(pull, constraints, self._multipliers(pull, constraints), light, redundant)
+        light = self._without_mass(pull, held)
+        pull = [self._put_in(row, light.speeds) for row in pull]
+        for number, e in held.items():
+            at = self.sliders[number]
+            light.held[number] = [-x / e.row[at] for x in pull[at]]
+            _add_force(pull, e.row, light.held[number], 1)
+        multipliers = self._multipliers(pull, constraints)
+        return Forces(pull, constraints, multipliers, light, light.idle if never is None else never)
 
-    def _light_speeds(self, pull: Matrix) -> Matrix:
-        """(4): speeds at which no force is left on coordinates without mass."""
-        slots = [2 * i + 1 for i in self.light]
-        if not slots:
-            return []
-        own = [[-pull[i][j] for j in slots] for i in self.light]
-        rest = [[0.0 if j in slots else x for j, x in enumerate(pull[i])] for i in self.light]
-        return linear.solve_regular(own, rest)
+    def _without_mass(self, pull: Matrix, held: dict[int, Friction]) -> Light:
+        """(4) and (5); forces of sliders that stick follow from them."""
+        speeds = {self.sliders[number]: self._held_speed(number, e) for number, e in held.items()}
+        unknown = [i for i in self.light if i not in speeds]
+        slots = [2 * i + 1 for i in unknown]
+        holder = {i: number for number, i in self.sliders.items()}
+        own, rest, balance, idle = list[Vector](), list[Vector](), dict[int, Vector](), None
+        for i in unknown:
+            row = pull[i]
+            if i in holder and row[2 * i + 1] == 0.0:
+                balance[holder[i]] = row
+                row = self._rate_of_balance(row)
+                if row[2 * i + 1] == 0.0:  # nothing else is on it
+                    idle, row = holder[i], [-float(j == 2 * i + 1) for j in range(len(row))]
+            row = self._put_in(row, speeds)
+            own.append([-row[j] for j in slots])
+            rest.append([0.0 if j in slots else x for j, x in enumerate(row)])
+        speeds |= dict(zip(unknown, linear.solve_regular(own, rest), strict=True))
+        return Light(speeds, {}, balance, idle)
 
-    def _put_in(self, row: Vector, light: Matrix) -> Vector:
+    def _held_speed(self, number: int, e: Friction) -> Vector:
+        """Speed / scale of the coordinate of a slider that sticks, by r v = s."""
+        at = self.sliders[number]
+        others = [0.0 if j == at else x for j, x in enumerate(e.row)]
+        moved = _sum(self._waves(self._belt(e)), self._velocity(others), -1.0)
+        return [x / (self.scale * e.row[at]) for x in moved]
+
+    def _rate_of_balance(self, row: Vector) -> Vector:
+        """(5) over scale: a row whose zero it is, from that of g, on positions, waves and 1."""
+        out = list(row)
+        for i in range(self.degrees):
+            out[2 * i + 1] = row[2 * i]
+        for line, omega in enumerate(self.omegas):
+            at = 2 * (self.degrees + line)
+            turn = omega / self.scale
+            out[at] = out[at] - turn * row[at + 1]
+            out[at + 1] = out[at + 1] + turn * row[at]
+        return out
+
+    def _put_in(self, row: Vector, speeds: dict[int, Vector]) -> Vector:
         """A row with the speeds of coordinates without mass put in."""
         out = list(row)
-        for i, speed in zip(self.light, light, strict=True):
+        for i, speed in speeds.items():
             factor, out[2 * i + 1] = out[2 * i + 1], 0.0
             out = _sum(out, speed, factor)
         return out
@@ -366,14 +442,16 @@ class Piecewise:
         out = []
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
             if isinstance(e, Friction) and state == FrictionState.STICK:
-                holds = number != forces.redundant
-                out.append((next(held, nothing) if holds else nothing, nothing))
+                force = forces.light.held.get(number)
+                if force is None:
+                    force = nothing if number == forces.never else next(held, nothing)
+                out.append((force, nothing))
             elif isinstance(e, PhaseSwitch) or (law := self._law(e, state)) is None:
                 out.append((nothing, nothing))
             else:
                 speed = self._press_speed(e) if isinstance(e, SoftStop) else self._slip(e)
-                force = self._put_in([law[1] * x for x in law[0]], forces.light)
-                out.append((force, self._put_in(speed, forces.light)))
+                force = self._put_in([law[1] * x for x in law[0]], forces.light.speeds)
+                out.append((force, self._put_in(speed, forces.light.speeds)))
         return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
@@ -406,7 +484,7 @@ class Piecewise:
                 to_v[i][2 * i + 1] = scale
                 from_v[2 * i + 1][i] = 1.0 / scale
         shift, particular = [0.0] * size, linear.zeros(size, 2 * lines)
-        for i, speed in zip(self.light, forces.light, strict=False):
+        for i, speed in forces.light.speeds.items():
             to_v[i] = [scale * x for x in speed[:-1]]
             to_v[i][2 * i + 1] = scale * speed[-1]
             shift[2 * i + 1] = 1.0
@@ -441,7 +519,7 @@ class Piecewise:
                 total[i] = _sum(total[i], mu, c.row[i])
         acceleration = self._accelerations(total)
         b, constant = linear.zeros(size, size), [0.0] * size
-        for i, speed in zip(self.light, forces.light, strict=True):
+        for i, speed in forces.light.speeds.items():
             b[2 * i] = [self.scale * x for x in speed[:-1]]
             constant[2 * i] = self.scale * speed[-1]
             b[2 * i + 1][2 * i + 1], constant[2 * i + 1] = -self.scale, self.scale
@@ -508,8 +586,8 @@ class Piecewise:
         return linear.largest([speed]) <= 2.0**-40 * size
 
     def _watches(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Watch]:
-        if forces.redundant is not None:  # 0 >= 1: never taken, one of them slips at speed zero
-            return [([0.0] * self.size, 0.0, 1.0, math.inf, forces.redundant, False, -1, -1)]
+        if forces.never is not None:  # 0 >= 1: of two constraints alike one slips at speed zero
+            return [([0.0] * self.size, 0.0, 1.0, math.inf, forces.never, False, -1, -1)]
         watches: list[Watch] = []
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
@@ -521,6 +599,10 @@ class Piecewise:
                 reset = self._impulse_after(number, state)
                 watches.append(self._watch(late, 0.0, math.inf, number, forces))
                 watches.append(self._watch(early, -math.inf, 0.0, number, forces, reset=reset))
+            elif number in self.sliders:
+                found = self._slider_watches(number, FrictionState(state), forces)
+                if (g := forces.light.balance.get(number)) is not None:
+                    watches.append(self._watch(g, 0.0, 0.0, number, forces, held=True))
             elif state == FrictionState.STICK:
                 watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
                 found = self._sticking_watches(e, forces.multipliers[stuck])
@@ -539,8 +621,15 @@ class Piecewise:
         self, row: Vector, low: float, high: float, number: int, forces: Forces,
         *, held: bool = False, reset: int = -1,
     ) -> Watch:  # fmt: skip
-        whole = self._put_in(row, forces.light)
+        whole = self._put_in(row, forces.light.speeds)
         return whole[:-1], whole[-1], low, high, number, held, reset, -1
+
+    def _slider_watches(self, number: int, state: FrictionState, forces: Forces) -> list[Row]:
+        e = self.mechanism.elements[number]
+        assert isinstance(e, Friction)
+        if state is FrictionState.STICK:
+            return self._sticking_watches(e, forces.light.held[number])
+        return self._slipping_watches(e, state)
 
     def _sticking_watches(self, e: Friction, force: Vector) -> list[Row]:
         assert e.static is not None

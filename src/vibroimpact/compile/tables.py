@@ -69,7 +69,7 @@ class Stacks:
     piecewise: bool
     sequential: bool
     degrees: int
-    elements: list[tuple[int, bool]]
+    elements: list[tuple[int, bool, bool]]
     systems: dict[str, Stack]
     modes: list[dict[str, Any]]
     columns: Floats

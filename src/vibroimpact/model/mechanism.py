@@ -188,7 +188,7 @@ class Mechanism:
         M (symmetric, positive definite), C and K, shape (n, n), 1 <= n <= 20. K may be singular:
         free masses are ordinary. Damping need not be proportional. C and K need not be symmetric:
         gyroscopic and circulatory forces, creep. Coordinates without mass, whose rows of M are zero,
-        are first-order states; dashpots must hold them.
+        are first-order states, held by dashpots, or sliders, each held by friction.
     forces
         Harmonic lines, at most 12, those of moving stops and belts included.
     contacts
@@ -253,28 +253,72 @@ class Mechanism:
 
     @property
     def massless(self) -> list[int]:
-        """Coordinates without mass: first-order states, held by dashpots."""
+        """Coordinates without mass: first-order states, and sliders."""
         return [i for i, row in enumerate(self.mass) if not any(row)]
 
+    @property
+    def sliders(self) -> dict[int, int]:
+        """Friction on a coordinate without mass: that coordinate, by number of the element."""
+        return {
+            number: i
+            for number, e in enumerate(self.elements)
+            if isinstance(e, Friction)
+            for i in self.massless
+            if e.row[i]
+        }
+
     def _check_massless(self) -> None:
-        """Refuse a coordinate without mass that no dashpot holds, or that a stop would hit."""
+        """Refuse a coordinate without mass that nothing holds, or that would need an impulse."""
         light = self.massless
         if not light:
             return
-        damping = [[self.damping[i][j] for j in light] for i in light]
-        if linear.cholesky(linear.plus(damping, linear.transpose(damping))) is None:
+        self._check_sliders()
+        free = [i for i in light if i not in self.sliders.values()]
+        damping = [[self.damping[i][j] for j in free] for i in free]
+        if free and linear.cholesky(linear.plus(damping, linear.transpose(damping))) is None:
             raise InvalidParameterError(
-                f"mass: coordinate {light[0]} is massless, and no dashpot holds it (damping between "
-                "massless coordinates must be positive definite). Give it a mass or a dashpot, or "
-                "remove it."
+                f"mass: coordinate {free[0]} is massless, and neither a dashpot nor friction holds it "
+                "(damping between massless coordinates must be positive definite). Give it a mass, a "
+                "dashpot or friction, or remove it."
             )
-        for name, element in [("contacts", c) for c in self.contacts] + [
-            ("elements", e) for e in self.elements if isinstance(e, Friction)
-        ]:
-            if any(element.row[i] for i in light):
+        if any(contact.row[i] for contact in self.contacts for i in light):
+            raise InvalidParameterError(
+                f"contacts: a rigid stop on coordinate {light[0]}, which has no mass, would need an "
+                "infinite acceleration. Give it a mass, or take a SoftStop."
+            )
+        switches = [e for e in self.elements if isinstance(e, PhaseSwitch)]
+        if any(impulse[i] for e in switches for impulse in e.impulses for i in light):
+            raise InvalidParameterError(
+                f"impulses: one acts on coordinate {light[0]}, which has no mass. Give it a mass."
+            )
+
+    def _check_sliders(self) -> None:
+        """Refuse friction on coordinates without mass whose forces or speeds are not determined."""
+        light, sliders = self.massless, self.sliders
+        for number, at in sliders.items():
+            e, name = self.elements[number], f"elements[{number}]"
+            assert isinstance(e, Friction)
+            if sum(1 for i in light if e.row[i]) > 1 or [*sliders.values()].count(at) > 1:
                 raise InvalidParameterError(
-                    f"{name}: a rigid stop or friction on coordinate {light[0]}, which has no mass, "
-                    "would need an infinite acceleration. Give it a mass, or take a SoftStop."
+                    f"{name}: of coordinates without mass each slider holds one of its own. Give the "
+                    f"others than {at} a mass, or one friction for each."
+                )
+            if e.load is not None or e.static != e.kinetic:
+                raise InvalidParameterError(
+                    f"{name}: friction on coordinate {at}, which has no mass, has one constant level, "
+                    "as its force could not jump. Leave out static and load, or give it a mass."
+                )
+        damping = self.damping
+        for e in self.elements:
+            if isinstance(e, SoftStop) and any(e.law(side)[2] for side in (1, -1)):
+                damping = linear.plus(damping, [[x * y for y in e.row] for x in e.row])
+        for i in sliders.values():
+            others = [j for j in sliders.values() if j != i]
+            if any(damping[i][j] for j in others) or (not damping[i][i] and any(damping[i])):
+                raise InvalidParameterError(
+                    f"damping: a dashpot between two sliders, one of them coordinate {i}, or a part "
+                    "of damping beside a zero on the diagonal leaves speeds undetermined. Give the "
+                    "coordinate a mass."
                 )
 
     def _set_elements(self) -> None:

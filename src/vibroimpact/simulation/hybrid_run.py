@@ -230,7 +230,7 @@ def _compiled(system: HybridSystem) -> tuple[Any, float]:
     step = rounded_down(STEP_ANGLE / rate, STEP_BITS)
     kernel = _kernel.System(
         dense=True, mixed=False, dimension=size, degrees=pairs, omegas=list(system.omegas),
-        kappas=[1.0] * lines, step=step, laws=[], elements=[(1, False)], given=True,
+        kappas=[1.0] * lines, step=step, laws=[], elements=[(1, False, False)], given=True,
         sequential=False,
     )  # fmt: skip
     names, guards = list(system.modes), list(system.guards)
