@@ -48,6 +48,19 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     return e;
 }
 
+// Where elements have changed their states, contacts at rest beside those that are closed are decided anew with these:
+// friction may have held one that is pressed now.
+template <class T, class Flow>
+VI_HD inline void reopen_beside(const hybrid<Flow>& system,
+                                trajectory<T, typename Flow::shape_type>& at) {
+    if (system.is_open(at.mode)) return;
+    for (int i = 0; i < system.contacts(); ++i)
+        if (at.touching[i] != 0.0 && plain(at.rate[i]) == 0.0 && side_in_code(at.held, i) == 0.0) {
+            leave_mode(system, at);
+            return;
+        }
+}
+
 // After an event: the states of elements, then whether contacts stay closed. The code of a mode that is missing, or 0.
 template <class T, class Flow>
 VI_HD inline int settle_after(const hybrid<Flow>& system,
@@ -61,6 +74,7 @@ VI_HD inline int settle_after(const hybrid<Flow>& system,
         if (states.what == decision::missing) return states.code;
         if (states.what == decision::undecided) e.what = status::undecided;
         if (system.elements.given) return 0;
+        if (before != at.elements.code) reopen_beside(system, at);
         if (e.what != status::change) return stay_closed(system, at);
         if (before == at.elements.code) e.what = status::grazing;
         if (states.what == decision::non_unique) e.what = status::non_unique;

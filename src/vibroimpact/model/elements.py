@@ -211,6 +211,7 @@ class Friction:
     ----------
     row
         Slipping coordinate row . x, shape (n,), not all zero; (1, -1) for two masses on each other.
+        On a coordinate without mass it is a slider: plastic soil, an elastoplastic spring.
     kinetic
         Friction force while it slips, >= 0; with ``load`` the coefficient of friction.
     static
