@@ -12,7 +12,6 @@ import pytest
 from support.bifurcations import torus_of_set_a, torus_of_set_c
 from vibroimpact_papers.impact_damper import figures, parameter_sets, unfolding
 from vibroimpact_papers.impact_damper.plan import Plan
-from vibroimpact_papers.impact_damper.resonances import orbit_at
 from vibroimpact_papers.impact_damper.unfolding import Sector, Unfolded, unfolded
 from vibroimpact_papers.impact_damper.unfolding_flows import (
     CUBE_ROOT,
@@ -46,8 +45,10 @@ def sector(one: Unfolded, number: int) -> Sector:
 
 
 def test_parameters_of_a_sector_give_its_multiplier() -> None:
-    for s in around(0.978).sectors:
-        assert unfolding.mu_at(SET, 1j, s.omega, s.half_clearance) == pytest.approx(s.mu, abs=1e-11)
+    one = around(0.978)
+    for s in one.sectors:
+        mu = unfolding.mu_at(SET, one.flow, s.omega, s.half_clearance)
+        assert mu == pytest.approx(s.mu, abs=1e-11)
 
 
 def test_where_the_fixed_point_is_stable_every_motion_shrinks_to_it() -> None:
@@ -81,14 +82,14 @@ def test_error_of_the_predicted_orbit_falls_with_its_size(monkeypatch: pytest.Mo
     for size in (0.002, 0.0005):  # |z| is halved
         monkeypatch.setattr(FourFlow, "size", size)
         flow = FourFlow(point.normal_form)
-        s = unfolding._sector(SET, point, flow, flow.places()[2])
+        s = unfolding._sector(SET, list(point.parameters.values()), flow, flow.places()[2])
         errors.append(np.median(last(s.simulated)) / abs(s.periodic[-1]) - 1.0)
     assert abs(errors[1]) < 0.6 * abs(errors[0])
 
 
 def test_below_modulus_one_motions_leave_in_the_middle_and_end_on_a_distant_2_2_2() -> None:
     one = around(0.928)
-    assert not one.folds
+    assert not one.born
     s = sector(one, 3)
     assert np.isnan(s.predicted[:, -1]).all()  # the first terms send them away
     ends = last(s.simulated)
@@ -97,10 +98,10 @@ def test_below_modulus_one_motions_leave_in_the_middle_and_end_on_a_distant_2_2_
 
 def test_computed_folds_begin_along_the_predicted_half_lines() -> None:
     one = around(0.978)
-    assert len(one.folds) == 2
+    assert len(one.born) == 2
     taken = set()
-    for fold in one.folds:
-        mus = np.array([unfolding.mu_at(SET, 1j, *v) for v in fold.values])
+    for fold in one.born:
+        mus = np.array([unfolding.mu_at(SET, one.flow, *v) for v in fold])
         near = mus[np.argsort(np.abs(mus))[:5]]
         turns = [abs(cmath.phase(near[0] / d)) for d in one.flow.form.fold_directions]
         taken.add(int(np.argmin(turns)))
@@ -183,9 +184,9 @@ def test_the_damper_moves_less_at_the_predicted_saddle_the_nearer_the_resonance(
             z = flow.periodic(place.mu)
             np.testing.assert_allclose(np.abs(flow.rate(place.mu, z)), 0.0, atol=1e-12)
             start = list(point.parameters.values())
-            at = unfolding.parameters_at(chosen, start, flow.root, place.mu)
-            orbit = orbit_at(chosen, *at)
-            rows = unfolding.iterated(flow.form, orbit, complex(z[0]), 3, 2, math.inf)
+            at = unfolding.parameters_at(chosen, flow, start, place.mu)
+            half = unfolding.half_map(chosen, flow, *at)
+            rows = unfolding.iterated(flow.form, half, complex(z[0]), 3, 2, math.inf)
             errors.append(abs(rows[1] - rows[0]) / abs(place.mu * z[0]))
         moved.append(max(errors))
     # relative to the terms that cancel, what is left is of order |mu|

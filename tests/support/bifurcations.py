@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 import vibroimpact as vi
+from vibroimpact.continuation import Steps
 
 from .systems import paper_damper
 
@@ -49,3 +51,17 @@ def oscillator_branch(omega: float = 2.0) -> vi.Branch:
     along = vi.continue_orbit(start, "omega", (1.9, 2.5))
     there = along.orbit(int(np.argmin(np.abs(along.values - omega))))
     return vi.continue_orbit(there, "clearance", (-0.5, 0.5))
+
+
+@cache
+def double_of_set_c(label: str) -> vi.CodimensionTwoPoint:
+    """R2_1 of set C, on the orbit of sign +1, or R1_1, on that of sign -1."""
+    sign, at, omegas, bounds = {
+        "R2_1": (1, (0.4995, 1.63), (0.4985, 0.4999), ((0.4985, 0.5005), (1.5, 1.7))),
+        "R1_1": (-1, (0.364, 8.93), (0.362, 0.366), ((0.3605, 0.367), (8.8, 9.05))),
+    }[label]
+    damper = replace(paper_damper("C", at[0]), half_clearance=at[1])
+    orbit = next(o for o in vi.symmetric_orbits(damper) if o.sign == sign)
+    coarse = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=200)
+    branch = vi.continue_orbit(orbit, "omega", omegas, steps=coarse)
+    return vi.continue_bifurcation(branch["NS1"], PLANE, bounds, steps=coarse)[label]

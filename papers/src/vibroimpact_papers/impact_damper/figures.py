@@ -33,7 +33,7 @@ from vibroimpact.plotting import (
 )
 from vibroimpact.simulation.simulate import Run, simulate
 from vibroimpact_papers.impact_damper.resonances import tongues_from
-from vibroimpact_papers.impact_damper.unfolding import REACH
+from vibroimpact_papers.impact_damper.unfolding import RADII, REACH
 
 COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE)
 COLUMNS = 3
@@ -43,8 +43,12 @@ LEAST_WINDOW = 0.02  # of the half clearance: a fixed point is shown in a window
 MARGIN = 0.08
 PIXELS_PER_INCH = 160
 BRANCH = 1
+# Around a resonance: curves of other orbits that begin there, and that of one critical multiplier.
+BORN = {"1:4": "folds of 2-2-2", "1:2": "Neimark-Sacker, doubled orbit"}
+SIMPLE = {"1:2": "symmetry breaking", "1:1": "fold"}
+SCALED = {"1:2": r"\dot x/|m_1|", "1:1": r"\dot x/|m_1|^{3/4}"}
+DASHES = ("--", ":", "-.")
 # The most frequent of the three sets together, so that their planes have the same colours.
-PREDICTED = {"1:4": "folds, predicted", "1:3": "end of the circle, predicted"}
 PLANE_SYMBOLS = ("1-1-1", "2-2-2", "3-3-3", "3-4-4", "5-5-5", "7-7-7", "4-4-4")
 
 
@@ -223,35 +227,36 @@ def _smoothness(ax: Axes, data: xr.Dataset) -> None:
 
 def _unfolding(data: xr.Dataset) -> Figure:
     """Draw the parameters of the sectors, and in each the portraits, predicted over simulated."""
-    count = data.sizes["sector"]
-    figure = Figure(figsize=(2.45 * (count + 1.25), 5.3), layout="constrained")
+    count, name = data.sizes["sector"], str(data.attrs["resonance"])
+    height = 5.3 if count < 5 else 6.0
+    figure = Figure(figsize=(2.45 * (count + 1.25), height), layout="constrained")
     grid = figure.add_gridspec(2, count + 1, width_ratios=[1.35, *[1.0] * count])
     _around(figure.add_subplot(grid[:, 0]), data)
+    up = SCALED.get(name, r"\mathrm{Im}\,z")
     for i in range(count):
         pair = [figure.add_subplot(grid[row, i + 1]) for row in range(2)]
-        for ax, name in zip(pair, ("predicted", "simulated"), strict=True):
-            _portrait_of_z(ax, data.isel(sector=i), name, float(data.attrs["unit"]))
-            ax.set_ylabel(f"{name}\n$\\mathrm{{Im}}\\,z$" if i == 0 else "")
+        for ax, how in zip(pair, ("predicted", "simulated"), strict=True):
+            _portrait_of_z(ax, data.isel(sector=i), how, float(data.attrs["unit"]))
+            ax.set_ylabel(f"{how}\n${up}$" if i == 0 else "")
         pair[0].set_title(f"({i + 1}) {data['words'].values[i]}", fontsize=8.5, loc="left")
         pair[0].set_xlabel("")
+        pair[1].set_xlabel(r"$x/|m_1|^{1/2}$" if name in SCALED else r"$\mathrm{Re}\,z$")
     return figure
 
 
 def _around(ax: Axes, data: xr.Dataset) -> None:
     """Draw the curves that meet at the point, and where the portraits are."""
-    looks: dict[str, dict[str, Any]] = {
-        "torus": {"color": style.BLACK, "linewidth": 1.4, "label": "Neimark-Sacker"},
-        "folds": {"color": style.BLUE, "linewidth": 1.4, "label": "folds of 2-2-2"},
-        "half_lines": {"color": style.ORANGE, "linewidth": 1.2, "linestyle": "--",
-                       "label": PREDICTED[str(data.attrs["resonance"])]},
-    }  # fmt: skip
-    for name, look in looks.items():
-        if np.isfinite(data[name].values).any():
-            ax.plot(*data[name].values.T, **look)
-    point = data.attrs["point_omega"], data.attrs["point_half_clearance"]
-    ax.plot(*point, marker="o", color=style.BLACK, markersize=5.5, linestyle="none",
-            label=str(data.attrs["resonance"]))  # fmt: skip
-    at = data["sector_at"].values
+    name = str(data.attrs["resonance"])
+    own = name in SIMPLE  # drawn in the plane of (m1, m2)
+    if own:
+        ax.axvline(0.0, color=style.GREEN, linewidth=1.4, label=SIMPLE[name])
+    ax.plot(*data["torus"].values.T, color=style.BLACK, linewidth=1.4, label="Neimark-Sacker")
+    if np.isfinite(data["born"].values).any():
+        ax.plot(*data["born"].values.T, color=style.BLUE, linewidth=1.4, label=BORN[name])
+    _predicted_lines(ax, data)
+    point = (0.0, 0.0) if own else (data.attrs["point_omega"], data.attrs["point_half_clearance"])
+    ax.plot(*point, marker="o", color=style.BLACK, markersize=5.5, linestyle="none", label=name)
+    at = np.column_stack([data["mu_real"], data["mu_imag"]]) if own else data["sector_at"].values
     ax.plot(*at.T, marker="s", color=style.VERMILION, markersize=4.5, linestyle="none",
             label="portraits")  # fmt: skip
     for i, (x, y) in enumerate(at):
@@ -260,20 +265,29 @@ def _around(ax: Axes, data: xr.Dataset) -> None:
     reach = REACH * np.abs(at - point).max(axis=0)
     ax.set(xlim=(point[0] - reach[0], point[0] + reach[0]),
            ylim=(point[1] - reach[1], point[1] + reach[1]),
-           xlabel=r"forcing frequency $\omega$", ylabel=r"half clearance $\delta$")  # fmt: skip
+           xlabel=r"$m_1$" if own else r"forcing frequency $\omega$",
+           ylabel=r"$m_2$" if own else r"half clearance $\delta$")  # fmt: skip
     ax.locator_params(axis="x", nbins=3)
     ax.legend(fontsize=7.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1)
+
+
+def _predicted_lines(ax: Axes, data: xr.Dataset) -> None:
+    """Draw the lines that theory predicts, those of one name alike."""
+    words = [str(w) for w in np.atleast_1d(data.attrs["line_words"])]
+    values = data["lines"].values
+    ends = np.flatnonzero(np.isnan(values[:, 0]))
+    for name, dash in zip(dict.fromkeys(words), DASHES, strict=False):
+        parts = [part for part, w in zip(np.split(values, ends), words, strict=False) if w == name]
+        ax.plot(*np.concatenate(parts).T, color=style.ORANGE, linewidth=1.2, linestyle=dash,
+                label=name)  # fmt: skip
 
 
 def _portrait_of_z(ax: Axes, one: xr.Dataset, name: str, unit: float) -> None:
     """Draw trajectories in the plane of z, coloured by the radius of their starts."""
     x, y = one[f"{name}_real"].values, one[f"{name}_imag"].values
-    starts = np.hypot(one["predicted_real"].values[:, 0], one["predicted_imag"].values[:, 0])
-    radii = np.unique(np.round(starts / unit, 3))
-    for radius, colour in zip(radii, (style.BLUE, style.GREEN, style.ORANGE), strict=False):
-        chosen = np.round(np.hypot(x[:, 0], y[:, 0]) / unit, 3) == radius
-        gap = np.full((int(chosen.sum()), 1), np.nan)
-        u, v = (np.hstack([part[chosen], gap]).ravel() for part in (x, y))
+    gap = np.full((len(x) // len(RADII), 1), np.nan)
+    for i, colour in enumerate((style.BLUE, style.GREEN, style.ORANGE)):
+        u, v = (np.hstack([np.split(part, len(RADII))[i], gap]).ravel() for part in (x, y))
         if name == "predicted":
             ax.plot(u, v, color=colour, linewidth=0.6, rasterized=True)
         else:
@@ -282,7 +296,7 @@ def _portrait_of_z(ax: Axes, one: xr.Dataset, name: str, unit: float) -> None:
             markersize=4.0, markerfacecolor="white", markeredgecolor=style.BLACK, zorder=4)  # fmt: skip
     points = np.hypot(one["periodic_real"].values, one["periodic_imag"].values)
     reach = max(2.1 * unit, 1.15 * float(np.nanmax(points, initial=0.0)))
-    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=r"$\mathrm{Re}\,z$", aspect="equal")
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     ax.locator_params(nbins=4)
 
 

@@ -114,6 +114,8 @@ class Plan:
         ("A", "R4", 0.928),
         ("C", "R4", 0.413),
         ("C", "R3", 0.445),
+        ("C", "R2", 0.4999),
+        ("C", "R1", 0.3622),
     )
     spectrum_points: int = 28
     spectrum_impacts: int = 1500

@@ -6,12 +6,21 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
 from vibroimpact.normal_forms.strong_resonance import OneToOne
 from vibroimpact.tori.circle import Circle
 from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
-from vibroimpact_papers.impact_damper.unfolding import Unfolded
-from vibroimpact_papers.impact_damper.unfolding_flows import STABLE_BETWEEN, ThreeFlow
+from vibroimpact_papers.impact_damper.unfolding import Unfolded, stride
+from vibroimpact_papers.impact_damper.unfolding_flows import (
+    STABLE_BETWEEN,
+    FourFlow,
+    OneFlow,
+    ThreeFlow,
+    TwoFlow,
+)
+from vibroimpact_papers.impact_damper.unfolding_motions import BLOCK
 from vibroimpact_papers.report import Table, Text
 from vibroimpact_papers.report.page import Block, Cell
 
@@ -159,19 +168,26 @@ def _distance_row(d: Distance) -> list[Cell]:
 
 
 def _unfoldings(found: Findings, pictures: Pictures) -> list[Block]:
-    """Return the portraits around resonances 1:4 and 1:3."""
+    """Return the portraits around strong resonances."""
     if not found.unfolded:
         return []
     blocks: list[Block] = [
         Text(
             (
+                "Every strong resonance in the planes is shown below with its surroundings. "
                 "What happens at a resonance 1:4 is decided by one number, A. Near it, in a frame "
                 "that turns by a right angle each half period, the coordinate z of a motion on the "
                 "centre manifold moves by z\u2032 = μ z − i c z|z|² − i d z̄³, with "
-                "μ = log(ν / i). Below, this prediction stands above simulations of the damper "
+                "μ = log(ν / i). This prediction stands above simulations of the damper "
                 "itself, started at the same z, at the parameters of the numbered squares, all "
                 "with the same |μ|. Next to a resonance 1:3, with μ = log(ν / ν₀) and ν₀ at 120°, "
                 "z\u2032 = μ z + b\u2032 z̄² + c\u2032 z|z|²; there Re c\u2032 decides.",
+                "At 1:2 and 1:1 two multipliers meet, and the motion has one coordinate x and its "
+                "rate. In units of x and of time that the coefficients give, "
+                "x\u2033 = m₁x + m₂x\u2032 − x³ − x²x\u2032 next to the 1:2 of set C, for every "
+                "second half period, and x\u2033 = m₁ + m₂x\u2032 + x² + xx\u2032 next to its 1:1; m₁ and "
+                "m₂ are computed from the two multipliers. The lines of the sectors lie so near each "
+                "other in ω and δ that they are drawn over m₁ and m₂.",
             )
         )
     ]
@@ -189,21 +205,37 @@ def _around(one: Unfolded) -> str:
     """Return what the portraits around a resonance show."""
     at, flow = one.point.parameters, one.flow
     place = f"ω = {at['omega']:.6f}, half clearance {at['half_clearance']:.6f}, "
-    rings = " Colours: radius of the start. Rings: points of period {} by the normal form. "
-    if isinstance(flow, ThreeFlow) and flow.cubic.real > 0.0:
-        return f"{place}Re c\u2032 = {flow.cubic.real:.4f}: the circle repels." + rings.format(
-            "three"
-        )
+    if isinstance(flow, FourFlow):
+        return place + _around_four(one, flow)
     if isinstance(flow, ThreeFlow):
-        return (
-            f"{place}Re c\u2032 = {flow.cubic.real:.4f}, negative: the circle attracts."
-            + rings.format("three")
-            + "They belong to a saddle of three half periods, 3-3-3, on all sides of the point: it "
-            "bounds what is attracted. Between the Neimark-Sacker curve and the dashed line, at "
-            "which the circle meets the saddle by theory, a circle attracts (2, 4); beyond, nothing "
-            "near the orbit does, and motions leave (3)."
-        )
-    said = f"{place}|A| = {abs(flow.form.scaled):.4f}." + rings.format("four")
+        return place + _around_three(flow)
+    away = max(abs(s.half_clearance - at["half_clearance"]) for s in one.sectors)
+    near = f" The portraits are at half clearances within {away:.1g} of it."
+    return (
+        place + (_around_two(flow) if isinstance(flow, TwoFlow) else _around_one(one, flow)) + near
+    )
+
+
+def _rings(count: str) -> str:
+    return f" Colours: radius of the start. Rings: points of period {count} by the normal form. "
+
+
+def _around_three(flow: ThreeFlow) -> str:
+    said = f"Re c\u2032 = {flow.cubic.real:.4f}"
+    if flow.cubic.real > 0.0:
+        return f"{said}: the circle repels." + _rings("three")
+    return (
+        f"{said}, negative: the circle attracts."
+        + _rings("three")
+        + "They belong to a saddle of three half periods, 3-3-3, on all sides of the point: it "
+        "bounds what is attracted. Between the Neimark-Sacker curve and the dashed line, at "
+        "which the circle meets the saddle by theory, a circle attracts (2, 4); beyond, nothing "
+        "near the orbit does, and motions leave (3)."
+    )
+
+
+def _around_four(one: Unfolded, flow: FourFlow) -> str:
+    said = f"|A| = {abs(flow.form.scaled):.4f}." + _rings("four")
     if not flow.form.folds_exist:
         return (
             f"{said}|A| < 1: no folds. A saddle of four half periods bounds what is attracted, on "
@@ -223,6 +255,38 @@ def _around(one: Unfolded) -> str:
             "the symmetric orbit and the node both attract, and the saddle divides their starts."
         )
     return said
+
+
+def _around_two(flow: TwoFlow) -> str:
+    c, d = flow.cubic
+    return (
+        f"C = {c:.5f}, D = {d:.4f}: both negative."
+        + _rings("two")
+        + "They are the doubled orbit of "
+        "the half map: two 1-1-1 motions that are mirror images, where the symmetric one has lost "
+        "its symmetry (m₁ > 0). Clockwise from (1): the symmetric orbit is stable; a circle "
+        "attracts (2), and goes around all three orbits once symmetry is broken (3); the doubled "
+        "orbit becomes stable inside two small circles that repel (4); these join in a figure "
+        "eight, and one large circle that repels is inside that which attracts (5); both meet, and "
+        "the doubled orbit alone attracts (6). Solid blue: where its multipliers leave the unit "
+        "circle, computed on the orbits themselves. Points are "
+        f"{stride(flow)} half periods apart; their mirror images are shown, too."
+    )
+
+
+def _around_one(one: Unfolded, flow: OneFlow) -> str:
+    a, b = flow.quadratic
+    outside = float(np.abs(one.point.normal_form.multipliers).max())
+    return (
+        f"A = {a:.4f}, B = {b:.4f}: of one sign, so the circle repels. Rings: the two symmetric "
+        "orbits, the saddle on the right; they meet in the fold, beyond which motions pass by (1). "
+        "The other orbit is unstable on the centre manifold (2) or, below the Neimark-Sacker curve, "
+        "stable inside a circle (3), which ends at a homoclinic orbit of the saddle (4). "
+        f"Another multiplier of the half map, {outside:.4f}, is outside the unit circle, and every "
+        "motion would leave the manifold. The simulated ones are held on it: once in "
+        f"{BLOCK} half periods the state is changed along the unstable direction, by less than "
+        f"10⁻³ of the distance between both orbits. Points are {stride(flow)} half periods apart."
+    )
 
 
 def _spectra(pictures: Pictures) -> list[Block]:
