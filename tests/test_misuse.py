@@ -718,10 +718,18 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
             "13 frequencies are given; must be at most 12, those of moving stops",
         ),
         (
-            lambda: vi.find_orbit(still(RUBBING), vi.State((1.0,), (0.0,))),
-            "orbits are found for rigid stops.*Take simulate",
+            lambda: vi.find_orbit(
+                still(vi.PhaseSwitch(1.0, (0.0,), ((1.0,),), ((0.1,),))), vi.State((1.0,), (0.0,))
+            ),
+            "orbits are found for phase switches without impulses.*Take simulate",
         ),
-        (lambda: vi.find_orbits(still(RUBBING)), "orbits are found for rigid stops"),
+        (lambda: vi.find_orbits(still(RUBBING)), "lists of orbits, are found for rigid stops"),
+        (
+            lambda: vi.find_orbit(
+                still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), impacts=[(0, 1)]
+            ),
+            "0 flights are given for 1 impacts.*Give a run, a state or an orbit",
+        ),
         (
             lambda: vi.impact_section(still(RUBBING), vi.State((1.0,), (0.0,)), points=3),
             "is friction, which has no stop.*stroboscopic section",

@@ -25,7 +25,7 @@ from support.systems import paper_damper
 import vibroimpact as vi
 from vibroimpact.compile.prescribed import COASTING, compile_prescribed
 from vibroimpact.orbits.maps import SegmentMap, solved_map
-from vibroimpact.orbits.multipliers import section_basis, solved_coordinate
+from vibroimpact.orbits.multipliers import section_basis
 from vibroimpact.orbits.orbit import Orbit
 
 EPS = np.finfo(float).eps
@@ -290,9 +290,10 @@ def test_the_jacobian_is_that_of_the_engine() -> None:
         if not orbit.admissible:
             continue
         compared += 1
-        m, first = orbit.mechanism, orbit.signature.impacts[0]
-        solved = solved_coordinate(m, first)
-        tangents, kept = section_basis(m, first, solved, orbit.problem.size)
+        compiled, first = orbit.problem.compiled(0.0), orbit.signature.first
+        slopes = compiled.slopes(first, orbit.states[0])
+        solved = compiled.solved_coordinate(first)
+        tangents, kept = section_basis(slopes, solved, orbit.problem.size)
         engine = vi.map_derivative(
             orbit.system, orbit.state, impacts=len(orbit.signature.impacts), directions=tangents
         )

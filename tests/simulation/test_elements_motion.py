@@ -104,10 +104,9 @@ def test_a_start_at_rest_sticks_up_to_the_static_force(x: float) -> None:
 
 
 @pytest.mark.parametrize("elements", [(BILINEAR,), (BELT,)])
-def test_orbits_refuse_what_they_do_not_cover(elements: Any) -> None:
+def test_lists_of_orbits_and_circles_refuse_what_they_do_not_cover(elements: Any) -> None:
     m = oscillator(*elements)
     for search in (
-        lambda: vi.find_orbit(m, START),
         lambda: vi.find_orbits(m, cycles=1, impacts=1, starts=1),
         lambda: vi.find_circle(m, START),
     ):

@@ -1,17 +1,19 @@
-// Motions with a prescribed sequence of impacts, and the maps that they define.
+// Motions with a prescribed sequence of impacts and changes of state, and the maps that they define.
 //
-// Method      Where the impacts and, nearly, their times are known, nothing has to be searched. With
+// Method      Where the events and, nearly, their times are known, nothing has to be searched. With
 //             zeta = (x, v, theta), theta the phase of the first forcing line, a flight of length t
-//             and the impact at its end are
+//             in a mode and the crossing of a guard at its end are
 //               y = exp(B t) y(zeta),  gap = row . y - limit,  y+ by (1) of restitution.hpp   (1)
 //             analytic functions of zeta, t and the parameters, also where no motion runs so: the
-//             gap need not be zero, and stops in between are not seen.
+//             gap need not be zero, and guards in between are not seen. Where an element changes its
+//             state y does not jump: the impulse is zero.
 //             A return map solves gap = 0 for t: in jets, by Newton steps dt = -gap / rate from a
 //             time whose value is right, each of which doubles the order that is right; a shift by
 //             an infinitely small dt is a Taylor series that ends.                          (2)
 //             R = double: B is constant, its exponential is computed once. R = T: B carries the
 //             derivatives with respect to a parameter.
-// Assumes     one contact at a time; y = (x_i, v_i / rate) in pairs, then the forcing pairs (sin, cos)
+// Assumes     one event at a time; y = (x_i, v_i / rate) in pairs, then the forcing pairs (sin, cos), in
+//             every mode
 // Accuracy    that of dense_flow; times solve gap = 0 to the value they come with
 // Fails       (2) divides by the closing rate: infinite at grazing
 // Reference   theory.md, "Periodic orbits"
@@ -23,10 +25,10 @@
 
 namespace vi {
 
-// One side of one contact.
+// One side of one contact, or one limit of an element's guard.
 template <class R, int Dimension>
 struct stop {
-    vec<R, Dimension> row; // on positions
+    vec<R, Dimension> row; // on y
     R limit;
     vec<R, Dimension> impulse; // changes u' by one
     R restitution;
@@ -42,6 +44,7 @@ struct arrival {
     orbit_state<T> before, after;
 };
 
+// Flights in one mode.
 template <class R, class Shape>
 struct prescribed {
     static constexpr int D = Shape::max_dimension;
@@ -137,13 +140,14 @@ struct prescribed {
         z = read(field.template short_flight<Order>(y, dt), z[2 * degrees] + (dt + t) * omega);
     }
 
-    // Put the coordinate j of z on a stop: u = limit.
+    // Put the position or velocity j of z on a stop: u = limit. A guard of the phase alone has no
+    // parameter, and z is on it.
     template <class T>
     VI_HD void put_on(const stop_type& s, orbit_state<T>& z, int j) const {
-        T rest = T(0.0) + s.limit;
-        for (int i = 0; i < degrees; ++i)
-            if (i != j) rest = rest - z[i] * s.row[2 * i];
-        z[j] = rest / s.row[2 * j];
+        if (j == 2 * degrees) return;
+        z[j] = T(0.0);
+        const R slope = j < degrees ? s.row[2 * j] : s.row[2 * (j - degrees) + 1] * (1.0 / rate);
+        z[j] = -gap(s, embed(z)) / slope;
     }
 };
 

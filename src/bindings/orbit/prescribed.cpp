@@ -49,27 +49,35 @@ vi::stop<R, shape::max_dimension> stop_of(const prescribed_data::stop& from,
     return s;
 }
 
-// Matrices of jets are large: on the heap.
 template <class R>
-std::unique_ptr<kernel<R>> kernel_of(const prescribed_data& d, const expansion<R>& at) {
-    auto k = std::make_unique<kernel<R>>();
-    k->field.dimension_ = d.dimension;
-    k->field.step = d.step;
-    k->degrees = d.degrees;
-    k->lines = static_cast<int>(d.ratios.size());
-    k->rate = d.rate;
-    std::copy(d.ratios.begin(), d.ratios.end(), k->ratio);
-    fill(&k->omega, d.omega, at);
-    fill(k->field.constant.x, d.constant, at);
-    numbers row(static_cast<std::size_t>(parameter_orders) * d.dimension);
-    const auto width = static_cast<std::ptrdiff_t>(d.dimension);
-    for (int i = 0; i < d.dimension; ++i) {
+void fill_field(kernel<R>& k, const prescribed_data::mode& from, const expansion<R>& at) {
+    k.field.step = from.step;
+    fill(k.field.constant.x, from.constant, at);
+    const auto width = static_cast<std::ptrdiff_t>(k.field.dimension_);
+    numbers row(parameter_orders * static_cast<std::size_t>(width));
+    for (std::ptrdiff_t i = 0; i < width; ++i) {
         for (int order = 0; order < parameter_orders; ++order)
-            std::copy_n(d.field.begin() + (order * width + i) * width, width,
+            std::copy_n(from.field.begin() + (order * width + i) * width, width,
                         row.begin() + order * width);
-        fill(k->field.b[i].x, row, at);
+        fill(k.field.b[i].x, row, at);
     }
-    return k;
+}
+
+// Every mode; matrices of jets are large: on the heap.
+template <class R>
+std::vector<kernel<R>> kernels_of(const prescribed_data& d, const expansion<R>& at) {
+    std::vector<kernel<R>> out(d.modes.size());
+    for (std::size_t m = 0; m < out.size(); ++m) {
+        auto& k = out[m];
+        k.field.dimension_ = d.dimension;
+        k.degrees = d.degrees;
+        k.lines = static_cast<int>(d.ratios.size());
+        k.rate = d.rate;
+        std::copy(d.ratios.begin(), d.ratios.end(), k.ratio);
+        fill(&k.omega, d.omega, at);
+        fill_field(k, d.modes[m], at);
+    }
+    return out;
 }
 
 template <class T>
@@ -144,11 +152,11 @@ numbers map_forms(const prescribed_data& d, const segments& s, const ends& e,
                   const expansion<R>& at, const numbers& directions) {
     using T = vi::mixed_jet<K>;
     const int size = 2 * d.degrees + 1, count = static_cast<int>(s.durations.size());
-    const auto k = kernel_of<R>(d, at);
+    const auto modes = kernels_of<R>(d, at);
     vi::orbit_state<T> z{};
     for (int i = 0; i < size; ++i)
         z[i] = seeded<K>(s.states[i], directions, i, size + 1);
-    if (e.stop >= 0) k->put_on(stop_of(d.stops[e.stop], at), z, e.solved);
+    if (e.stop >= 0) modes[0].put_on(stop_of(d.stops[e.stop], at), z, e.solved);
     T elapsed(0.0);
     for (int segment = 0; segment < count; ++segment) {
         const double t = s.durations[segment];
@@ -158,12 +166,13 @@ numbers map_forms(const prescribed_data& d, const segments& s, const ends& e,
                 z[i].c[0] = known[i];
         }
         if (s.stops[segment] >= 0) {
-            elapsed = elapsed + k->template impact<K>(stop_of(d.stops[s.stops[segment]], at), z, t);
+            const auto& stop = d.stops[s.stops[segment]];
+            elapsed = elapsed + modes[stop.mode].template impact<K>(stop_of(stop, at), z, t);
         } else {
             R period(0.0);
             fill(&period, e.period, at);
             const T dt = (T(0.0) + period) - elapsed;
-            k->template coast<K>(z, t, dt - vi::value(dt));
+            modes[e.mode].template coast<K>(z, t, dt - vi::value(dt));
             elapsed = T(0.0) + period;
         }
     }
@@ -194,26 +203,28 @@ linearised prescribed::linearise(const segments& s) const {
     const auto width = static_cast<std::size_t>(size) + 2;
     const expansion<double> fixed{0.0};
     const expansion<dual> moving{dual::variable(0.0, 0)};
-    const auto k = kernel_of(data_, fixed);
-    const auto varied = kernel_of(data_, moving);
+    const auto modes = kernels_of(data_, fixed);
+    const auto varied_modes = kernels_of(data_, moving);
     linearised out;
     out.after_by.resize(static_cast<std::size_t>(count) * size * width);
     out.gap_by.resize(count * width);
     for (int segment = 0; segment < count; ++segment) {
         const auto& stop = data_.stops[s.stops[segment]];
+        const auto& k = modes[stop.mode];
+        const auto& varied = varied_modes[stop.mode];
         const auto here = stop_of(stop, fixed);
         const double t = s.durations[segment];
-        const auto e = k->field.at_time(t);
-        const auto a = k->fly<1>(here, state_at<double>(s, segment, size), e, t, 0.0);
+        const auto e = k.field.at_time(t);
+        const auto a = k.fly<1>(here, state_at<double>(s, segment, size), e, t, 0.0);
         append(out.after, a.after, size);
         append(out.before, a.before, size);
         out.gap.push_back(a.gap);
         out.rate.push_back(a.rate);
         out.rate_after.push_back(a.rate_after);
-        by_state(*k, s, segment, size, out, here, e);
+        by_state(k, s, segment, size, out, here, e);
         const auto by_parameter =
-            varied->fly<1>(stop_of(stop, moving), state_at<dual>(s, segment, size),
-                           varied->field.at_time(dual(t)), dual(t), dual(0.0));
+            varied.fly<1>(stop_of(stop, moving), state_at<dual>(s, segment, size),
+                          varied.field.at_time(dual(t)), dual(t), dual(0.0));
         write_columns<1>(out, by_parameter, segment, size, size + 1, 1);
     }
     return out;
@@ -225,18 +236,20 @@ second_order prescribed::second(const segments& s, const numbers& directions) co
     const auto width = static_cast<std::size_t>(size) + 2;
     const expansion<double> fixed{0.0};
     const expansion<jet> moving{jet::direction(1)};
-    const auto k = kernel_of(data_, fixed);
-    const auto varied = kernel_of(data_, moving);
+    const auto modes = kernels_of(data_, fixed);
+    const auto varied_modes = kernels_of(data_, moving);
     second_order out{numbers(count * size * width), numbers(count * width)};
     for (int segment = 0; segment < count; ++segment) {
         const auto& stop = data_.stops[s.stops[segment]];
+        const auto& k = modes[stop.mode];
+        const auto& varied = varied_modes[stop.mode];
         const double* along = directions.data() + segment * (width - 1);
         const auto here = stop_of(stop, fixed);
-        const auto e = k->field.at_time(s.durations[segment]);
+        const auto e = k.field.at_time(s.durations[segment]);
         for (int j = 0; j < size + 2; ++j) {
-            const auto a = j <= size ? both_moved(*k, here, e, s, segment, along, j)
-                                     : both_moved(*varied, stop_of(stop, moving),
-                                                  varied->field.at_time(jet(s.durations[segment])),
+            const auto a = j <= size ? both_moved(k, here, e, s, segment, along, j)
+                                     : both_moved(varied, stop_of(stop, moving),
+                                                  varied.field.at_time(jet(s.durations[segment])),
                                                   s, segment, along, j);
             for (int i = 0; i < size; ++i)
                 out.after_by[(static_cast<std::size_t>(segment) * size + i) * width + j] =
@@ -254,22 +267,28 @@ numbers prescribed::forms(const segments& s, const ends& e, const numbers& direc
     return forms_of_order<3>(data_, s, e, directions);
 }
 
-numbers prescribed::fly(const numbers& states, const std::vector<int>& windows,
-                        const numbers& nodes, double window) const {
-    const auto k = kernel_of<double>(data_, {0.0});
+numbers prescribed::fly(const numbers& states, const std::vector<int>& modes,
+                        const std::vector<int>& windows, const numbers& nodes,
+                        double window) const {
+    const auto kernels = kernels_of<double>(data_, {0.0});
     const int size = 2 * data_.degrees + 1;
     using propagator = typename kernel<double>::field_type::propagator;
-    std::vector<propagator> to_node;
-    for (double t : nodes)
-        to_node.push_back(k->field.at_time(t));
-    const auto whole = k->field.at_time(window);
+    std::vector<std::vector<propagator>> to_node(kernels.size()); // last: a whole window
+    for (std::size_t m = 0; m < kernels.size(); ++m) {
+        if (std::find(modes.begin(), modes.end(), static_cast<int>(m)) == modes.end()) continue;
+        for (double t : nodes)
+            to_node[m].push_back(kernels[m].field.at_time(t));
+        to_node[m].push_back(kernels[m].field.at_time(window));
+    }
     numbers out;
     for (std::size_t segment = 0; segment < windows.size(); ++segment) {
-        auto y = k->embed(state_at<double>({states, {}, {}}, static_cast<int>(segment), size));
+        const auto& k = kernels[modes[segment]];
+        const auto& p = to_node[modes[segment]];
+        auto y = k.embed(state_at<double>({states, {}, {}}, static_cast<int>(segment), size));
         for (int w = 0; w < windows[segment]; ++w) {
-            for (const auto& p : to_node)
-                append(out, k->read(k->field.apply(p, y), 0.0), size - 1);
-            y = k->field.apply(whole, y);
+            for (std::size_t node = 0; node < nodes.size(); ++node)
+                append(out, k.read(k.field.apply(p[node], y), 0.0), size - 1);
+            y = k.field.apply(p.back(), y);
         }
     }
     return out;

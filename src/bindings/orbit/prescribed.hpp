@@ -17,15 +17,21 @@ inline constexpr int parameter_orders = 4;
 struct prescribed_data {
     int degrees, dimension;
     numbers ratios;
-    double rate, step;
-    numbers field, constant, omega; // D x D, D, 1
+    double rate;
+    numbers omega; // 1
+    struct mode {
+        numbers field, constant; // D x D, D
+        double step;
+    };
     struct stop {
         numbers row, limit, impulse, restitution; // D, 1, D, 1
+        int mode;                                 // in which it is reached
     };
+    std::vector<mode> modes;
     std::vector<stop> stops;
 };
 
-// Segments: states (count, 2n + 1) after an impact, flight times, the stop that ends each.
+// Segments: states (count, 2n + 1) after an event, flight times, the stop that ends each.
 struct segments {
     numbers states, durations;
     std::vector<int> stops;
@@ -43,10 +49,11 @@ struct second_order {
 };
 
 // Where a map starts and ends: put on a stop by solving for one coordinate (or stop = -1), and after
-// the last impact (empty period) or after a whole time, given with its derivatives.
+// the last event or after a whole time, given with its derivatives, which ends in a mode.
 struct ends {
     int stop, solved;
     numbers period;
+    int mode;
 };
 
 class prescribed {
@@ -61,10 +68,10 @@ public:
     // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and of
     // the elapsed time: (2^count, 2n + 2).
     numbers forms(const segments& s, const ends& e, const numbers& directions, int count) const;
-    // Free flights from each state over a number of equal windows, at nodes in each:
+    // Flights from each state in a mode over a number of equal windows, at nodes in each:
     // (all windows, nodes, 2n) of x and v.
-    numbers fly(const numbers& states, const std::vector<int>& windows, const numbers& nodes,
-                double window) const;
+    numbers fly(const numbers& states, const std::vector<int>& modes,
+                const std::vector<int>& windows, const numbers& nodes, double window) const;
 
     std::size_t degrees() const { return static_cast<std::size_t>(data_.degrees); }
 

@@ -13,21 +13,25 @@ namespace binding {
 
 namespace {
 
-prescribed make(int degrees, numbers ratios, double rate, double step, const array& field,
-                const array& constant, const array& omega, const nb::list& stops) {
+prescribed make(int degrees, numbers ratios, double rate, const array& omega, const nb::list& modes,
+                const nb::list& stops) {
     prescribed_data data{degrees,
                          2 * (degrees + static_cast<int>(ratios.size())),
                          std::move(ratios),
                          rate,
-                         step,
-                         numbers_of(field),
-                         numbers_of(constant),
                          numbers_of(omega),
+                         {},
                          {}};
+    for (nb::handle mode : modes) {
+        const auto t = nb::cast<std::tuple<array, array, double>>(mode);
+        data.modes.push_back(
+            {numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)), std::get<2>(t)});
+    }
     for (nb::handle stop : stops) {
-        const auto t = nb::cast<std::tuple<array, array, array, array>>(stop);
+        const auto t = nb::cast<std::tuple<array, array, array, array, int>>(stop);
         data.stops.push_back({numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)),
-                              numbers_of(std::get<2>(t)), numbers_of(std::get<3>(t))});
+                              numbers_of(std::get<2>(t)), numbers_of(std::get<3>(t)),
+                              std::get<4>(t)});
     }
     return prescribed(std::move(data));
 }
@@ -57,21 +61,21 @@ nb::object second(const prescribed& p, const array& states, const array& duratio
 }
 
 nb::object forms(const prescribed& p, const array& states, const array& durations,
-                 std::vector<int> stops, int start, int solved, const array& period,
+                 std::vector<int> stops, int start, int solved, const array& period, int mode,
                  const array& directions) {
     const std::size_t count = directions.shape(0);
     auto out = p.forms({numbers_of(states), numbers_of(durations), std::move(stops)},
-                       {start, solved, numbers_of(period)}, numbers_of(directions),
+                       {start, solved, numbers_of(period), mode}, numbers_of(directions),
                        static_cast<int>(count));
     return to_numpy(std::move(out), {std::size_t{1} << count, 2 * p.degrees() + 2});
 }
 
-nb::object fly(const prescribed& p, const array& states, std::vector<int> windows,
-               const array& nodes, double window) {
+nb::object fly(const prescribed& p, const array& states, const std::vector<int>& modes,
+               const std::vector<int>& windows, const array& nodes, double window) {
     std::size_t total = 0;
     for (int count : windows)
         total += static_cast<std::size_t>(count);
-    return to_numpy(p.fly(numbers_of(states), windows, numbers_of(nodes), window),
+    return to_numpy(p.fly(numbers_of(states), modes, windows, numbers_of(nodes), window),
                     {total, nodes.size(), 2 * p.degrees()});
 }
 
@@ -81,19 +85,18 @@ void bind_prescribed(nb::module_& m) {
     nb::class_<prescribed>(m, "Prescribed")
         .def(
             "__init__",
-            [](prescribed* self, int degrees, numbers ratios, double rate, double step,
-               const array& field, const array& constant, const array& omega,
-               const nb::list& stops) {
-                new (self) prescribed(
-                    make(degrees, std::move(ratios), rate, step, field, constant, omega, stops));
+            [](prescribed* self, int degrees, numbers ratios, double rate, const array& omega,
+               const nb::list& modes, const nb::list& stops) {
+                new (self) prescribed(make(degrees, std::move(ratios), rate, omega, modes, stops));
             },
-            "degrees"_a, "ratios"_a, "rate"_a, "step"_a, "field"_a, "constant"_a, "omega"_a,
-            "stops"_a,
+            "degrees"_a, "ratios"_a, "rate"_a, "omega"_a, "modes"_a, "stops"_a,
             nb::sig("def __init__(self, *, degrees: int, ratios: list[float], rate: float, "
-                    "step: float, field: numpy.typing.NDArray[numpy.float64], "
-                    "constant: numpy.typing.NDArray[numpy.float64], "
                     "omega: numpy.typing.NDArray[numpy.float64], "
-                    "stops: list[tuple[numpy.typing.NDArray[numpy.float64], ...]]) -> None"))
+                    "modes: list[tuple[numpy.typing.NDArray[numpy.float64], "
+                    "numpy.typing.NDArray[numpy.float64], float]], "
+                    "stops: list[tuple[numpy.typing.NDArray[numpy.float64], "
+                    "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
+                    "numpy.typing.NDArray[numpy.float64], int]]) -> None"))
         .def("linearise", &linearise, "states"_a, "durations"_a, "stops"_a,
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "
@@ -106,16 +109,18 @@ void bind_prescribed(nb::module_& m) {
                      "numpy.typing.NDArray[numpy.float64]]"))
         .def(
             "forms", &forms, "states"_a, "durations"_a, "stops"_a, "start"_a, "solved"_a,
-            "period"_a, "directions"_a,
+            "period"_a, "mode"_a, "directions"_a,
             nb::sig("def forms(self, states: numpy.typing.NDArray[numpy.float64], "
                     "durations: numpy.typing.NDArray[numpy.float64], stops: list[int], start: int, "
-                    "solved: int, period: numpy.typing.NDArray[numpy.float64], "
+                    "solved: int, period: numpy.typing.NDArray[numpy.float64], mode: int, "
                     "directions: numpy.typing.NDArray[numpy.float64]) "
                     "-> numpy.typing.NDArray[numpy.float64]"))
-        .def("fly", &fly, "states"_a, "windows"_a, "nodes"_a, "window"_a,
-             nb::sig("def fly(self, states: numpy.typing.NDArray[numpy.float64], "
-                     "windows: list[int], nodes: numpy.typing.NDArray[numpy.float64], "
-                     "window: float) -> numpy.typing.NDArray[numpy.float64]"));
+        .def(
+            "fly", &fly, "states"_a, "modes"_a, "windows"_a, "nodes"_a, "window"_a,
+            nb::sig(
+                "def fly(self, states: numpy.typing.NDArray[numpy.float64], "
+                "modes: list[int], windows: list[int], nodes: numpy.typing.NDArray[numpy.float64], "
+                "window: float) -> numpy.typing.NDArray[numpy.float64]"));
 }
 
 } // namespace binding

@@ -58,7 +58,7 @@ def sign_of(x: Any) -> float:
 
 
 def rounded_down(x: Any, bits: int) -> float:
-    """Round x > 0 down to its first binary digits."""
+    """Round x > 0 down to its first binary digits; of a jet its value."""
     mantissa, exponent = np.frexp(_values(x))
     short = np.ldexp(np.floor(mantissa * 2**bits) / 2**bits, exponent)
     return cast(float, Column(short)) if isinstance(x, Column) else float(short)
@@ -99,4 +99,6 @@ def _extreme(numbers: Iterable[Any], default: float, better: Any) -> float:
 
 
 def _values(x: Any) -> Any:
+    if isinstance(x, Jet):
+        return x.value
     return x.values if isinstance(x, Column) else x

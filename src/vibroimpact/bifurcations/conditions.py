@@ -29,8 +29,8 @@ from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.branches.family import FLIGHT, SPEED, products_of_pairs
+from vibroimpact.compile.prescribed import End
 from vibroimpact.continuation.newton import equilibrated
-from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest
 
 CRITICAL = {"SN": 1.0, "PD": -1.0, "BP": -1.0}
@@ -209,11 +209,11 @@ class Graze:
         self.plane, self.touch = plane, touch
         self._size = plane.sizes[plane.size]  # of a time
 
-    def _segment(self, z: Floats, w: Floats) -> tuple[Floats, Floats, list[Any]]:
-        k = self.touch.segment
+    def _segment(self, z: Floats, w: Floats) -> tuple[Floats, Floats, list[End]]:
+        k, touch = self.touch.segment, self.touch
         states, _ = self.plane.unpacked(z)
-        stop = Stop(self.touch.contact, self.touch.side)
-        return states[k : k + 1], np.array([float(w[0]) * self._size]), [stop]
+        end = End(touch.contact, touch.side, self.plane.modes[k], touch.watch)
+        return states[k : k + 1], np.array([float(w[0]) * self._size]), [end]
 
     def start(self, _z: Floats, _a: Pair, /) -> Floats:
         """Time of the touch since the start of the flight."""

@@ -370,6 +370,11 @@ def of_solved_map(kind: str, orbit: Orbit) -> str:
 def _condition(
     kind: str, point: BifurcationPoint | CodimensionTwoPoint, plane: OrbitPlane
 ) -> tuple[Condition, Tests]:
+    if kind == "GR" and isinstance(point, BifurcationPoint) and point.orbit.rateless:
+        raise InvalidParameterError(
+            f"point = {point.label}: a flight of the orbit vanishes there, and its equations are singular. "
+            "Take the same touch of the orbits without that flight: switch_branch(point), then its GR."
+        )
     found = condition_of(kind, plane, point.nearest, getattr(point, "segment", -1))
     if found is None:
         raise InvalidParameterError(f"point = {point.label}: no curve of kind {kind} starts there.")

@@ -182,6 +182,10 @@ def grazing_contact(point: Touching) -> GrazingContact | Refusal:
     """How the curve of a special point of kind GR or ZERO meets the curve of the touch."""
     plane, z, a = point.plane, point.z, point.a
     mu = plane.multipliers(z, a)
+    if plane.signature.flights:
+        return _refused(
+            point, "the contact of curves at a touch is known for rigid stops alone", mu
+        )
     if point.kind == "ZERO" and point.segment < 0:
         return _refused(point, "the file does not say which impact; follow the curve again", mu)
     touch = touch_condition(plane, point.kind, point.nearest, point.segment)

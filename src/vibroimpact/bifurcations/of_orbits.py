@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
@@ -13,7 +15,6 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import later, mirrored
 from vibroimpact.orbits.maps import SegmentMap, solved_map
-from vibroimpact.orbits.multipliers import solved_coordinate
 from vibroimpact.orbits.newton import rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
@@ -63,8 +64,9 @@ class OrbitPlane(OrbitFamily):
 
     def by_second(self, a: Pair) -> Prescribed:
         """System compiled for derivatives by the second parameter; the latest ones are kept."""
+        name = self.names[1]
         return latest(
-            self._by_second, a, lambda p: compile_prescribed(self.system_at(p), self.names[1])
+            self._by_second, a, lambda p: compile_prescribed(self.system_at(p), name, self.codes)
         )
 
     def by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
@@ -75,7 +77,7 @@ class OrbitPlane(OrbitFamily):
     def _by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
         try:
             by_z, first = OrbitProblem.jacobian(self, z, a)
-            parts = self.by_second(a).linearise(*self.unpacked(z), list(self.impacts))
+            parts = self.by_second(a).linearise(*self.unpacked(z), self.ends)
         except InvalidParameterError:
             return np.full((len(z), len(z)), np.nan), np.full((len(z), 2), np.nan)
         second = np.column_stack([parts.after_by[:, : self.size, -1], parts.gap_by[:, -1]])
@@ -91,9 +93,8 @@ class OrbitPlane(OrbitFamily):
         states, durations = self.unpacked(z)
         moved, times = self.unpacked(v)
         along = np.column_stack([moved, times])
-        impacts = list(self.impacts)
-        after, gap = self.compiled(a).second(states, durations, impacts, along)
-        other, other_gap = self.by_second(a).second(states, durations, impacts, along)
+        after, gap = self.compiled(a).second(states, durations, self.ends, along)
+        other, other_gap = self.by_second(a).second(states, durations, self.ends, along)
         columns = [*range(q), 2 * self.mechanism.degrees + 1]
         ks = np.arange(m)
         whole = np.zeros((m, q + 1, m * (q + 1) + 2))
@@ -116,16 +117,15 @@ class OrbitPlane(OrbitFamily):
 
     def on_section(self, v: Complexes) -> Complexes:
         """Change of the first state, without the position that the section leaves out."""
-        first = self.signature.impacts[0]
-        out = solved_coordinate(self.mechanism, first)
-        return np.delete(v[: self.size], out)
+        compiled = compile_prescribed(self.system, self.parameter, self.codes)
+        return np.delete(v[: self.size], compiled.solved_coordinate(self.signature.first))
 
     def repeated(self, times: int) -> OrbitPlane:
         """Orbits that close after so many iterates of the solved map; even ones lose the symmetry."""
         own = self.signature
         symmetric = own.symmetric and times % 2 == 1
         turns = times // 2 if own.symmetric and not symmetric else times
-        signature = Signature(own.impacts * turns, own.cycles * turns, symmetric)
+        signature = replace(own.repeated(turns), symmetric=symmetric)
         return OrbitPlane(self.system, signature, self.names, np.tile(self.sizes, times))
 
     def unrolled(self, z: Floats, changes: Floats) -> Floats:

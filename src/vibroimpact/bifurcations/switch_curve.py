@@ -78,6 +78,7 @@ from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.model.stop import Stop
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree
+from vibroimpact.orbits.admissibility import Place
 from vibroimpact.orbits.orbit import Orbit
 
 DISTANCES = (0.003, 0.01, 0.03)  # from the point, relative to the ranges of the parameters
@@ -357,14 +358,15 @@ class _Touched(Slice):
         super().__init__(equations, along, held, span)
         self.plane: OrbitPlane = equations
         orbit, turn = point.orbit, len(point.orbit.durations)
-        self.touches: list[tuple[Stop, int]] = []
+        self.touches: list[Place] = []
         if point.nearest is None:
             self.impacts = [point.segment, point.segment + turn]
             return
         self.impacts = []
         stop, k = Stop(point.nearest.contact, point.nearest.side), point.nearest.segment
         again = stop.opposite if orbit.symmetric else stop
-        self.touches = [(stop, k), (again, k + turn)]
+        watch = point.nearest.watch
+        self.touches = [Place(*stop, k, False, watch), Place(*again, k + turn, False, watch)]
 
     def watch(self, z: Floats, p: float) -> dict[str, float]:
         """Closing rates of both turns, for ZERO."""
@@ -382,9 +384,8 @@ class _Touched(Slice):
                 yield _Born(self.solution(zero), ClosingRate(self.plane, k))
         if not self.touches:
             return
-        places = [(*stop, k, False) for stop, k in self.touches]
         orbits = map(self.orbit, curve.z, curve.parameter.tolist())
-        gaps = [{at: near for at, near in o.gaps.items() if at in places} for o in orbits]
+        gaps = [{at: near for at, near in o.gaps.items() if at in self.touches} for o in orbits]
         for found in grazings(self, curve, gaps, bounds):
             if isinstance(found, Grazing):
                 solution = Solution(self.equations, found.z, self.at(found.parameter))

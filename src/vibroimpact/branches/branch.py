@@ -11,6 +11,7 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.compile.prescribed import GAP
 from vibroimpact.continuation import Curve
 from vibroimpact.normal_forms import NormalForm, Refusal, normal_form
 from vibroimpact.normal_forms.critical import Status
@@ -31,6 +32,12 @@ MEANINGS = {
     "ZERO": "zero impact speed: an impact becomes a touch",
     "SIM": "two impacts at once: beyond it they change order",
     "STICK": "onset of sticking: a plastic impact no longer opens at once",
+}
+OF_ELEMENTS = {
+    "GR": "grazing: a limit of an element is only touched",
+    "ZERO": "zero rate: a limit of an element is only touched",
+    "SIM": "two events at once: beyond it their sequence is another",
+    "STICK": "onset of sticking: friction no longer reverses at once",
 }
 TOUCHES = ("GR", "ZERO", "SIM")  # a gap, a speed or a time is zero: its sign there is rounding
 TOUCHED = 1e-7  # relative; square roots halve the digits there
@@ -101,7 +108,20 @@ class BifurcationPoint:
     @property
     def meaning(self) -> str:
         """Meaning of the point in words."""
-        return BREAKING if self.kind == "BP" and self.orbit.symmetric else MEANINGS[self.kind]
+        if self.kind == "BP" and self.orbit.symmetric:
+            return BREAKING
+        return (OF_ELEMENTS if self.of_element else MEANINGS)[self.kind]
+
+    @property
+    def of_element(self) -> bool:
+        """Whether a touch, or another change of the sequence, is that of an element's guard."""
+        if self.kind not in OF_ELEMENTS:
+            return False
+        if self.nearest:
+            return self.nearest.watch != GAP
+        signature, rigid = self.orbit.signature, len(self.orbit.mechanism.contacts)
+        both = signature.impacts[self.segment], signature.solved[self.segment]
+        return any(stop.contact >= rigid for stop in both)
 
     @property
     def multipliers(self) -> Complexes:

@@ -30,7 +30,7 @@ def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -
             "same parameters, so that there is no branch of single orbits. Give the system a loss "
             "or a forcing, and add a spring where it can be shifted as a whole."
         )
-    compile_prescribed(orbit.system, parameter)
+    compile_prescribed(orbit.system, parameter, orbit.problem.codes)
     if not orbit.symmetric:
         return
     value = parameter_value(orbit.system, parameter)

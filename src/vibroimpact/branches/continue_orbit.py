@@ -16,6 +16,7 @@ from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import OrbitFamily, meaning_of
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.stop_rules import StopWhen, stop_rule
+from vibroimpact.branches.vanishing import passed_over, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
@@ -24,6 +25,7 @@ from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
+AT_ONCE = 1e-6  # of scaled arclength: functions that vanish at one point
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
@@ -114,9 +116,12 @@ def continue_orbit(
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:
     """Branch of orbits from a continued curve."""
-    before, after = (_explained(end, family.refused) for end in curve.ends)
-    curve = replace(curve, ends=(before, after))
     orbits = [family.orbit(z, p) for z, p in zip(curve.z, curve.parameter, strict=True)]
+    before, after = (
+        _explained(end, family.refused, orbits[at])
+        for end, at in zip(curve.ends, (0, -1), strict=True)
+    )
+    curve = replace(curve, ends=(before, after))
     located = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
     doubtful = [item for item in located if isinstance(item, Unresolved)]
     found = sorted((item for item in located if isinstance(item, _At)), key=lambda at: at.arclength)
@@ -140,8 +145,10 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     )
 
 
-def _explained(end: End, refused: str) -> End:
-    """End of a curve, with the reason why the system could not be built there."""
+def _explained(end: End, refused: str, orbit: Orbit) -> End:
+    """End of a curve at an orbit, with the reason why there are none beyond it."""
+    if end.reason is Stopped.RULE and (why := passed_over(orbit)):
+        return End(Stopped.EVENT, why)
     failed = end.reason is Stopped.STEP and refused
     return End(end.reason, f"{end.detail}; {refused}") if failed else end
 
@@ -154,9 +161,21 @@ class _At(NamedTuple):
 
 
 def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolved]:
+    touched: list[float] = []  # arclengths
     for point in curve.special:
         kind, segment = meaning_of(family, point.name)
         orbit = family.orbit(point.z, point.parameter)
+        if touch := touch_at(orbit):
+            if not touched or abs(point.arclength - touched[-1]) > AT_ONCE:
+                touched.append(point.arclength)
+                yield _At(point.arclength, {
+                    "kind": "GR", "name": family.parameter, "parameter": point.parameter,
+                    "error": point.error, "orbit": orbit, "crossing": point.crossing,
+                    "tangent": point.tangent, "nearest": touch,
+                })  # fmt: skip
+            continue
+        if kind not in TOUCHES and orbit.rateless:
+            continue  # the map has a limit there, the functions of its equations vanish
         if kind in TOUCHES and abs(point.arclength) < AT_START:
             continue  # the touch at the start of the branch: its sign there is rounding
         if is_neutral(curve, point, orbit):
@@ -180,6 +199,8 @@ def _touches(
         if isinstance(grazing, Unresolved):
             yield grazing
             continue
+        if touch_at(grazing.orbit):
+            continue  # a zero of the equations, too
         yield _At(grazing.arclength, {
             "kind": "GR", "name": family.parameter, "parameter": grazing.parameter,
             "error": grazing.error, "orbit": grazing.orbit,

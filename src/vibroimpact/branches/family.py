@@ -7,7 +7,8 @@ Method      The equations are those of problem.py, in z (states and flight times
                 flip     s / (product of rho_k) det of the pencil at -1  =  +-s det(DF + I)      (2)
                 torus    s^(d - 1) product over i < j of (1 - mu_i mu_j)                        (3)
                 speed k  rho_k          flight k  t_k, zero where two impacts coincide
-                stick k (R = 0)  acceleration of the gap after impact k                         (4)
+                stick k (R = 0)  acceleration of the gap after impact k at a rigid stop; of the slip
+                     after friction has reversed                                           (4)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
             (1) removes their poles at grazing; folds and branch points are found by continuation/.
             Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: it is left out.
@@ -26,9 +27,11 @@ from vibroimpact._core import linear
 from vibroimpact._core.chebyshev import fitted
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.compile.coordinates import STEP_ANGLE, dense_rate
-from vibroimpact.compile.prescribed import Linearised
+from vibroimpact.compile.coordinates import STEP_ANGLE
+from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.compile.prescribed import Linearised, compile_prescribed
 from vibroimpact.continuation.problem import Image
+from vibroimpact.model.elements import Friction, FrictionState, SoftStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
@@ -66,7 +69,7 @@ class OrbitFamily(OrbitProblem):
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}
         self.refused = ""  # reason if the system could not be built
         self._reference = 0.0
-        self._rate = 2.0 * dense_rate(self.mechanism)
+        self._rate = 2.0 * compile_prescribed(system, parameter, self.codes).rate
         self._cycles = least_cycles(self.mechanism)
 
     @classmethod
@@ -179,7 +182,7 @@ class OrbitFamily(OrbitProblem):
 
     def pencil(self, z: Floats, p: Value) -> Pencil:
         """Pencil of the multipliers of the solved map."""
-        return pencil_of(self, self.compiled(p).mechanism, self.linearised(z, p), self._sizes)
+        return pencil_of(self, self.compiled(p), self.linearised(z, p), self._sizes)
 
     def weight(self, z: Floats, p: Value) -> float:
         """Product (1): zero where a multiplier is infinite."""
@@ -197,20 +200,23 @@ class OrbitFamily(OrbitProblem):
         rates, durations = self.linearised(z, p).rate, self.unpacked(z)[1]
         watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
         watched |= {f"{FLIGHT} {k}": float(t) for k, t in enumerate(durations)}
-        return watched | self._sticking(z, p)
+        return watched | self._sticking(z, p) | self._reversing(z, p)
 
     def _sticking(self, z: Floats, p: Value) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
         begun = self.signature.impacts[: len(self.impacts)]
         compiled = self.compiled(p)
         contacts = compiled.mechanism.contacts
-        laws = [stop.restitution(contacts) for stop in begun]
-        plastic = [k for k, restitution in enumerate(laws) if restitution == 0.0]
+        plastic = [
+            k
+            for k, stop in enumerate(begun)
+            if stop.contact < len(contacts) and stop.restitution(contacts) == 0.0
+        ]
         if not plastic:
             return {}
         states, durations = self.unpacked(z)
         n, window = self.mechanism.degrees, compiled.window(durations)
-        flights = compiled.flights(states, durations)
+        flights = compiled.flights(states, durations, self.modes)
         found = {}
         for k in plastic:
             contact, side = begun[k]
@@ -219,11 +225,34 @@ class OrbitFamily(OrbitProblem):
             found[f"{STICK} {k}"] = -side * float(slope)
         return found
 
+    def _reversing(self, z: Floats, p: Value) -> dict[str, float]:
+        """Accelerations (4) of the slip after it has changed its sign, by the element's guard."""
+        compiled, (states, _) = self.compiled(p), self.unpacked(z)
+        rigid, flights = len(self.mechanism.contacts), self.signature.flights
+        found = {}
+        for k, (number, side) in enumerate(self.signature.impacts if flights else ()):
+            if number < rigid or not isinstance(self.mechanism.elements[number - rigid], Friction):
+                continue
+            modes = flights[k - 1].mode, flights[k].mode
+            before, after = (states_from_code(c, rigid, number - rigid + 1)[-1] for c in modes)
+            if {before, after} == {FrictionState.FORWARD, FrictionState.BACKWARD}:
+                mode = compiled.modes[flights[k].mode]
+                slip = next(guard for guard in mode.guards if guard.contact == number)
+                y = compiled.embedded(states[k, :-1], states[k, -1])
+                found[f"{STICK} {k}"] = side * float(slip.row @ (mode.b @ y + mode.constant))
+        return found
+
 
 def lossless(m: Mechanism) -> bool:
     """Whether every product of multipliers mu, 1 / mu is one: (3) vanishes identically."""
     elastic = all(r == 1.0 for contact in m.contacts for r in contact.restitutions)
-    return elastic and linear.largest(m.damping) == 0.0
+    springs = all(isinstance(e, SoftStop) and not any_damping(e) for e in m.elements)
+    return elastic and springs and linear.largest(m.damping) == 0.0
+
+
+def any_damping(stop: SoftStop) -> bool:
+    """Whether a soft stop has a dashpot."""
+    return any(stop.law(side)[2] != 0.0 for side in (-1, 1))
 
 
 def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> float:

@@ -29,10 +29,12 @@ from scipy.optimize import minimize_scalar
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
 from vibroimpact.branches.verify import VANISHED
+from vibroimpact.compile.prescribed import GAP
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import Problem, scaled
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest, Place
 from vibroimpact.orbits.orbit import Orbit
 
@@ -127,6 +129,8 @@ def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
         return True  # two impacts at once: "SIM"
     share = nearest.time / float(orbit.durations[k])
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
+    if nearest.watch != GAP:  # guards of an element change with its state
+        begun, ended = (Stop(end.contact, nearest.side) for end in (begun, ended))
     return (share < EDGE and stop == begun) or (share > 1.0 - EDGE and stop == ended)
 
 

@@ -17,6 +17,7 @@ from vibroimpact._core.checks import check_count, nonnegative, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.branches.vanishing import passed_over
 from vibroimpact.continuation.walk import BeginRule, StopRule
 from vibroimpact.orbits.orbit import NEUTRAL, Orbit
 
@@ -99,14 +100,19 @@ def stop_rule(
 ) -> BeginRule | None:
     """Rule of a continuation from those of the user, started separately in each direction.
 
+    A branch of a machine with elements ends where its sequence does, too.
+
     Raises
     ------
     InvalidParameterError
         An object that is not a rule.
     """
-    if stop_when is None:
+    listed = isinstance(stop_when, list | tuple)
+    given: list[Any] = list(stop_when) if listed else [stop_when] * (stop_when is not None)  # type: ignore[arg-type]
+    if family.signature.flights:
+        given.append(passed_over)
+    if not given:
         return None
-    given: list[Any] = list(stop_when) if isinstance(stop_when, list | tuple) else [stop_when]
     for rule in given:
         known = isinstance(rule, Inadmissible) or callable(rule)
         if not known or rule in (inadmissible, unstable):

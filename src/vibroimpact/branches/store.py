@@ -29,13 +29,14 @@ from vibroimpact._core.datasets import (
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.profile import unknowns_of
+from vibroimpact.compile.prescribed import GAP
 from vibroimpact.continuation.store import attributes_of, curve_from, variables_of
 from vibroimpact.machines.json_text import chosen, text_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import Nearest
-from vibroimpact.orbits.problem import Signature
+from vibroimpact.orbits.problem import Flight, Signature
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,6 +104,7 @@ def touches_table(touches: Sequence[Nearest | None]) -> Table:
         "special_gap_segment": ("special", whole([n.segment for n in nearest])),
         "special_gap_time": ("special", reals([n.time for n in nearest])),
         "special_gap_own": ("special", whole([n.own for n in nearest])),
+        "special_gap_watch": ("special", whole([n.watch for n in nearest])),
     }
 
 
@@ -127,6 +129,7 @@ def signature_attributes(signature: Signature) -> dict[str, str | int | float]:
     """Signature of the orbits."""
     return {
         "impacts": json.dumps(signature.impacts),
+        "flights": json.dumps(signature.flights),
         "cycles": signature.cycles,
         "symmetric": int(signature.symmetric),
     }
@@ -192,6 +195,7 @@ def signature_from(attributes: Mapping[str, Any]) -> Signature:
         tuple(Stop(int(contact), int(side)) for contact, side in impacts),
         int(attributes["cycles"]),
         bool(attributes["symmetric"]),
+        tuple(Flight(*flight) for flight in json.loads(attributes.get("flights", "[]"))),
     )
 
 
@@ -204,6 +208,7 @@ def touch_from(row: Row) -> Nearest | None:
         int(row["special_gap_segment"]),
         float(row["special_gap_time"]),
         bool(row.get("special_gap_own", 0)),  # not in files of 0.1
+        int(row.get("special_gap_watch", GAP)),  # not in files of 0.2
     )
     return nearest if nearest.contact >= 0 else None
 

@@ -8,6 +8,9 @@ Method      PD      the doubled sequence, twice the cycles: a branch point of it
             ZERO    the sequence without the impact whose speed vanishes: ordinary as well    (2)
             In (1) the orbits that leave towards a positive closing speed are followed, in (2) both
             sides.
+            GR, ZERO, SIM, STICK of an element: the motion a little beyond, on either side, from the
+            orbit's state: where it has another sequence that closes nearly, Newton's method starts
+            there                                                                                 (3)
 Fails       ``NoBranch`` with a sentence: no other branch of orbits (SN, NS, STICK), or no start
             converges
 Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
@@ -15,7 +18,7 @@ Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,15 +33,20 @@ from vibroimpact.branches.stop_rules import RuleError, StopWhen, stop_rule
 from vibroimpact.continuation import Steps, continue_curve, switch
 from vibroimpact.continuation.problem import Problem
 from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
+from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest
-from vibroimpact.orbits.find import Guess, repeated, rotated, unfolded, with_mirror
+from vibroimpact.orbits.closing_segment import closing_loop
+from vibroimpact.orbits.find import Guess, find_orbit, repeated, rotated, unfolded, with_mirror
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import OrbitProblem, Signature
+from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature
+from vibroimpact.simulation.simulate import simulate
 
 Bounds = tuple[float, float]
 
 REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a single tangent
+BEYOND = (1e-4, 1e-3, 1e-2)  # (3): steps beyond a touch, in ranges of the parameter
+TURNS = 3.5  # (3): periods simulated
 NUDGE = 1e-4  # step along a scaled tangent, to find the side on which the touching impact closes
 
 
@@ -72,7 +80,8 @@ def switch_branch(
     Parameters
     ----------
     point
-        A special point of a branch: "PD", "BP", "GR" or "ZERO".
+        A special point of a branch: "PD", "BP", "GR" or "ZERO"; where an element changes its sequence
+        of states "SIM" and "STICK", too.
     bounds
         (low, high) of the parameter; by default those of the point's branch.
     steps, stop_when, progress
@@ -97,6 +106,8 @@ def switch_branch(
     wanted = point.bounds if bounds is None else bounds
     low, high = range_of("bounds", wanted, point.name, point.parameter)
     builders = {"PD": _doubled, "BP": _branching, "GR": _grown, "ZERO": _shrunk}
+    if point.of_element:
+        builders[point.kind] = _neighbouring
     if point.kind not in builders:
         return NoBranch(point, f"at a point of kind {point.kind} no other branch of orbits begins")
     start = builders[point.kind](point, (low, high))
@@ -162,13 +173,13 @@ def _tangent_of(point: BifurcationPoint) -> Guess:
 
 def _doubled(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
     once = point.orbit.signature
-    twice = Signature(once.impacts * 2, 2 * once.cycles)
+    twice = once.repeated(2)
     guess = repeated(unfolded(point.orbit), once.cycles, 2)
     return _through(point, twice, guess, repeated(_tangent_of(point), 0, 2), bounds)
 
 
 def _branching(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
-    signature = Signature(point.orbit.signature.impacts, point.orbit.signature.cycles)
+    signature = replace(point.orbit.signature, symmetric=False)
     return _through(point, signature, unfolded(point.orbit), _tangent_of(point), bounds)
 
 
@@ -178,15 +189,44 @@ def _grown(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
     return start if isinstance(start, NoBranch) else _closing(start, point.nearest.segment)
 
 
+def _neighbouring(point: BifurcationPoint, bounds: Bounds) -> _Start | NoBranch:
+    """Start (3) on the branch of the orbits with an event more, or fewer."""
+    known, name, why = point.orbit.signature, point.name, set()
+    for step in BEYOND:
+        for p in (point.parameter + step * (bounds[1] - bounds[0]) * sign for sign in (1.0, -1.0)):
+            if not bounds[0] < p < bounds[1]:
+                continue
+            system = with_parameter(point.orbit.system, name, p)
+            run = simulate(system, point.orbit.state, t_max=TURNS * point.orbit.period)
+            loop = closing_loop(run, None, known.cycles)
+            if isinstance(loop, str):
+                why.add(loop)
+                continue
+            found = find_orbit(system, run, cycles=known.cycles)
+            if not found.converged or sorted(found.signature.impacts) == sorted(known.impacts):
+                continue
+            z = found.problem.packed(found.states, found.durations)
+            span = bounds[1] - bounds[0]
+            family = OrbitFamily.around(system, found.signature, name, z, span)
+            tangent = single_tangent(family, z, p)
+            if tangent is not None:
+                return _Start(family, z, p, tangent, both=True)
+    none = "no orbit with another sequence was found next to it"
+    return NoBranch(point, "; ".join([none, *sorted(why)]))
+
+
 def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
     """Orbit (1) with an impact more, of speed zero, at the end of the flight that touches a stop."""
-    half, k = orbit.states, touch.segment
-    inside = orbit.problem.compiled(orbit.parameter_value).after(half[k], touch.time)
+    half, k, mode = orbit.states, touch.segment, orbit.problem.modes[touch.segment]
+    inside = orbit.problem.compiled(orbit.parameter_value).after(half[k], touch.time, mode)
     guess = Guess(np.insert(half, k + 1, inside, axis=0), np.insert(orbit.durations, k, touch.time))
     guess.durations[k + 1] -= touch.time
     impacts = list(orbit.signature.impacts[: len(half)])
     impacts.insert(k + 1, Stop(touch.contact, touch.side))
-    return _with_mirror(orbit.signature, impacts), guess
+    flights = list(orbit.signature.flights)
+    if flights:
+        flights.insert(k, Flight(mode))
+    return _with_mirror(orbit.signature, impacts, flights), guess
 
 
 def without_impact(orbit: Orbit, segment: int) -> tuple[Signature, Guess, Nearest] | None:
@@ -205,14 +245,17 @@ def without_impact(orbit: Orbit, segment: int) -> tuple[Signature, Guess, Neares
     guess = Guess(np.delete(turned.states, lost, axis=0), np.delete(durations, lost))
     impacts = list(turned.signature.impacts[: len(durations)])
     touched = impacts.pop(lost)
+    flights = list(turned.signature.flights)
+    if flights:
+        del flights[lost - 1]
     touch = Nearest(0.0, touched.contact, touched.side, lost - 1, time)
-    return _with_mirror(turned.signature, impacts), guess, touch
+    return _with_mirror(turned.signature, impacts, flights), guess, touch
 
 
-def _with_mirror(like: Signature, impacts: list[Stop]) -> Signature:
+def _with_mirror(like: Signature, impacts: list[Stop], flights: list[Flight]) -> Signature:
     """Signature with these solved impacts, symmetric if the other one is."""
     mirrored = [stop.opposite for stop in impacts] if like.symmetric else []
-    return Signature((*impacts, *mirrored), like.cycles, like.symmetric)
+    return replace(like, impacts=(*impacts, *mirrored), flights=tuple(flights))
 
 
 def _ordinary(

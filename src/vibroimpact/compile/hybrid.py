@@ -250,7 +250,11 @@ class Hybrid:
 
 def hybrid_of(mechanism: Mechanism) -> Hybrid | Piecewise:
     """The compiler for a mechanism."""
-    return (Piecewise if needs_elements(mechanism) else Hybrid)(mechanism)
+    if not needs_elements(mechanism):
+        return Hybrid(mechanism)
+    pieces = Piecewise(mechanism)
+    pieces.check_rate()
+    return pieces
 
 
 class Compiled:

@@ -146,11 +146,6 @@ class Piecewise:
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
         self.rate = self._rate()
-        if not SLOWEST <= self.rate <= FASTEST:
-            raise InvalidParameterError(
-                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
-                "Choose another unit of time."
-            )
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.codes = self._codes()
@@ -164,6 +159,14 @@ class Piecewise:
     def _is_joint(self, e: Element) -> bool:
         """Whether an element acts on a coordinate without mass, whose speed depends on the others."""
         return not isinstance(e, PhaseSwitch) and any(e.row[i] for i in self.light)
+
+    def check_rate(self) -> None:
+        """Refuse a unit of time in which an unknown motion cannot be searched for events."""
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise InvalidParameterError(
+                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
+                "Choose another unit of time."
+            )
 
     def _rate(self) -> float:
         """Rate of the motion with all soft stops pressed, as a scale."""

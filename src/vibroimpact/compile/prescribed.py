@@ -1,15 +1,16 @@
-"""A system compiled for motions with prescribed impacts, with derivatives by one parameter.
+"""A system compiled for motions with prescribed events, with derivatives by one parameter.
 
 States are zeta = (x, v, theta), theta the phase of the first forcing line. Where the order of
-impacts is known, each flight and the impact at its end is an analytic function of zeta, the flight
-time and the parameters (theory.md, "Periodic orbits"); the kernel evaluates it and its derivatives.
-Physical coordinates, whose entries are smooth in every parameter, serve for all systems.
+impacts and of changes of state is known, each flight and the event at its end is an analytic function
+of zeta, the flight time and the parameters (theory.md, "Periodic orbits"); the kernel evaluates it and
+its derivatives. Modes and guards are those of piecewise.py: physical coordinates, whose entries are
+smooth in every parameter, serve for all systems.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple, cast
@@ -18,18 +19,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact import _kernel
-from vibroimpact._core import linear
 from vibroimpact._core.chebyshev import nodes
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.linear import Vector, apply, transpose
+from vibroimpact._core.linear import Vector
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.compile.coordinates import STEP_ANGLE, dense, dense_rate
-from vibroimpact.compile.reduction import reduce
+from vibroimpact.compile.coordinates import STEP_ANGLE
+from vibroimpact.compile.modes import Mode
+from vibroimpact.compile.piecewise import Piecewise, states_from_code
+from vibroimpact.model.elements import Friction, FrictionState, PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
 from vibroimpact.model.parameters import expanded
-from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
 COASTING = -1  # ends a segment without an impact
@@ -37,6 +38,57 @@ PARAMETER_ORDERS = (0, 1, 3, 7)  # f, f', f'', f''' among the coefficients of a 
 PROPORTIONAL = 1e-12  # rounding of derivatives of frequencies that have a constant ratio
 WINDOW = 6.0  # radians of the fastest rate
 NODES = 25  # Chebyshev: the series of a flight over a window has fallen below 2^-53 then
+GAP = -1  # in place of the number of a watch: the gap of a rigid stop
+
+
+class End(NamedTuple):
+    """End of a flight: the limit of a guard of its mode that is reached.
+
+    Attributes
+    ----------
+    contact, side
+        Number of the contact or element, +1 for the upper and -1 for the lower limit of the guard.
+    mode
+        Code of the mode (compile/piecewise.py); 0: no contact closed, every element in its state 0.
+    watch
+        Number of the guard among the watches of the mode; GAP for a rigid stop.
+    """
+
+    contact: int
+    side: int
+    mode: int = 0
+    watch: int = GAP
+
+
+class GuardRow(NamedTuple):
+    """A guard of a mode, u = row . y + gain within its limits; contact and watch as in :class:`End`."""
+
+    contact: int
+    watch: int
+    row: Floats
+    gain: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """A mode in numbers: y' = b y + constant, its guards, and how many joints stick."""
+
+    b: Floats
+    constant: Floats
+    guards: tuple[GuardRow, ...]
+    sticking: int
+
+    def fastest(self, mechanical: int) -> float:
+        """Bound of the rates of so many first entries of y, and of the forcing."""
+        own, waves = self.b[:mechanical, :mechanical], self.b[mechanical:]
+        return float(max(np.abs(part).sum(axis=1).max(initial=0.0) for part in (own, waves)))
+
+    @property
+    def growth(self) -> float:
+        """Rate at which the mode makes volumes of (x, v) grow."""
+        return float(np.trace(self.b))
 
 
 class Linearised(NamedTuple):
@@ -53,7 +105,7 @@ class Linearised(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Prescribed:
-    """Compiled system for segments with prescribed impacts, and their derivatives.
+    """Compiled system for segments with prescribed ends, and their derivatives.
 
     Copies and pickles are compiled again.
 
@@ -67,6 +119,12 @@ class Prescribed:
         omega and its derivatives by the parameter, shape (4,).
     rate
         Bounds every rate of the flight to a factor of two.
+    scale
+        Velocities among the coordinates y of the modes are v / scale.
+    modes
+        Modes by their code.
+    ends
+        Every limit at which a flight can end; ``stops`` are those of a machine in mode 0.
     """
 
     system: System
@@ -76,36 +134,44 @@ class Prescribed:
     omega: float
     omega_orders: Floats
     rate: float
-    stops: tuple[Stop, ...]
+    scale: float
+    modes: dict[int, Numbers]
+    ends: dict[End, int]
     kernel: _kernel.Prescribed
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return compile_prescribed, (self.system, self.parameter)
+        return compile_prescribed, (self.system, self.parameter, tuple(self.modes))
 
     @property
     def size(self) -> int:
         """Entries of zeta, 2n + 1."""
         return 2 * self.degrees + 1
 
-    def stop_numbers(self, impacts: list[Stop]) -> list[int]:
-        """Numbers of the stops in the kernel."""
-        return [self.stops.index(impact) for impact in impacts]
+    def stop_numbers(self, ends: Iterable[tuple[int, ...]]) -> list[int]:
+        """Numbers of ends of flights, or of stops of a machine in mode 0, in the kernel."""
+        return [self.ends[End(*end)] for end in ends]
 
-    def linearise(self, states: ArrayLike, durations: ArrayLike, impacts: list[Stop]) -> Linearised:
-        """Each flight and the impact that ends it, with first derivatives."""
+    def linearise(
+        self, states: ArrayLike, durations: ArrayLike, ends: Iterable[tuple[int, ...]]
+    ) -> Linearised:
+        """Each flight and the event that ends it, with first derivatives."""
         out = self.kernel.linearise(
-            _contiguous(states), _contiguous(durations), self.stop_numbers(impacts)
+            _contiguous(states), _contiguous(durations), self.stop_numbers(ends)
         )
         return Linearised(**out)
 
     def second(
-        self, states: ArrayLike, durations: ArrayLike, impacts: list[Stop], along: Floats
+        self,
+        states: ArrayLike,
+        durations: ArrayLike,
+        ends: Iterable[tuple[int, ...]],
+        along: Floats,
     ) -> tuple[Floats, Floats]:
         """Second derivatives of each segment, once along a direction and once by every number.
 
         Parameters
         ----------
-        states, durations, impacts
+        states, durations, ends
             As for :meth:`linearise`.
         along
             Directions in the state and the flight time of each segment, shape (m, 2n + 2).
@@ -115,22 +181,67 @@ class Prescribed:
         (after_by, gap_by)
             Derivatives of those of :class:`Linearised` along the direction, of the same shapes.
         """
-        numbers = self.stop_numbers(impacts)
+        numbers = self.stop_numbers(ends)
         return self.kernel.second(
             _contiguous(states), _contiguous(durations), numbers, _contiguous(along)
         )
 
-    def after(self, state: Floats, time: float) -> Floats:
-        """(x, v, theta) after a time of free flight, shape (2n + 1,)."""
-        inside = self.kernel.fly(_contiguous(state)[None, :], [1], np.array([time]), 1.0)[0, 0]
+    def guard(self, end: tuple[int, ...]) -> GuardRow:
+        """The guard at whose limit a flight ends."""
+        contact, _, code, watch = End(*end)
+        guards = self.modes[code].guards
+        return next(g for g in guards if (g.contact, g.watch) == (contact, watch))
+
+    def slopes(self, end: tuple[int, ...], state: Floats) -> Floats:
+        """Derivatives of a guard by zeta at a state, shape (2n + 1,)."""
+        row, n = self.guard(end).row, self.degrees
+        out = np.zeros(self.size)
+        out[:n], out[n : 2 * n] = row[0 : 2 * n : 2], row[1 : 2 * n : 2] / self.scale
+        turns, waves = self.ratios, row[2 * n :].reshape(-1, 2)
+        theta = turns * state[-1]
+        out[-1] = turns @ (waves[:, 0] * np.cos(theta) - waves[:, 1] * np.sin(theta))
+        return out
+
+    def solved_coordinate(self, end: tuple[int, ...]) -> int:
+        """Position, or velocity, that the section of a guard leaves out: its row's last largest.
+
+        The phase, where the guard depends on nothing else.
+        """
+        row, n = np.abs(self.guard(end).row), self.degrees
+        both = np.concatenate([row[0 : 2 * n : 2], row[1 : 2 * n : 2]])
+        if not both.any():
+            return 2 * n
+        return int(len(both) - 1 - np.argmax(both[::-1]))
+
+    @property
+    def ratios(self) -> Floats:
+        """Frequencies of the lines relative to the first, shape (L,)."""
+        return np.array([force.omega / self.omega for force in self.mechanism.forces])
+
+    def embedded(self, x_and_v: Floats, theta: Floats) -> Floats:
+        """Coordinates y, shape (..., D), of (x, v) (..., 2n) at phases (...)."""
+        n, lines = self.degrees, len(self.mechanism.forces)
+        y = np.empty((*x_and_v.shape[:-1], 2 * (n + lines)))
+        y[..., 0 : 2 * n : 2] = x_and_v[..., :n]
+        y[..., 1 : 2 * n : 2] = x_and_v[..., n:] / self.scale
+        for line, ratio in enumerate(self.ratios):
+            y[..., 2 * (n + line)] = np.sin(ratio * theta)
+            y[..., 2 * (n + line) + 1] = np.cos(ratio * theta)
+        return y
+
+    def after(self, state: Floats, time: float, mode: int = 0) -> Floats:
+        """(x, v, theta) after a time of flight in a mode, shape (2n + 1,)."""
+        inside = self._fly(_contiguous(state)[None, :], [mode], [1], np.array([time]), 1.0)[0, 0]
         return np.append(inside, state[-1] + self.omega * time)
 
     def window(self, durations: Floats) -> float:
         """Length of the windows on which flights are expanded; free masses have no fastest rate."""
         return min(WINDOW / self.rate, float(durations.max()))
 
-    def flights(self, states: ArrayLike, durations: Floats) -> list[tuple[Floats, Floats]]:
-        """Free flight at Chebyshev nodes of windows that cover each segment.
+    def flights(
+        self, states: ArrayLike, durations: Floats, modes: Sequence[int] = ()
+    ) -> list[tuple[Floats, Floats]]:
+        """Flight at Chebyshev nodes of windows that cover each segment, in mode 0 or those given.
 
         Returns
         -------
@@ -139,17 +250,27 @@ class Prescribed:
         window = self.window(durations)
         counts = [max(1, math.ceil(t / window)) for t in durations]
         offsets = (1.0 + nodes(NODES)) * (window / 2.0)
-        values = self.kernel.fly(_contiguous(states), counts, offsets, window)
+        values = self._fly(_contiguous(states), modes or [0] * len(counts), counts, offsets, window)
         parts = np.split(values, np.cumsum(counts)[:-1])
         return [(np.arange(c) * window, part) for c, part in zip(counts, parts, strict=True)]
 
-    def sampled(self, states: Floats, durations: Floats) -> Floats:
+    def _fly(
+        self, states: Floats, modes: Sequence[int], windows: list[int], at: Floats, window: float
+    ) -> Floats:
+        numbers = [self.mode_number(mode) for mode in modes]
+        return np.asarray(self.kernel.fly(states, numbers, windows, at, window))
+
+    def mode_number(self, mode: int) -> int:
+        """Number of a mode in the kernel."""
+        return list(self.modes).index(mode)
+
+    def sampled(self, states: Floats, durations: Floats, modes: Sequence[int] = ()) -> Floats:
         """(x, v) at the start of each segment and at the nodes within its flight, (k, 2n)."""
         offsets = (1.0 + nodes(NODES)) * (self.window(durations) / 2.0)
         within = [
             values[starts[:, None] + offsets <= duration]
             for (starts, values), duration in zip(
-                self.flights(states, durations), durations, strict=True
+                self.flights(states, durations, modes), durations, strict=True
             )
         ]
         return np.vstack([states[:, : 2 * self.degrees], *within])
@@ -174,41 +295,88 @@ def _array(values: Vector | list[Vector]) -> Floats:
     return np.ascontiguousarray(parts.T).reshape(len(PARAMETER_ORDERS), *flat.shape)
 
 
-def _stops(
-    m: Mechanism, free: linear.Matrix, rate: float
-) -> tuple[tuple[Stop, ...], list[tuple[Floats, ...]]]:
-    """Every finite limit of every contact as (row, limit, impulse, restitution)."""
-    names, laws = [], []
-    for i, contact in enumerate(m.contacts):
-        row = list(contact.row)
-        lift = [x for (x,) in linear.solve_definite(m.mass, [[r] for r in row])]
-        mobility = linear.dot(row, lift)
-        size = len(free[0])
-        impulse, on_y = [0.0] * size, apply(transpose(free), row)
-        for j, x in enumerate(lift):
-            impulse[2 * j + 1] = x / mobility / rate
-        for side, limit, restitution in zip(
-            (-1, 1), (contact.lower, contact.upper), contact.restitutions, strict=True
-        ):
+class _Ends:
+    """Limits of the guards of all modes, as the kernel takes them."""
+
+    def __init__(self, pieces: Piecewise) -> None:
+        self.pieces = pieces
+        self.known: dict[End, int] = {}
+        self.laws: list[tuple[Floats, Floats, Floats, Floats, int]] = []
+        self.pushes = [
+            ([x / mobility[i] for x in impulse], restitutions)
+            for i, (impulse, mobility, _, *restitutions) in enumerate(pieces.laws())
+        ]
+
+    def of(self, mode: Mode, number: int) -> Numbers:
+        """Guards of a mode with this number in the kernel, whose limits are kept."""
+        guards = []
+        nothing = [0.0] * self.pieces.size, [0.0, 0.0]
+        for i, (row, gain, lower, upper, closed) in enumerate(mode.guards):
+            if not closed:
+                guards.append((End(i, 0, mode.code), row, gain, (lower, upper), self.pushes[i]))
+        contacts = len(mode.guards)
+        for j, (row, gain, lower, upper, element, held, *_) in enumerate(mode.watches):
+            if not held:
+                name = End(contacts + element, 0, mode.code, j)
+                guards.append((name, row, gain, (lower, upper), nothing))
+        for name, row, gain, limits, push in guards:
+            self._keep(name, row, gain, limits, push, number)
+        flow = mode.coordinates.flow
+        return Numbers(
+            _array(cast(Any, flow["b"]))[0],
+            _array(cast(Any, flow["constant"]))[0],
+            tuple(
+                GuardRow(
+                    name.contact, name.watch, _array(row)[0], _value(gain), *map(_value, limits)
+                )
+                for name, row, gain, limits, _ in guards
+            ),
+            self._sticking(mode),
+        )
+
+    def _sticking(self, mode: Mode) -> int:
+        """Number of joints that stick in a mode, those left out that others hold already."""
+        elements = self.pieces.mechanism.elements
+        states = states_from_code(mode.code, len(mode.guards), len(elements))
+        return sum(
+            held and isinstance(elements[i], Friction) and states[i] == FrictionState.STICK
+            for *_, i, held, _reset, _target in mode.watches
+        )
+
+    def _keep(
+        self, name: End, row: Vector, gain: float, limits: tuple[float, float],
+        push: tuple[Vector, list[float]], number: int,
+    ) -> None:  # fmt: skip
+        impulse, restitutions = push
+        for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
             if not infinite(limit):
-                names.append(Stop(i, side))
-                laws.append(tuple(map(_array, (on_y, [limit], impulse, [restitution]))))
-    return tuple(names), laws
+                self.known[name._replace(side=side)] = len(self.laws)
+                law = (row, [limit - gain], impulse, [restitution])
+                self.laws.append((*map(_array, law), number))  # type: ignore[arg-type]
 
 
-def compile_prescribed(system: System, parameter: str = "") -> Prescribed:
+def _value(x: Any) -> float:
+    return float(x.value) if isinstance(x, Jet) else float(x)
+
+
+def compile_prescribed(
+    system: System, parameter: str = "", modes: tuple[int, ...] = (0,)
+) -> Prescribed:
     """Compile a system; ``parameter`` names the number by which it is differentiated.
+
+    ``modes`` are the codes of the modes that its motions pass.
 
     Raises
     ------
     InvalidParameterError
         No such parameter, a system that cannot be differentiated with respect to it, or a
-        parameter that changes the ratios of the forcing frequencies.
+        parameter that changes the ratios of the forcing frequencies; a system that orbits are not
+        found for.
     """
     try:
-        return _cached(cast(Hashable, system), parameter)
+        return _cached(cast(Hashable, system), parameter, modes)
     except TypeError:  # a system that cannot be hashed
-        return _compile(system, parameter)
+        return _compile(system, parameter, modes)
 
 
 def _check_ratios(varied: Mechanism, parameter: str) -> None:
@@ -224,34 +392,57 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
 
 
 def check_rigid(system: System) -> Mechanism:
-    """The mechanism of a system, refused where motions with prescribed impacts do not cover it."""
+    """The mechanism of a system, refused where it has more than rigid stops that stand still."""
     m = mechanism_of(system)
     if needs_elements(m):
         raise InvalidParameterError(
-            f"system = {shown(system)}: orbits are found for rigid stops that stand still, with "
-            "symmetric matrices. Take simulate, sections, classify, sweeps, Lyapunov exponents."
+            f"system = {shown(system)}: circles, and lists of orbits, are found for rigid stops that "
+            "stand still, with symmetric matrices. Take find_orbit, continue_orbit, simulate, classify."
         )
     return m
 
 
-def _compile(system: Any, parameter: str) -> Prescribed:
-    m = check_rigid(system)
+def check_prescribed(system: System) -> Mechanism:
+    """The mechanism of a system, refused where motions with prescribed events do not cover it."""
+    m = mechanism_of(system)
+    why = ""
+    if m.degrees > _kernel.BLOCK_DEGREES or len(m.forces) > _kernel.BLOCK_LINES:
+        why = (
+            f"at most {_kernel.BLOCK_DEGREES} coordinates and {_kernel.BLOCK_LINES} frequencies, "
+            f"and it has {m.degrees} and {len(m.forces)}"
+        )
+    elif m.massless:
+        why = "coordinates that have a mass; take those without mass as small ones"
+    elif any(isinstance(e, PhaseSwitch) and e.impulses for e in m.elements):
+        why = "phase switches without impulses"
+    if why:
+        raise InvalidParameterError(
+            f"system = {shown(system)}: orbits are found for {why}. "
+            "Take simulate, sections, classify, sweeps, Lyapunov exponents."
+        )
+    return m
+
+
+def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
+    m = check_prescribed(system)
     varied = expanded(system, parameter) if parameter else m
     _check_ratios(varied, parameter)
-    n, lines = m.degrees, len(m.forces)
-    rate = dense_rate(m)
-    whole = reduce(varied, ())
-    assert whole is not None  # nothing is closed
-    c = dense(varied, whole, 2 * (n + lines), rate)
+    pieces = Piecewise(varied)
+    ends, modes, flows = _Ends(pieces), {}, []
+    for number, code in enumerate(codes):
+        mode = pieces.mode(code)
+        modes[code], flow = ends.of(mode, number), cast(Any, mode.coordinates.flow)
+        step = STEP_ANGLE / modes[code].fastest(2 * m.degrees)
+        flows.append((_array(flow["b"]), _array(flow["constant"]), step))
     omega = _array([varied.omega])[:, 0]
-    names, stops = _stops(varied, c.to_x, rate)
-    ratios = [force.omega / m.omega for force in m.forces]
     kernel = _kernel.Prescribed(
-        degrees=n, ratios=ratios, rate=rate, step=STEP_ANGLE / (2.0 * rate),
-        field=_array(cast(Any, c.flow["b"])), constant=_array(cast(Any, c.flow["constant"])),
-        omega=omega, stops=stops,
+        degrees=m.degrees, ratios=[force.omega / m.omega for force in m.forces],
+        rate=pieces.scale, omega=omega, modes=flows, stops=ends.laws,
     )  # fmt: skip
-    return Prescribed(system, m, parameter, n, m.omega, omega, rate, names, kernel)
+    return Prescribed(
+        system, m, parameter, m.degrees, m.omega, omega, _value(pieces.rate), pieces.scale, modes,
+        ends.known, kernel,
+    )  # fmt: skip
 
 
 _cached = lru_cache(maxsize=4096)(_compile)  # a few kilobytes each

@@ -422,7 +422,8 @@ def element_labels(m: Mechanism) -> list[str]:
 
 def stop_sizes(m: Mechanism) -> list[float]:
     """|limit| of every stop: lengths of the mechanism."""
-    return [abs(x) for c in m.contacts for x in (c.lower, c.upper) if not infinite(x)]
+    stops = [part for part in m.numbered if isinstance(part, STOP_KINDS)]
+    return [abs(x) for stop in stops for x in (stop.lower, stop.upper) if not infinite(x)]
 
 
 def _several(

@@ -1,19 +1,21 @@
-"""Admissibility of a solution of the orbit equations: no stop is crossed between impacts.
+"""Admissibility of a solution of the orbit equations: no guard is crossed between impacts.
 
-Method      Every flight is expanded, window by window, in Chebyshev polynomials of the contact
-            coordinate's rate u', which over a window of 6 radians of the fastest rate have fallen
+Method      Every flight is expanded, window by window, in Chebyshev polynomials of the rate u' of
+            every guard of its mode, which over a window of 6 radians of the fastest rate have fallen
             to rounding at 25 terms; zeros of u' are the eigenvalues of the colleague matrix, so
             that every extremum of every gap is found, not sampled. An orbit is admissible if
               - no flight takes negative time,                                                 (1)
-              - no gap is negative at an interior extremum or at an impact of another contact. (2)
+              - no gap is negative at an interior extremum or at an impact of another contact; the gap
+                being the margin to a limit, of an element's guard, too, but not where that limit is
+                reached or left.                                                               (2)
             (2) also decides whether impacts come from the front: a motion that reaches a stop from
             behind has crossed it, and by Rolle's theorem its gap has a negative extremum since
             then, the impact's own, which vanishes with its speed. So no speed has to be compared
             with zero, its value at a touch; only in a flight of no duration, which has no interior,
             the rate itself must have its sign.                                                (3)
             The clearance is the least gap at those places: zero at grazing.
-Accuracy    gaps to about 1e-13 of the amplitude: the largest of |row| . |x| along the orbit and of
-            the contact's limits. Crossings of less than PLAY of it are contacts; with the
+Accuracy    gaps to about 1e-13 of the amplitude: the largest of |row| . |y| along the orbit and of
+            the guard's limits. Crossings of less than PLAY of it are contacts; with the
             acceleration a of the gap, a rate of the wrong sign below sqrt(2 a PLAY amplitude) is
             one of them
 Reference   theory.md, "Periodic orbits"; Boyd, Solving Transcendental Equations (2014)
@@ -27,9 +29,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibroimpact._core.chebyshev import fitted, real_zeros_of
+from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.compile.prescribed import Linearised, Prescribed
+from vibroimpact.compile.prescribed import GAP, NODES, End, GuardRow, Linearised, Prescribed
 from vibroimpact.model.mechanism import infinite
 from vibroimpact.model.stop import Stop
 
@@ -37,15 +39,21 @@ from vibroimpact.model.stop import Stop
 # by the square of that; where two extrema are about to merge by the power 3/2, 3e-14.
 FLAT = 1e-9
 PLAY = 1e-11  # of the amplitude, of the period: rounding of a flight and of Newton's method
+EDGE = 1e-3  # of a flight
+ON_LIMIT = 1e-9  # of the amplitude: a guard of the element that has just changed is at its limit
 
 
 class Place(NamedTuple):
-    """Key of a gap: a stop in a flight, with the own extrema of impacts apart."""
+    """Key of a gap: a stop in a flight, with the own extrema of impacts apart.
+
+    Of an element ``watch`` is the number of the guard in its mode.
+    """
 
     contact: int
     side: int
     segment: int
     own: bool = False
+    watch: int = GAP
 
 
 class Nearest(NamedTuple):
@@ -57,123 +65,209 @@ class Nearest(NamedTuple):
     segment: int
     time: float  # since the segment's start
     own: bool = False  # of an impact that is reached or left from behind
+    watch: int = GAP
 
     @property
     def place(self) -> Place:
         """The stop and the flight."""
-        return Place(self.contact, self.side, self.segment, self.own)
+        return Place(self.contact, self.side, self.segment, self.own, self.watch)
 
     def __str__(self) -> str:
+        limit = "upper" if self.side > 0 else "lower"
+        gap = f"the gap at {Stop(self.contact, self.side).words}"
+        margin = (
+            f"the margin to the {limit} limit of guard {self.watch}, of element {self.contact},"
+        )
         return (
-            f"the gap at {Stop(self.contact, self.side).words} is {self.gap:.6g} in flight "
+            f"{gap if self.watch == GAP else margin} is {self.gap:.6g} in flight "
             f"{self.segment}, {self.time:.6g} after its start"
         )
 
 
 class _Flights(NamedTuple):
-    """Consecutive windows of free flight over all segments, and the segments' ends."""
+    """Consecutive windows of flights over all segments, and the segments' ends."""
 
     length: float  # of a window
     segment: Integers  # (w,)
     start: Floats  # (w,) since the start of the segment
-    values: Floats  # (w, NODES, 2n) x and v
+    values: Floats  # (w, NODES, D) coordinates y
     durations: Floats  # (m,)
     impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
     first: Integers  # (m,) window of the start
     last: Integers  # (m,) window of the end
+
+    def within(self, segments: Integers) -> _Flights:
+        """Those of some segments only, which keep their numbers."""
+        kept = np.isin(self.segment, segments)
+        place = np.cumsum(kept) - 1
+        return self._replace(
+            segment=self.segment[kept], start=self.start[kept], values=self.values[kept],
+            first=place[self.first], last=place[self.last],
+        )  # fmt: skip
 
 
 def least_gaps(
     compiled: Prescribed,
     states: Floats,
     durations: Floats,
-    ends: Sequence[Stop],
+    ends: Sequence[tuple[int, ...]],
     begun: Sequence[Stop],
 ) -> dict[Place, Nearest]:
-    """Nearest approach to each stop in each flight.
+    """Nearest approach to each limit of each guard in each flight.
 
     Considered are the extrema of the gaps within the flights, and the ends where another contact
     impacts. ``begun[k]`` begins flight k, ``ends[k]`` ends it.
     """
     least: dict[Place, Nearest] = {}
-    flights = _windows(compiled, states, durations, ends, begun)
-    for i in range(len(compiled.mechanism.contacts)):
-        for here in _gaps(compiled, flights, i):
-            least[here.place] = min(here, least.get(here.place, here))
+    modes = np.array([End(*end).mode for end in ends])
+    every = _windows(compiled, states, durations, ends, begun)
+    for code in dict.fromkeys(modes.tolist()):
+        segments = np.flatnonzero(modes == code)
+        flights = every if len(compiled.modes) == 1 else every.within(segments)
+        for guard in compiled.modes[code].guards:
+            if infinite(guard.lower) and infinite(guard.upper):
+                continue  # its gap is constant
+            for here in _gaps(compiled, flights, code, guard, segments):
+                least[here.place] = min(here, least.get(here.place, here))
     return least
 
 
-def amplitudes(compiled: Prescribed, states: Floats, durations: Floats) -> Floats:
-    """Reference length for the gap of each contact, shape (contacts,)."""
-    contacts, n = compiled.mechanism.contacts, compiled.degrees
-    rows = np.abs([contact.row for contact in contacts])
-    sizes = (np.abs(compiled.sampled(states, durations)[:, :n]) @ rows.T).max(axis=0)
-    limits = [[abs(x) for x in (c.lower, c.upper) if not infinite(x)] for c in contacts]
-    return np.array([max(size, *stops) for size, stops in zip(sizes, limits, strict=True)])
+def amplitudes(
+    compiled: Prescribed, states: Floats, durations: Floats, ends: Sequence[tuple[int, ...]]
+) -> dict[tuple[int, int], float]:
+    """Reference size for the gap of each guard, by the numbers of its contact and watch."""
+    n = compiled.degrees
+    modes = [End(*end).mode for end in ends]
+    most = np.ones(2 * (n + len(compiled.ratios)))
+    moved = np.abs(compiled.sampled(states, durations, modes)).max(axis=0)
+    most[0 : 2 * n : 2], most[1 : 2 * n : 2] = moved[:n], moved[n:] / compiled.scale
+    sizes: dict[tuple[int, int], float] = {}
+    for guard in (guard for mode in {*modes} for guard in compiled.modes[mode].guards):
+        limits = [abs(x) for x in (guard.lower, guard.upper, guard.gain) if not infinite(x)]
+        key = guard.contact, guard.watch
+        size = float(np.max([np.abs(guard.row) @ most, *limits]))
+        sizes[key] = max(size, sizes.get(key, 0.0))
+    return sizes
 
 
 def _windows(
     compiled: Prescribed,
     states: Floats,
     durations: Floats,
-    ends: Sequence[Stop],
+    ends: Sequence[tuple[int, ...]],
     begun: Sequence[Stop],
 ) -> _Flights:
-    flights = compiled.flights(states, durations)
+    named = [End(*end) for end in ends]
+    flights = compiled.flights(states, durations, [end.mode for end in named])
     counts = np.array([len(starts) for starts, _ in flights])
     after = np.cumsum(counts)
+    segment = np.repeat(np.arange(len(flights)), counts)
+    start = np.concatenate([starts for starts, _ in flights])
+    length = compiled.window(durations)
+    since = start[:, None] + (1.0 + nodes(NODES)) * (length / 2.0)
+    phase = states[segment, -1][:, None] + compiled.omega * since
     return _Flights(
-        length=compiled.window(durations),
-        segment=np.repeat(np.arange(len(flights)), counts),
-        start=np.concatenate([starts for starts, _ in flights]),
-        values=np.concatenate([values for _, values in flights]),
+        length=length,
+        segment=segment,
+        start=start,
+        values=compiled.embedded(np.concatenate([values for _, values in flights]), phase),
         durations=durations,
-        impacts=np.stack([np.array(begun), np.array(ends)], axis=1),
+        impacts=np.stack([np.array(begun), np.array([end[:2] for end in named])], axis=1),
         first=after - counts,
         last=after - 1,
     )
 
 
-def _gaps(compiled: Prescribed, flights: _Flights, i: int) -> Iterator[Nearest]:
-    """Gaps of contact i at its extrema and where another contact impacts."""
-    contact = compiled.mechanism.contacts[i]
-    row = np.array(contact.row)
-    n = len(row)
-    place = fitted((flights.values[..., :n] @ row).T)
-    rate = fitted((flights.values[..., n:] @ row).T)
+def _gaps(
+    compiled: Prescribed, flights: _Flights, code: int, guard: GuardRow, segments: Integers
+) -> Iterator[Nearest]:
+    """Gaps of a guard in the flights of its mode: at its extrema, and where others end the flight."""
+    mode, i = compiled.modes[code], guard.contact
+    place = fitted((flights.values @ guard.row).T + guard.gain)
+    rate = fitted((flights.values @ (guard.row @ mode.b)).T + guard.row @ mode.constant)
     at, x = real_zeros_of(rate, FLAT)
     times = flights.start[at] + flights.length * (1.0 + x) / 2.0
     whole = flights.durations[flights.segment[at]]
     margin = PLAY * whole
     inside = (times > margin) & (times < whole - margin)
+    inside &= ~_leaving(flights, guard, place, at, times)
     at, times = at[inside], times[inside]
-    own = np.zeros(len(at) + 2 * len(flights.durations), dtype=bool)
-    own[: len(at)] = _own(flights, rate, i, flights.segment[at], times)
-    starting, ending = (flights.impacts[:, edge, 0] != i for edge in (0, 1))
-    at = np.concatenate([at, flights.first[starting], flights.last[ending]])
-    times = np.concatenate([times, np.zeros(starting.sum()), flights.durations[ending]])
+    rigid = guard.watch == GAP
+    own = np.zeros(len(at), dtype=bool)
+    if rigid:
+        own = _own(flights, rate, i, flights.segment[at], times, segments)
+    edges = [(_others(flights, guard, place, segments, edge), edge) for edge in (0, 1)]
+    at = np.concatenate([at, *((flights.first, flights.last)[edge][k] for k, edge in edges)])
+    times = np.concatenate([times, *(edge * flights.durations[k] for k, edge in edges)])
+    own = np.concatenate([own, np.zeros(len(at) - len(own), dtype=bool)])
     u = _values(flights, place, at, times)
-    found = flights.segment[at].tolist(), times.tolist(), own[: len(at)].tolist(), u.tolist()
+    found = flights.segment[at].tolist(), times.tolist(), own.tolist(), u.tolist()
     for k, t, by_impact, value in zip(*found, strict=True):
-        if not infinite(contact.upper):
-            yield Nearest(contact.upper - value, i, 1, k, t, by_impact)
-        if not infinite(contact.lower):
-            yield Nearest(value - contact.lower, i, -1, k, t, by_impact)
+        if not infinite(guard.upper):
+            yield Nearest(guard.upper - value, i, 1, k, t, by_impact, guard.watch)
+        if not infinite(guard.lower):
+            yield Nearest(value - guard.lower, i, -1, k, t, by_impact, guard.watch)
 
 
-def _own(flights: _Flights, rate: Floats, i: int, segment: Integers, times: Floats) -> Flags:
+def _own(
+    flights: _Flights, rate: Floats, i: int, segment: Integers, times: Floats, segments: Integers
+) -> Flags:
     """Mask of extrema that belong to an impact which is reached or left from behind."""
     own = np.zeros(len(times), dtype=bool)
-    zero = np.zeros(len(flights.durations))
-    edges = ((flights.first, zero, 1.0), (flights.last, flights.durations, -1.0))
-    for edge, (window, time, sense) in enumerate(edges):
-        contact, side = flights.impacts[:, edge].T
-        behind = sense * side * _values(flights, rate, window, time) > 0.0
-        for k in np.flatnonzero(behind & (contact == i)):
+    for edge, sense in enumerate((1.0, -1.0)):
+        contact, side = flights.impacts[segments, edge].T
+        behind = sense * side * _at_edge(flights, rate, segments, edge) > 0.0
+        for k in segments[behind & (contact == i)]:
             inside = np.flatnonzero(segment == k)
             if inside.size:
                 own[inside[np.argmin(sense * times[inside])]] = True
     return own
+
+
+def _leaving(
+    flights: _Flights, guard: GuardRow, place: Floats, at: Integers, times: Floats
+) -> Flags:
+    """Mask of extrema of an element's guard that are its touch of a limit where the element changes.
+
+    Slip begins at speed and acceleration zero, where both levels of friction are equal.
+    """
+    if guard.watch == GAP:
+        return np.zeros(len(at), dtype=bool)
+    k = flights.segment[at]
+    share = times / flights.durations[k]
+    near = [share < EDGE, share > 1.0 - EDGE]
+    own = [near[edge] & (flights.impacts[k, edge, 0] == guard.contact) for edge in (0, 1)]
+    u = _values(flights, place, at, times)
+    beyond = np.minimum(np.abs(guard.lower - u), np.abs(u - guard.upper))
+    leaving: Flags = (own[0] | own[1]) & (beyond <= ON_LIMIT * _size(flights, guard))
+    return leaving
+
+
+def _size(flights: _Flights, guard: GuardRow) -> float:
+    """Size of the terms of a guard."""
+    return float((np.abs(flights.values) @ np.abs(guard.row)).max()) + abs(guard.gain)
+
+
+def _others(
+    flights: _Flights, guard: GuardRow, place: Floats, segments: Integers, edge: int
+) -> Integers:
+    """Flights that begin (edge 0) or end (1) with another contact, so that the gap there counts.
+
+    Where an element changes its state its guards may be at their limits; beyond them they count, too.
+    """
+    other = flights.impacts[segments, edge, 0] != guard.contact
+    if guard.watch != GAP:
+        u = _at_edge(flights, place, segments, edge)
+        beyond = np.maximum(guard.lower - u, u - guard.upper)
+        other |= beyond > ON_LIMIT * _size(flights, guard)
+    found: Integers = segments[other]
+    return found
+
+
+def _at_edge(flights: _Flights, series: Floats, segments: Integers, edge: int) -> Floats:
+    """Values of a series at the start (0) or the end (1) of some flights."""
+    window = (flights.first, flights.last)[edge][segments]
+    return _values(flights, series, window, edge * flights.durations[segments])
 
 
 def _values(flights: _Flights, series: Floats, window: Integers, times: Floats) -> Floats:
@@ -184,10 +278,10 @@ def _values(flights: _Flights, series: Floats, window: Integers, times: Floats) 
 
 def why_inadmissible(
     parts: Linearised,
-    impacts: Sequence[Stop],
+    ends: Sequence[tuple[int, ...]],
     durations: Floats,
     gaps: Mapping[Place, Nearest],
-    sizes: Floats,
+    sizes: Mapping[tuple[int, int], float],
     slack: float = 0.0,
 ) -> str:
     """Reason why an orbit is not admissible, by (1) to (3); "" for an admissible one.
@@ -200,12 +294,15 @@ def why_inadmissible(
     for k, duration in enumerate(durations):
         if duration < -shortest:
             return f"flight {k} takes the time {duration:.6g}: two impacts have changed order"
-    crossed = {place for place, here in gaps.items() if here.gap < -play * sizes[here.contact]}
-    behind = {place[:3] for place in crossed}
-    fastest = float(np.abs(parts.rate).max())
-    for k, (contact, side) in enumerate(impacts):
+    crossed = {
+        place for place, here in gaps.items() if here.gap < -play * sizes[here.contact, here.watch]
+    }
+    behind = {(place.contact, place.side, place.segment, place.watch) for place in crossed}
+    closing, period = float(np.abs(parts.rate).max()), float(np.abs(durations).sum())
+    for k, (contact, side, _, watch) in enumerate(End(*end) for end in ends):
+        fastest = closing if watch == GAP else sizes[contact, watch] / period
         at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
-        if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k) in behind):
-            stop = Stop(contact, side).words
+        if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k, watch) in behind):
+            stop = Stop(contact, side).words if watch == GAP else f"a limit of element {contact}"
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
     return str(min(gaps[place] for place in crossed)) if crossed else ""

@@ -3,9 +3,10 @@
 Method      Over the last impacts, the shortest part that ends where it began: within CLOSED of
             the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
             up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
-            closed or not.
-Fails       a sentence: no such part; in its last period a contact rests, or several impact at
-            once
+            closed or not. With elements the changes of their states between the impacts belong to
+            the loop; a motion without impacts has loops of these changes.
+Fails       a sentence: no such part; in its last period a contact rests, several events coincide, or
+            the law leaves the state of an element open
 """
 
 from __future__ import annotations
@@ -15,37 +16,81 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Integers
+from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.compile.prescribed import GAP, Prescribed, compile_prescribed
+from vibroimpact.model.elements import Friction, FrictionState
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.simulate import Run, RunEnd, Status
+from vibroimpact.orbits.problem import Flight
+from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status
 
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
 CLOSED = 1e-5  # the same for a settled periodic motion
 LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop, at most
+TOUCHING = 1e-6  # of its terms: a guard this near to its limit is at it
+EVENTS = (Status.IMPACT, Status.ENGAGE, Status.CHANGE)  # which end a flight
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
 TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
 RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
+OPEN = "the law leaves the state of an element open in every period: such orbits have no signature"
 
 
 class ClosingLoop(NamedTuple):
-    """Impacts of a loop, forcing cycles, states after impacts (m, 2n + 1), flight times (m,)."""
+    """Events of a loop, forcing cycles, states after them (m, 2n + 1), flight times (m,), flights."""
 
     impacts: tuple[Stop, ...]
     cycles: int
     states: Floats
     durations: Floats
+    flights: tuple[Flight, ...]
+
+
+class Events(NamedTuple):
+    """Events of a run that end flights, those at one instant as one.
+
+    Attributes
+    ----------
+    first, last
+        Numbers in the run, shape (m,): of the event, and of the last one at the same instant.
+    states
+        (x, v, theta) after the last one, with growing phase, shape (m, 2n + 1).
+    times, stops
+        Times, and contacts or elements with the side.
+    counted
+        Which count as impacts; all where none does.
+    """
+
+    first: Integers
+    last: Integers
+    states: Floats
+    times: Floats
+    stops: list[Stop]
+    counted: Integers
+
+
+def events_of(run: Run) -> Events:
+    """Events of a run that end flights."""
+    at = np.flatnonzero(np.isin(run.status, EVENTS))
+    begins = np.ones(len(at), dtype=bool)  # a change of state goes with an event at the same time
+    begins[1:] = (np.diff(run.time[at]) > 0.0) | (run.status[at[1:]] != Status.CHANGE)
+    first, last = at[begins], at[np.append(begins[1:], True)] if at.size else at
+    phase = run.start.phase + mechanism_of(run.system).omega * run.time[last]
+    states = np.column_stack([run.position[last], run.velocity_after[last], phase])
+    sides = np.where(run.stop[first] == 0, 1, -1)
+    stops = list(map(Stop, run.contact[first].tolist(), sides.tolist()))
+    counted = np.flatnonzero(np.isin(run.status[first], COUNTED))
+    return Events(
+        first, last, states, run.time[last], stops,
+        counted if counted.size else np.arange(len(first)),
+    )  # fmt: skip
 
 
 def segments_of(run: Run) -> tuple[Floats, Floats, list[Stop]]:
     """States after the impacts (m, 2n + 1) with growing phase, times, stops of a run's impacts."""
-    at = np.flatnonzero(run.status == Status.IMPACT)
-    omega = mechanism_of(run.system).omega
-    phase = run.start.phase + omega * run.time[at]
-    states = np.column_stack([run.position[at], run.velocity_after[at], phase])
-    sides = np.where(run.stop[at] == 0, 1, -1)
-    stops = map(Stop, run.contact[at].tolist(), sides.tolist())
-    return states, run.time[at], list(stops)
+    events = events_of(run)
+    return events.states, events.times, events.stops
 
 
 def cycles_of(system: System, span: float) -> int:
@@ -68,8 +113,10 @@ def closing_loop(
     cycles
         Required forcing cycles; None for any.
     """
-    states, times, stops = segments_of(run)
-    found = _nearest_loop(run, cycles) if sequence is None else _last_time(stops, sequence)
+    events = events_of(run)
+    stops = [events.stops[k] for k in events.counted]
+    times = events.times[events.counted]
+    found = _nearest_loop(run, events, cycles) if sequence is None else _last_time(stops, sequence)
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
@@ -82,8 +129,63 @@ def closing_loop(
     why = _without_signature(run, min(times[first], times[last] - period), times[last])
     if why:
         return why
-    durations = np.diff(times[first : last + 1])
-    return ClosingLoop(tuple(stops[first:last]), whole, states[first:last], durations)
+    here = slice(events.counted[first], events.counted[last])
+    flights = _flights(run, events, here)
+    if isinstance(flights, str):
+        return flights
+    durations = np.diff(events.times[here.start : here.stop + 1])
+    if not np.all(durations > 0.0):
+        return TOGETHER
+    return ClosingLoop(tuple(events.stops[here]), whole, events.states[here], durations, flights)
+
+
+def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
+    """Mode of every flight of a loop and the guard that ends it; empty without elements."""
+    m = mechanism_of(run.system)
+    if not m.elements:
+        return ()
+    known = run.codes
+    codes = [known[k] for k in events.last[here]]
+    if why := _always_stuck(m, {*codes}):
+        return why
+    compiled = compile_prescribed(run.system, "", tuple(sorted({*codes})))
+    flights = []
+    for k, code in enumerate(codes, here.start + 1):
+        stop, at = events.stops[k], events.first[k]
+        if stop.contact < len(m.contacts):
+            flights.append(Flight(code))
+            continue
+        watch = _watch_at(run, compiled, code, stop, int(at))
+        if watch == GAP:
+            return TOGETHER
+        flights.append(Flight(code, watch))
+    return tuple(flights)
+
+
+def _always_stuck(m: Mechanism, codes: set[int]) -> str:
+    """Sentence about friction that sticks in every mode of a loop; "" where there is none."""
+    states = [states_from_code(code, len(m.contacts), len(m.elements)) for code in codes]
+    for i, (element, taken) in enumerate(zip(m.elements, zip(*states, strict=True), strict=True)):
+        if isinstance(element, Friction) and {*taken} == {FrictionState.STICK}:
+            return (
+                f"friction {len(m.contacts) + i} sticks all the time, and its equations do not say "
+                "where: take it out and join what it holds"
+            )
+    return ""
+
+
+def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int) -> int:
+    """Watch of an element whose limit on a side is nearest at an event; GAP where none is near."""
+    both = np.concatenate([run.position[at], run.velocity_before[at]])
+    theta = run.start.phase + compiled.omega * run.time[at]
+    y = compiled.embedded(both, theta)
+    found = [(TOUCHING, GAP)]
+    for guard in compiled.modes[code].guards:
+        limit = guard.upper if stop.side > 0 else guard.lower
+        if guard.contact == stop.contact and not math.isinf(limit):
+            terms = np.abs(guard.row).sum() * np.abs(y).max() + abs(guard.gain) + abs(limit)
+            found.append((abs(guard.row @ y + guard.gain - limit) / terms, guard.watch))
+    return min(found)[1]
 
 
 def _without_signature(run: Run, since: float, until: float) -> str:
@@ -91,12 +193,15 @@ def _without_signature(run: Run, since: float, until: float) -> str:
     status = run.status[(run.time >= since) & (run.time <= until)]
     if np.isin(status, REST).any():
         return RESTING
+    if (status == Status.NON_UNIQUE).any():
+        return OPEN
     return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
 
 
-def _nearest_loop(run: Run, cycles: int | None) -> tuple[int, int] | None:
+def _nearest_loop(run: Run, events: Events, cycles: int | None) -> tuple[int, int] | None:
     """(first, last) impact of the shortest good loop at the end of a run."""
-    states, times, stops = segments_of(run)
+    states, times = events.states[events.counted], events.times[events.counted]
+    stops = [events.stops[k] for k in events.counted]
     omega, last = mechanism_of(run.system).omega, len(stops) - 1
     if last < 1:
         return None

@@ -20,7 +20,7 @@ from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
-from vibroimpact.compile.prescribed import check_rigid
+from vibroimpact.compile.prescribed import check_prescribed, compile_prescribed
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -28,6 +28,7 @@ from vibroimpact.orbits.closing_segment import closing_loop, cycles_of
 from vibroimpact.orbits.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
+    Flight,
     OrbitProblem,
     Signature,
     asymmetry,
@@ -107,7 +108,7 @@ def find_orbit(
         check_count("cycles", cycles, 0)
     if symmetric is not None:
         check_flag("symmetric", symmetric)
-    check_rigid(system)
+    check_prescribed(system)
     if isinstance(guess, SymmetricOrbit):
         guess = of_symmetric(guess)
     if isinstance(guess, State):
@@ -180,10 +181,11 @@ def _from_orbit(
             f"impacts: the sequence has {len(impacts)} impacts and the guess {len(known.impacts)}. "
             "Give a guess with as many."
         )
-    signature = Signature(
-        impacts,
-        known.cycles if cycles is None else cycles,
-        guess.symmetric if symmetric is None else symmetric,
+    signature = replace(
+        known,
+        impacts=impacts,
+        cycles=known.cycles if cycles is None else cycles,
+        symmetric=guess.symmetric if symmetric is None else symmetric,
     )
     return solve(system, signature, unfolded(guess))
 
@@ -253,10 +255,8 @@ def rolled(once: Guess, cycles: int, first: int) -> Guess:
 
 def rotated(orbit: Orbit, count: int) -> Orbit:
     """Rotate an orbit, so that a later impact is its first."""
-    signature, m = orbit.signature, len(orbit.durations)
-    states, durations = rolled(unfolded(orbit), signature.cycles, count)
-    impacts = (*signature.impacts[count:], *signature.impacts[:count])
-    moved = replace(signature, impacts=impacts)
+    moved, m = orbit.signature.rolled(count), len(orbit.durations)
+    states, durations = rolled(unfolded(orbit), moved.cycles, count)
     return replace(orbit, signature=moved, states=states[:m], durations=durations[:m])
 
 
@@ -299,8 +299,7 @@ def primitive(orbit: Orbit) -> Orbit:
     count = len(signature.impacts)
     turns = [k for k in range(count, 1, -1) if _repeats(orbit, guess, k)]
     if turns:
-        part, cycles = count // turns[0], signature.cycles // turns[0]
-        shorter = Signature(signature.impacts[:part], cycles)
+        part, shorter = count // turns[0], signature.part(turns[0])
         orbit = solve(orbit.system, shorter, Guess(guess.states[:part], guess.durations[:part]))
         signature, guess = shorter, unfolded(orbit)
     if orbit.symmetric or mirror_distance(orbit.system, signature, guess) > SAME:
@@ -311,9 +310,8 @@ def primitive(orbit: Orbit) -> Orbit:
 
 def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
     """Whether an orbit is k repetitions of a shorter one."""
-    impacts, cycles = orbit.signature.impacts, orbit.signature.cycles
-    part = len(impacts) // k
-    if len(impacts) % k or cycles % k or impacts != impacts[:part] * k:
+    cycles, part = orbit.signature.cycles, len(orbit.signature.impacts) // k
+    if not orbit.signature.repeats(k):
         return False
     if not forcing_repeats(orbit.mechanism, cycles // k):
         return False
@@ -343,7 +341,7 @@ def _from_run(
     loop = closing_loop(run, sequence, cycles)
     if isinstance(loop, str):
         return _nothing(system, sequence, cycles, loop)
-    signature = Signature(loop.impacts, loop.cycles, bool(symmetric))
+    signature = Signature(loop.impacts, loop.cycles, bool(symmetric), loop.flights)
     found = solve(system, signature, _unwound(Guess(loop.states, loop.durations), loop.cycles))
     free = sequence is None and cycles is None and symmetric is None
     return primitive(found) if free else found
@@ -354,14 +352,16 @@ def _nothing(
 ) -> Orbit:
     """Result without an orbit: the requested signature, or else some stop and a whole period."""
     m = mechanism_of(system)
-    side = 1 if math.isfinite(m.contacts[0].upper) else -1
     least = least_cycles(m)
-    impacts = (Stop(0, side),) if sequence is None else sequence
+    ends = compile_prescribed(system).ends
+    contact, side, *flight = max(end for end in ends if end.contact == 0)  # its upper stop
+    flights = (Flight(*flight),) if m.elements else ()
+    impacts = (Stop(contact, side),) if sequence is None or m.elements else sequence
     if not forcing_repeats(m, least):
         raise InvalidParameterError(
             f"forces: {[f.omega for f in m.forces]} have no common period: no motion is periodic."
         )
-    signature = Signature(impacts, least if cycles is None else cycles)
+    signature = Signature(impacts, least if cycles is None else cycles, False, flights)
     count = len(OrbitProblem(system, signature, "").impacts)
     states = np.zeros((count, 2 * m.degrees + 1))
     status = why_none(m, impacts) or status

@@ -6,7 +6,8 @@ D^3 F [u, v, w] in its own coordinates, exactly, by mixed jets through the kerne
 impact, with event times by the implicit function theorem (theory.md, "Higher derivatives").
 
 Coordinates of an impact section are the positions but one, the velocities after the impact and the
-phase theta; the position left out is the last with the largest entry of the contact's row. For the
+phase theta; the position left out is the last with the largest entry of the contact's row. (Where an
+orbit begins with a change of state its guard may leave out a velocity instead.) For the
 impact damper that is (x1, v1+, v2+, theta), the paper's (10) in another order. Those of the
 stroboscopic map are positions and velocities. A direction of d + 1 entries ends in the parameter's.
 """
@@ -14,7 +15,8 @@ stroboscopic map are positions and velocities. A direction of d + 1 entries ends
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,11 +24,9 @@ from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.compile.prescribed import COASTING, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import COASTING, End, Prescribed, compile_prescribed
 from vibroimpact.model.parameters import parameter_value
-from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import converged, later, unfolded
-from vibroimpact.orbits.multipliers import solved_coordinate
 from vibroimpact.orbits.orbit import Orbit
 
 HIGHEST = 3  # order of the forms
@@ -55,6 +55,7 @@ class SegmentMap:
     kept_out: tuple[int, ...]
     signs: Floats = field(repr=False)  # of the coordinates at the end
     period: Floats = field(repr=False)  # whole time, with derivatives by the parameter
+    last: int = 0  # number of the mode in which it coasts
 
     @property
     def dimension(self) -> int:
@@ -92,7 +93,7 @@ class SegmentMap:
         if not 1 <= len(seeds) <= HIGHEST:
             raise InvalidParameterError(f"directions: {len(seeds)} given; need 1 to {HIGHEST}.")
         all_orders = self.compiled.kernel.forms(
-            self.states, self.durations, list(self.ends), *self.start, self.period, seeds
+            self.states, self.durations, list(self.ends), *self.start, self.period, self.last, seeds
         )
         highest: Floats = all_orders[-1, list(self.kept_out)]
         return self.signs * highest
@@ -137,11 +138,11 @@ def solved_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
 
 def _around(orbit: Orbit, parameter: str, *, half: bool) -> SegmentMap:
     states, durations = (orbit.states, orbit.durations) if half else unfolded(orbit)
-    around = (*orbit.signature.impacts, orbit.signature.impacts[0])[1 : len(durations) + 1]
-    kept = _section(orbit, orbit.signature.impacts[0])
+    ends = replace(orbit.signature, symmetric=False).ends[: len(durations)]
+    kept = _section(orbit, orbit.signature.first)
     n = orbit.mechanism.degrees
     signs = np.where(np.array(kept) < 2 * n, -1.0, 1.0) if half else np.ones(len(kept))
-    return _map(orbit, parameter, states, durations, list(around), (kept, kept), signs)
+    return _map(orbit, parameter, states, durations, ends, (kept, kept), signs)
 
 
 def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap:
@@ -149,12 +150,12 @@ def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap
     orbit = converged(orbit)
     check_index("impact", impact, len(orbit.signature.impacts))
     states, durations = unfolded(orbit)
-    stops = orbit.signature.impacts
-    k, following = impact % len(stops), (impact + 1) % len(stops)
-    kept = _section(orbit, stops[k]), _section(orbit, stops[following])
+    ends = replace(orbit.signature, symmetric=False).ends
+    k = impact % len(ends)
+    kept = _section(orbit, ends[k - 1]), _section(orbit, ends[k])
     return _map(
-        orbit, parameter, states[k : k + 1], durations[k : k + 1], [stops[following]], kept,
-        np.ones(len(kept[1])), stops[k],
+        orbit, parameter, states[k : k + 1], durations[k : k + 1], ends[k : k + 1], kept,
+        np.ones(len(kept[1])), ends[k - 1],
     )  # fmt: skip
 
 
@@ -185,9 +186,9 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     compiled = _compiled(orbit, parameter)
     states, durations = unfolded(orbit)
     passed = after * durations[0]
-    start = compiled.after(states[0], passed)
-    stops = orbit.signature.impacts
-    ends = [*compiled.stop_numbers([*stops[1:], stops[0]]), COASTING]
+    flown = replace(orbit.signature, symmetric=False).ends
+    start = compiled.after(states[0], passed, flown[0].mode)
+    ends = [*compiled.stop_numbers(flown), COASTING]
     kept = tuple(range(2 * compiled.degrees))
     turns = 2.0 * math.pi * orbit.signature.cycles
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
@@ -196,6 +197,7 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
         compiled, np.vstack([start, states[1:], later(states[:1], turns)]),
         np.concatenate([[durations[0] - passed], durations[1:], [passed]]), tuple(ends),
         (COASTING, 0), kept, kept, np.ones(len(kept)), np.array([c[0], c[1], c[3], c[7]]),
+        compiled.mode_number(flown[0].mode),
     )  # fmt: skip
 
 
@@ -210,11 +212,11 @@ def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
     check_kind("parameter", parameter, str, 'the name of a parameter, or ""')
     if parameter:
         parameter_value(orbit.system, parameter)
-    return compile_prescribed(orbit.system, parameter)
+    return compile_prescribed(orbit.system, parameter, orbit.problem.codes)
 
 
-def _section(orbit: Orbit, impact: Stop) -> tuple[int, ...]:
-    left_out = solved_coordinate(orbit.mechanism, impact)
+def _section(orbit: Orbit, impact: End) -> tuple[int, ...]:
+    left_out = orbit.problem.compiled(orbit.parameter_value).solved_coordinate(impact)
     return tuple(i for i in range(orbit.problem.size) if i != left_out)
 
 
@@ -223,14 +225,14 @@ def _map(
     parameter: str,
     states: Floats,
     durations: Floats,
-    ends: list[Stop],
+    ends: Sequence[End],
     kept: tuple[tuple[int, ...], tuple[int, ...]],
     signs: Floats,
-    begun: Stop | None = None,
+    begun: End | None = None,
 ) -> SegmentMap:
     compiled = _compiled(orbit, parameter)
-    first = begun or orbit.signature.impacts[0]
-    start = compiled.stop_numbers([first])[0], solved_coordinate(orbit.mechanism, first)
+    first = begun or orbit.signature.first
+    start = compiled.stop_numbers([first])[0], compiled.solved_coordinate(first)
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
         tuple(compiled.stop_numbers(ends)), start, *kept, signs, np.zeros(4),

@@ -5,10 +5,12 @@ Method      With dzeta_0 = E dxi in the section of the first impact and dt_k the
                 dzeta_m = L_m (dxi, dt),    dgap_k = r_k L_k (dxi, dt) + u'_k dt_k = 0.        (1)
             Multipliers are the finite eigenvalues of the pencil
                 [K dzeta_m; dgap] - lambda [dxi; 0],                                           (2)
-            K selecting the section's coordinates (x except one, v, theta). Eliminating dt_k would
+            K selecting the section's coordinates ((x, v) except one, theta). Eliminating dt_k would
             divide by the closing rate u'_k, as the saltation matrix does; (2) does not, so that at
             grazing one multiplier goes to infinity and the others are as exact as elsewhere.
             det (2) = +-(product of u'_k) det(DP - lambda): pole-free test functions.          (3)
+            While friction sticks its slip speed cannot change: so many multipliers are zero as
+            joints stick at once, and are set to zero.                                         (4)
 Accuracy    that of the QZ algorithm, relative to the largest multiplier
 Reference   theory.md, "Periodic orbits"
 """
@@ -21,36 +23,30 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.compile.prescribed import Linearised
-from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.model.stop import Stop
+from vibroimpact.compile.prescribed import Linearised, Prescribed
+from vibroimpact.orbits.newton import guard_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
 
-def solved_coordinate(m: Mechanism, impact: Stop) -> int:
-    """Position that a section leaves out: the last with the row's largest entry."""
-    row = np.abs(m.contacts[impact[0]].row)
-    return int(len(row) - 1 - np.argmax(row[::-1]))
+def section_basis(slopes: Floats, j: int, size: int) -> tuple[Floats, list[int]]:
+    """(E, kept): tangents of the section of a guard, and the entries of zeta that are its coordinates.
 
-
-def section_basis(m: Mechanism, impact: Stop, j: int, size: int) -> tuple[Floats, list[int]]:
-    """(E, kept): tangents of an impact's section, and the entries of zeta that are its coordinates.
-
-    ``j`` is the position left out; ``size`` is 2n + 1, or 2n without forcing.
+    ``slopes`` are the derivatives of the guard by zeta, ``j`` is the coordinate left out; ``size`` is
+    2n + 1, or 2n without forcing.
     """
-    row = np.array(m.contacts[impact[0]].row)
     kept = [i for i in range(size) if i != j]
     basis = np.eye(size)[:, kept]
-    basis[j, : m.degrees - 1] = -np.delete(row, j) / row[j]
+    basis[j] = -slopes[kept] / slopes[j]
     return basis, kept
 
 
 class Pencil(NamedTuple):
-    """Pencil (2) as matrix A - lambda B, and the number of finite eigenvalues."""
+    """Pencil (2) as matrix A - lambda B, and the numbers of finite and of zero eigenvalues (4)."""
 
     a: Floats
     b: Floats
     finite: int
+    zeros: int = 0
 
     def eigenvalues(self) -> Complexes:
         """Multipliers, largest modulus first; complex infinity for those that are infinite.
@@ -64,7 +60,9 @@ class Pencil(NamedTuple):
             nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
             order = np.argsort(nearness)[len(self.a) - self.finite :]
             values: Complexes = np.asarray(alpha[order] / beta[order], np.complex128)
-        return sorted_multipliers(values)
+        values = sorted_multipliers(values)
+        values[len(values) - self.zeros :] = 0.0
+        return values
 
     def determinant(self, at: float) -> float:
         """Determinant (3) for lambda = at."""
@@ -77,13 +75,15 @@ def sorted_multipliers(values: Complexes) -> Complexes:
     return values[order]
 
 
-def pencil_of(problem: OrbitProblem, m: Mechanism, parts: Linearised, sizes: Floats) -> Pencil:
+def pencil_of(
+    problem: OrbitProblem, compiled: Prescribed, parts: Linearised, sizes: Floats
+) -> Pencil:
     """Pencil of an orbit's map, which is the half map if the signature is symmetric.
 
     Parameters
     ----------
-    problem, m
-        The equations, and the mechanism at the value of the parameter.
+    problem, compiled
+        The equations, and the system at the value of the parameter.
     parts
         The solved segments there.
     sizes
@@ -92,9 +92,9 @@ def pencil_of(problem: OrbitProblem, m: Mechanism, parts: Linearised, sizes: Flo
     """
     count, q = len(problem.impacts), problem.size
     time = 2 * problem.mechanism.degrees + 1
-    first = problem.signature.impacts[0]
-    j = solved_coordinate(problem.mechanism, first)
-    basis, kept = section_basis(m, first, j, q)
+    first = problem.signature.first
+    slopes = compiled.slopes(first, parts.before[-1])  # of its phase only whole turns matter
+    basis, kept = section_basis(slopes, compiled.solved_coordinate(first), q)
     width = q - 1 + count
     tangent = np.zeros((q, width))
     tangent[:, : q - 1] = basis
@@ -107,6 +107,7 @@ def pencil_of(problem: OrbitProblem, m: Mechanism, parts: Linearised, sizes: Flo
     ends = (problem.mirror[:, None] * tangent)[kept]
     marks = np.zeros((width, width))
     marks[: q - 1, : q - 1] = np.eye(q - 1)
-    rows = np.concatenate([sizes[kept], np.full(count, sizes[0])])
+    rows = np.concatenate([sizes[kept], guard_sizes(problem, sizes)])
     columns = np.concatenate([sizes[kept], np.full(count, sizes[q])])
-    return Pencil(np.vstack([ends, gaps]) / rows[:, None] * columns, marks, q - 1)
+    zeros = max(compiled.modes[mode].sticking for mode in problem.modes)
+    return Pencil(np.vstack([ends, gaps]) / rows[:, None] * columns, marks, q - 1, zeros)

@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import compile_prescribed
+from vibroimpact.compile.prescribed import Prescribed, compile_prescribed
 from vibroimpact.model.mechanism import stop_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -48,22 +48,34 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
     """
     n, q = problem.mechanism.degrees, problem.size
     states, durations = problem.unpacked(z)
-    moved = compile_prescribed(problem.system, problem.parameter).sampled(states, durations)
+    moved = _compiled(problem).sampled(states, durations, problem.modes)
     place, speed, time = moved[:, :n], np.abs(moved[:, n:]).max(), durations.max()
-    far = FAR * max(np.abs(place).max(), *stop_sizes(problem.mechanism))
+    far = FAR * max([np.abs(place).max(), *stop_sizes(problem.mechanism)])
     length = max(np.ptp(place, axis=0).max(), speed * time, far) or 1.0
     sizes = np.ones(q + 1)
     sizes[:n], sizes[n : 2 * n], sizes[q] = length, speed or length / time, time
     return np.tile(sizes, len(durations))
 
 
+def _compiled(problem: OrbitProblem) -> Prescribed:
+    """The equations at the system's own value of the parameter."""
+    return compile_prescribed(problem.system, problem.parameter, problem.codes)
+
+
 def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:
-    """Size of each equation's terms: as those of the unknowns, but lengths for the gaps."""
+    """Size of each equation's terms: as those of the unknowns, but those of the guards at the ends."""
     rows = sizes.copy()
-    contacts = problem.mechanism.contacts
-    weights = [sum(abs(r) for r in contacts[contact].row) for contact, _ in problem.impacts]
-    rows[problem.size :: problem.size + 1] = sizes[0] * np.array(weights)
+    rows[problem.size :: problem.size + 1] = guard_sizes(problem, sizes)
     return rows
+
+
+def guard_sizes(problem: OrbitProblem, sizes: Floats) -> Floats:
+    """Size of the changes of the guard at the end of each segment, shape (m,)."""
+    compiled, n = _compiled(problem), problem.mechanism.degrees
+    rows = np.abs([compiled.guard(end).row for end in problem.ends])
+    of_y = np.ones(rows.shape[1])
+    of_y[0 : 2 * n : 2], of_y[1 : 2 * n : 2] = sizes[:n], sizes[n : 2 * n] / compiled.scale
+    return np.asarray(rows @ of_y)
 
 
 def newton(
@@ -114,7 +126,7 @@ def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
     if problem.mechanism.forces:
         return False
     n, (states, durations) = problem.mechanism.degrees, problem.unpacked(z)
-    moved = np.abs(compile_prescribed(problem.system, problem.parameter).sampled(states, durations))
+    moved = np.abs(_compiled(problem).sampled(states, durations, problem.modes))
     speed, place = moved[:, n:].max(), moved[:, :n].max()
     return bool(speed <= SHRUNK * sizes[n] or speed * durations.max() <= STILL * place)
 

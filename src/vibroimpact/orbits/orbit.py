@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from dataclasses import dataclass, field
@@ -9,11 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from vibroimpact._core import linear
 from vibroimpact._core.checks import nonnegative
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
-from vibroimpact.compile.prescribed import Linearised
+from vibroimpact.compile.prescribed import GAP, Linearised
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import State
@@ -27,11 +27,12 @@ from vibroimpact.orbits.admissibility import (
     why_inadmissible,
 )
 from vibroimpact.orbits.multipliers import pencil_of
-from vibroimpact.orbits.newton import FOUND, family_dimension, scale_of
-from vibroimpact.orbits.problem import OrbitProblem, Signature
+from vibroimpact.orbits.newton import FOUND, family_dimension, guard_sizes, scale_of
+from vibroimpact.orbits.problem import OrbitProblem, Signature, impacting
 
 NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither inside nor outside
 SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
+NO_RATE = 1e-7  # of the size of its changes in a flight time: a guard that is only touched
 LEFT = 1e-8  # relative: with larger residuals Newton's method has not converged
 
 
@@ -109,10 +110,15 @@ class Orbit:
     def symbol(self) -> str:
         """Symbol n-p-q: cycles, impacts at stops A and B, with a pair p-q per impacting contact.
 
-        Contacts are named unless they are the first ones: "1-2-1 (contact 1)".
+        Contacts are named unless they are the first ones: "1-2-1 (contact 1)". Meeting a soft stop
+        counts as an impact.
         """
-        counts = Counter(self.signature.impacts)
-        contacts = range(len(self.mechanism.contacts))
+        signature = self.signature
+        struck = impacting(self.mechanism, signature)
+        counts = Counter(itertools.compress(signature.impacts, struck))
+        contacts = range(len(self.mechanism.numbered) if counts else 1)
+        if not counts:
+            return f"{signature.cycles}-0-0"
         return symbol_word(
             self.signature.cycles, [[counts[Stop(c, side)] for side in (1, -1)] for c in contacts]
         )
@@ -137,29 +143,82 @@ class Orbit:
 
     @cached_property
     def multipliers(self) -> Complexes:
-        """Floquet multipliers of the full map, largest modulus first, shape (2n,)."""
+        """Floquet multipliers of the full map, largest modulus first, shape (2n,).
+
+        NaN where the guard of an element is only touched: these orbits have no map of their own.
+        """
         return self._of_solved_map**2 if self.symmetric else self._of_solved_map
 
     @cached_property
+    def rateless(self) -> list[int]:
+        """Numbers of the solved segments at whose end an element's guard is only touched."""
+        return [k for k, speed in enumerate(self._speeds_of_changes) if abs(speed) <= NO_RATE]
+
+    @property
+    def from_behind(self) -> list[int]:
+        """Numbers of the solved segments at whose end an element's guard is reached from beyond."""
+        return [k for k, speed in enumerate(self._speeds_of_changes) if speed < -NO_RATE]
+
+    @cached_property
+    def _speeds_of_changes(self) -> list[float]:
+        """Rates at which guards of elements are reached, in changes per flight; 1 of rigid stops."""
+        ends = self.problem.ends
+        if not self.signature.flights:
+            return [1.0] * len(ends)
+        z = self.problem.packed(self.states, self.durations)
+        sizes = scale_of(self.problem, z)
+        units = guard_sizes(self.problem, sizes) / sizes[self.problem.size]
+        speeds = self.linearised.rate / units
+        return [
+            1.0 if e.watch == GAP else e.side * float(v) for e, v in zip(ends, speeds, strict=True)
+        ]
+
+    @cached_property
     def _of_solved_map(self) -> Complexes:
-        if not self.converged:
+        if not self.converged or self.rateless:
             return np.full(self.problem.size - 1, complex(math.nan, math.nan))
         sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
-        return pencil_of(self.problem, self.mechanism, self.linearised, sizes).eigenvalues()
+        compiled = self.problem.compiled(self.parameter_value)
+        return pencil_of(self.problem, compiled, self.linearised, sizes).eigenvalues()
+
+    @property
+    def zero_multipliers(self) -> int:
+        """Number of multipliers that are zero by construction: friction sticks, which forgets."""
+        compiled = self.problem.compiled(self.parameter_value)
+        return max(compiled.modes[mode].sticking for mode in self.problem.modes)
 
     @cached_property
     def determinant_error(self) -> float:
         """Error of the product of the multipliers, relative to its exact value if that is not 0.
 
-        The product is that of R^2 over all impacts, times exp(-period tr(M^-1 C)).
+        The product is that of R^2 over all impacts, times exp(-sum of t_k tr(M^-1 C)) over all
+        flights, C that of their modes, times the ratio of the rates of the guard after and before
+        every change of state; with friction that sticks it is zero.
         """
-        m = self.mechanism
-        damping = linear.solve_definite(m.mass, m.damping)
-        decay = math.exp(-self.period * sum(row[i] for i, row in enumerate(damping)))
-        loss = [stop.restitution(m.contacts) ** 2 for stop in self.signature.impacts]
-        expected = decay * math.prod(loss)
+        contacts, turns = self.mechanism.contacts, 2.0 if self.symmetric else 1.0
+        modes = self.problem.compiled(self.parameter_value).modes
+        growth = [modes[mode].growth for mode in self.problem.modes]
+        rigid = [stop for stop in self.signature.impacts if stop.contact < len(contacts)]
+        loss = math.prod(stop.restitution(contacts) ** 2 for stop in rigid) * self._turned
+        expected = math.exp(turns * float(self.durations @ growth)) * loss
+        if self.zero_multipliers:
+            expected = 0.0
         error = abs(complex(np.prod(self.multipliers)) - expected)
         return error / expected if expected > 0.0 else error
+
+    @property
+    def _turned(self) -> float:
+        """Product of the ratios of the rates of guards after and before changes of state."""
+        compiled, ends = self.problem.compiled(self.parameter_value), self.problem.ends
+        ratios = [1.0]
+        for k, end in enumerate(ends if self.signature.flights else ()):
+            following = (k + 1) % len(ends)
+            if end.watch != GAP:
+                mode, state = compiled.modes[ends[following].mode], self.states[following]
+                y = compiled.embedded(state[:-1], state[-1])
+                after = compiled.guard(end).row @ (mode.b @ y + mode.constant)
+                ratios.append(float(after / self.linearised.rate[k]))
+        return math.prod(ratios)
 
     @cached_property
     def family_dimension(self) -> int:
@@ -195,14 +254,14 @@ class Orbit:
         """Violated gap, with a tolerance beyond rounding, relative to amplitude and period."""
         slack = nonnegative("slack", slack)
         compiled = self.problem.compiled(self.parameter_value)
-        sizes = amplitudes(compiled, self.states, self.durations)
-        impacts, durations = self.problem.impacts, self.durations
-        return why_inadmissible(self.linearised, impacts, durations, self.gaps, sizes, slack)
+        sizes = amplitudes(compiled, self.states, self.durations, self.problem.ends)
+        ends, durations = self.problem.ends, self.durations
+        return why_inadmissible(self.linearised, ends, durations, self.gaps, sizes, slack)
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:
         """Nearest approach to each stop in each flight, by (contact, side, flight)."""
-        compiled, ends = self.problem.compiled(self.parameter_value), list(self.problem.impacts)
+        compiled, ends = self.problem.compiled(self.parameter_value), self.problem.ends
         begun = self.signature.impacts[: len(ends)]
         return least_gaps(compiled, self.states, self.durations, ends, begun)
 
@@ -220,10 +279,11 @@ class Orbit:
 
     @property
     def least_impact_speed(self) -> float:
-        """The smallest closing speed of an impact."""
+        """The smallest closing speed of an impact; infinite where there is none."""
         if not self.converged:
             return math.nan
-        return float(np.abs(self.linearised.rate).min())
+        struck = np.roll(impacting(self.mechanism, self.signature), -1)[: len(self.durations)]
+        return float(np.min(np.abs(self.linearised.rate[struck]), initial=math.inf))
 
     def __repr__(self) -> str:
         if not self.converged:

@@ -1,9 +1,9 @@
-"""Equations of a periodic orbit with a prescribed sequence of impacts.
+"""Equations of a periodic orbit with a prescribed sequence of impacts and changes of state.
 
-Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) just after an impact
-            and the flight time t_k to the next; with the parameter p, and F the flight and impact
-            of a segment (theory.md, "Periodic orbits"),
-                F(zeta_k, t_k, p) - zeta_(k+1) = 0,    row . x - limit = 0 at its end,          (1)
+Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) just after an event
+            and the flight time t_k to the next; with the parameter p, and F the flight of a segment
+            in its mode and the impact at its end, if it is one (theory.md, "Periodic orbits"),
+                F(zeta_k, t_k, p) - zeta_(k+1) = 0,    row . y - limit = 0 at its end,          (1)
                 zeta_m = zeta_0 + (0, 0, 2 pi cycles)                                           (2)
             or, for orbits that the symmetry S: (x, v) -> (-x, -v), theta -> theta + pi maps to
             themselves, half of the segments and
@@ -18,15 +18,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import Linearised, Prescribed, compile_prescribed
+from vibroimpact.compile.piecewise import PRESSED, states_from_code
+from vibroimpact.compile.prescribed import GAP, End, Linearised, Prescribed, compile_prescribed
+from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.stop import Stop
@@ -41,27 +43,42 @@ WHOLE = 1e-9  # a ratio of forcing frequencies this close to a whole number is o
 MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
 
 
+class Flight(NamedTuple):
+    """A flight of a machine with elements: the code of its mode, and which of its guards ends it.
+
+    ``watch`` is the number of the guard among the watches of the mode; GAP for a rigid stop.
+    """
+
+    mode: int
+    watch: int = GAP
+
+
 @dataclass(frozen=True)
 class Signature:
-    """Sequence of impacts over a number of forcing cycles.
+    """Sequence of impacts over a number of forcing cycles; with elements, of changes of state, too.
 
     Parameters
     ----------
     impacts
         (contact, side) of every impact of the period, side +1 for the upper stop (A) and -1 for
-        the lower (B); the orbit's first state is just after the first of them.
+        the lower (B); the orbit's first state is just after the first of them. With elements, every
+        event: a rigid stop, or the number of an element and the side of the limit that is reached.
     cycles
         Periods of the first forcing line until the orbit closes; 0 where there is no forcing.
     symmetric
         Whether the second half is the mirror image of the first.
+    flights
+        :class:`Flight` after each impact; empty for a machine without elements.
     """
 
     impacts: tuple[Stop, ...]
     cycles: int
     symmetric: bool = False
+    flights: tuple[Flight, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "impacts", tuple(Stop(*impact) for impact in self.impacts))
+        object.__setattr__(self, "flights", tuple(Flight(*flight) for flight in self.flights))
 
     @property
     def solved(self) -> tuple[Stop, ...]:
@@ -71,16 +88,63 @@ class Signature:
         return around[1 : count + 1]
 
     @property
+    def ends(self) -> tuple[End, ...]:
+        """The same as ends of flights in their modes."""
+        flights = self.flights or (Flight(0),) * len(self.impacts)
+        return tuple(
+            End(*stop, *flight) for stop, flight in zip(self.solved, flights, strict=False)
+        )
+
+    @property
+    def first(self) -> End:
+        """The first impact, at the end of the last flight."""
+        return End(*self.impacts[0], *(self.flights or (Flight(0),))[-1])
+
+    @property
     def mirrored(self) -> Signature:
-        """Signature of the mirror image."""
-        return Signature(tuple(s.opposite for s in self.impacts), self.cycles, self.symmetric)
+        """Signature of the mirror image, of a machine without elements."""
+        return replace(self, impacts=tuple(s.opposite for s in self.impacts))
+
+    def rolled(self, count: int) -> Signature:
+        """Signature that begins so many impacts later."""
+        impacts, flights = self.impacts, self.flights
+        return replace(
+            self,
+            impacts=impacts[count:] + impacts[:count],
+            flights=flights[count:] + flights[:count],
+        )
+
+    def repeated(self, times: int) -> Signature:
+        """Signature of several periods, not solved as symmetric."""
+        return Signature(self.impacts * times, self.cycles * times, False, self.flights * times)
+
+    def part(self, times: int) -> Signature:
+        """Signature of which this one is the repetition."""
+        count = len(self.impacts) // times
+        return Signature(self.impacts[:count], self.cycles // times, False, self.flights[:count])
+
+    def repeats(self, times: int) -> bool:
+        """Whether it is the repetition of a shorter one."""
+        whole = len(self.impacts) % times == 0 and self.cycles % times == 0
+        return whole and replace(self, symmetric=False) == self.part(times).repeated(times)
 
 
 def check_signature(m: Mechanism, signature: Signature) -> None:
     """Refuse a signature that no orbit of the mechanism can have."""
     impacts, cycles = signature.impacts, signature.cycles
+    if bool(m.elements) != bool(signature.flights) or len(signature.flights) not in (
+        0,
+        len(impacts),
+    ):
+        raise InvalidParameterError(
+            f"impacts: of a machine with {len(m.elements)} elements, {len(signature.flights)} flights "
+            f"are given for {len(impacts)} impacts; must be one for each, of a machine without "
+            "elements none. Give a run, a state or an orbit, which know them."
+        )
     limits = [(c.lower, c.upper) for c in m.contacts]
     for contact, side in impacts:
+        if contact >= len(limits) and m.elements:
+            continue
         if not 0 <= contact < len(limits) or side not in (-1, 1):
             raise InvalidParameterError(
                 f"impacts: ({contact}, {side}) is not a stop. Contacts are 0 to {len(limits) - 1}, "
@@ -100,6 +164,23 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
         )
     if signature.symmetric:
         _check_symmetry(m, signature)
+
+
+def impacting(m: Mechanism, signature: Signature) -> list[bool]:
+    """Which impacts of a signature are impacts: at rigid stops, and where soft stops are met."""
+    contacts, flights = len(m.contacts), signature.flights
+    out = []
+    for k, (number, _) in enumerate(signature.impacts):
+        if number < contacts:
+            out.append(True)
+            continue
+        before, after = (
+            states_from_code(flights[i].mode, contacts, len(m.elements))[number - contacts]
+            for i in (k - 1, k)
+        )
+        soft = isinstance(m.elements[number - contacts], SoftStop)
+        out.append(soft and after in PRESSED and before not in (after, after + 2))
+    return out
 
 
 def forcing_repeats(m: Mechanism, cycles: int) -> bool:
@@ -133,8 +214,14 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
     """Reason why (x, v) -> (-x, -v) over half of the cycles is no symmetry; "" if it is one."""
     if any(m.constant_force):
         return "a constant force has no mirror image"
+    if m.elements:
+        return "orbits of soft stops and friction are solved as a whole"
     for i, contact in enumerate(m.contacts):
-        if contact.lower != -contact.upper or contact.restitutions[0] != contact.restitutions[1]:
+        if (
+            contact.motion
+            or contact.lower != -contact.upper
+            or contact.restitutions[0] != contact.restitutions[1]
+        ):
             return f"the stops of contact {i} are not mirror images of each other"
     if not m.forces:
         return "an orbit without forcing has no half cycle to compare with"
@@ -149,7 +236,7 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
 
 def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
     """Reason why no motion with these impacts is periodic (energy is lost); "" if one may be."""
-    if m.forces or np.linalg.eigvalsh(m.damping).min() < 0.0:
+    if m.forces or m.elements or np.linalg.eigvalsh(m.damping).min() < 0.0:
         return ""
     if all(stop.restitution(m.contacts) == 1.0 for stop in impacts):
         return ""
@@ -177,6 +264,13 @@ class OrbitProblem:
         Impacts and cycles of the orbit.
     parameter
         Name of the parameter.
+
+    Attributes
+    ----------
+    impacts, ends
+        Stops at the ends of the segments, and the same with their modes and guards.
+    modes
+        Mode of each segment; ``codes`` are the different ones.
     """
 
     system: System
@@ -184,6 +278,7 @@ class OrbitProblem:
     parameter: str
     mechanism: Mechanism = field(init=False)
     impacts: tuple[Stop, ...] = field(init=False)
+    ends: tuple[End, ...] = field(init=False)
     _systems: dict[Value, System] = field(default_factory=dict, init=False, repr=False)
     _compiled: dict[Value, Prescribed] = field(default_factory=dict, init=False, repr=False)
 
@@ -192,7 +287,9 @@ class OrbitProblem:
         check_signature(self.mechanism, self.signature)
         if self.parameter:
             parameter_value(self.system, self.parameter)
-        self.impacts = self.signature.solved
+        self.impacts, self.ends = self.signature.solved, self.signature.ends
+        self.modes = tuple(end.mode for end in self.ends)
+        self.codes = tuple(sorted({*self.modes}))
         n = self.mechanism.degrees
         self.size = 2 * n + (1 if self.mechanism.forces else 0)
         self.mirror = np.ones(self.size)
@@ -215,7 +312,7 @@ class OrbitProblem:
         return latest(self._compiled, p, self._compile)
 
     def _compile(self, p: Value) -> Prescribed:
-        return compile_prescribed(self.system_at(p), self.parameter)
+        return compile_prescribed(self.system_at(p), self.parameter, self.codes)
 
     def packed(self, states: Floats, durations: Floats) -> Floats:
         """Unknowns z from states (m, 2n + 1) and flight times (m,)."""
@@ -231,7 +328,7 @@ class OrbitProblem:
     def linearised(self, z: Floats, p: Value) -> Linearised:
         """Every segment with its derivatives."""
         states, durations = self.unpacked(z)
-        return self.compiled(p).linearise(states, durations, list(self.impacts))
+        return self.compiled(p).linearise(states, durations, self.ends)
 
     def residual(self, z: Floats, p: Value) -> Floats:
         """Left sides of (1) and (2) or (3), shape of z."""

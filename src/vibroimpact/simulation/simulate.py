@@ -183,6 +183,11 @@ class Run:
         return State(tuple(self.position[-1]), tuple(self.velocity_after[-1]), phase)
 
     @property
+    def codes(self) -> list[int]:
+        """Code of the mode (compile/piecewise.py) after each event."""
+        return [self._compiled.codes[mode] for mode in self._mode[1:]]
+
+    @property
     def states(self) -> Codes:
         """State of every contact and element after each event, shape (n_event, n_element).
 

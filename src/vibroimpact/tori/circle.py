@@ -14,6 +14,7 @@ from vibroimpact._core.checks import numbers
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.compile.prescribed import GAP
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System
@@ -311,7 +312,8 @@ class Circle:
             return ""
         states = self.states(phases(self.nodes))
         compiled = self.map.problem.compiled(self.value)
-        size = amplitudes(compiled, states, self.times[:, 0])[nearest.contact]
+        ends = self._impacting.problem.ends[:1] * len(states)
+        size = amplitudes(compiled, states, self.times[:, 0], ends)[nearest.contact, GAP]
         if gap >= -PLAY * size:
             return ""
         stop = Stop(nearest.contact, nearest.side).words

@@ -26,11 +26,11 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.compile.prescribed import Linearised, Prescribed
+from vibroimpact.compile.prescribed import Linearised, Prescribed, compile_prescribed
 from vibroimpact.model.parameters import expanded, with_parameter
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.multipliers import section_basis, solved_coordinate
+from vibroimpact.orbits.multipliers import section_basis
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
 TIME_STEPS = 20  # of Newton's method for (1)
@@ -110,7 +110,8 @@ class SignatureMap:
 
     @cached_property
     def _left_out(self) -> int:
-        return solved_coordinate(self.problem.mechanism, self.signature.impacts[0])
+        compiled = compile_prescribed(self.system, self.parameter)
+        return compiled.solved_coordinate(self.signature.first)
 
     def subject(self, p: float) -> System:
         """The system at a value of the parameter."""
@@ -134,9 +135,8 @@ class SignatureMap:
         """Images of points."""
         compiled, q = self.problem.compiled(p), self.problem.size
         states = self.states(points, p)
-        basis, kept = section_basis(
-            compiled.mechanism, self.signature.impacts[0], self._left_out, q
-        )
+        slopes = compiled.slopes(self.signature.first, states[0])
+        basis, kept = section_basis(slopes, self._left_out, q)
         by_point = np.tile(basis, (len(points), 1, 1))
         by_parameter = np.zeros((len(points), q))
         by_parameter[:, self._left_out] = self._section_moves(states, p)
@@ -192,7 +192,7 @@ def _landed(
     times, size = times.copy(), np.maximum(np.abs(times), np.finfo(float).tiny)
     near = False
     for _ in range(TIME_STEPS):
-        parts = compiled.linearise(states, times, ends)  # type: ignore[arg-type]
+        parts = compiled.linearise(states, times, ends)
         if near:
             return times, parts
         with np.errstate(all="ignore"):

@@ -1,0 +1,57 @@
+"""Flights of soft stops and friction that last no time: where the sequence of an orbit changes.
+
+Method      A flight that begins and ends with the same element has the time t_k. Where t_k vanishes at a
+            closing rate that vanishes, too, the element is only touched: the orbit grazes, and beyond it
+            none has this sequence. The equations of problem.py have a branch point there, since a flight
+            of no time may be put into any crossing; it is no bifurcation.                       (1)
+            Elsewhere a state of the element is passed over: two events coincide.                (2)
+            Where a closing rate vanishes alone the orbit grazes as well: beyond it the limit would be
+            reached from behind, as the orbits with which these meet cross it no longer.          (3)
+Accuracy    that of the zeros of t_k
+Reference   theory.md, "Branches"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.orbit import Orbit
+
+NO_TIME = 1e-9  # of the period
+
+
+def passing(orbit: Orbit) -> Iterator[int]:
+    """Numbers of the solved flights that begin and end with the same element."""
+    rigid, signature = len(orbit.mechanism.contacts), orbit.signature
+    for k, end in enumerate(signature.ends):
+        if end.contact >= rigid and signature.impacts[k].contact == end.contact:
+            yield k
+
+
+def passed_over(orbit: Orbit) -> str:
+    """Reason why the sequence of an orbit has ended; "" where it goes on."""
+    shortest = -NO_TIME * float(np.abs(orbit.durations).sum())
+    for k in passing(orbit):
+        if orbit.durations[k] < shortest:
+            return f"flight {k}, with a state of element {orbit.signature.ends[k].contact}, takes no time"
+    for k in orbit.from_behind:
+        return (
+            f"impact {k} reaches a limit of element {orbit.signature.ends[k].contact} from behind"
+        )
+    return ""
+
+
+def touch_at(orbit: Orbit) -> Nearest | None:
+    """The touch (1) of an orbit in which a flight lasts no time; None where there is none."""
+    longest = NO_TIME * float(np.abs(orbit.durations).sum())
+    for k in passing(orbit):
+        before, ends = k - 1, orbit.signature.ends
+        still = before in orbit.rateless or before + len(ends) in orbit.rateless
+        if abs(orbit.durations[k]) <= longest and still:
+            contact, side, _, watch = ends[before]
+            count, time = before % len(ends), float(orbit.durations[before])
+            return Nearest(0.0, contact, side, count, time, watch=watch)
+    return None
