@@ -49,6 +49,8 @@ MACHINES = {
     "friction on a belt": one(
         vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_speed=0.25), force=0.25),
     "rigid, moving": one(vi.RigidStop((1.0,), upper=0.5, restitution=0.75, upper_motion=WAVE)),
+    "rigid and friction": one(
+        vi.RigidStop((1.0,), upper=0.5, restitution=0.75), vi.Friction((1.0,), kinetic=0.125)),
     "soft and friction": one(
         STOP((1.0,), upper=0.25, stiffness=8.0, damping=2.0), vi.Friction((1.0,), kinetic=0.25,
         static=0.375), force=1.0),
@@ -63,6 +65,7 @@ PARAMETERS = {
     "friction that reverses": ("elements[0].kinetic",),
     "friction on a belt": ("elements[0].belt_speed", "elements[0].static"),
     "rigid, moving": ("contacts[0].upper_motion[0].sine[0]", "contacts[0].restitution"),
+    "rigid and friction": ("elements[0].kinetic", "contacts[0].upper"),
     "soft and friction": ("elements[1].kinetic", "elements[0].stiffness"),
 }
 TO_THIRD_ORDER = ("soft, by gap", "soft, by force", "friction", "rigid, moving")
@@ -299,3 +302,41 @@ def test_friction_that_never_slips_is_answered_with_a_sentence() -> None:
     )  # fmt: skip
     orbit = vi.find_orbit(m, vi.State((0.0, 0.0), (0.0, 0.0)))
     assert "sticks all the time" in orbit.status
+
+
+def random_machine(rng: np.random.Generator) -> vi.Mechanism:
+    """One to three masses in a chain, with one to three elements on or between them."""
+    n = int(rng.integers(1, 4))
+    stiffness = np.diag(rng.uniform(0.5, 3.0, n))
+    for i, k in enumerate(rng.uniform(0.2, 2.0, n - 1)):
+        stiffness[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    elements: list[Any] = []
+    for kind in rng.integers(3, size=rng.integers(1, 4)):
+        row = np.eye(n)[rng.integers(n)]
+        upper, share = rng.uniform(0.1, 0.6), rng.uniform(0.02, 0.2)
+        elements += [[
+            STOP(tuple(row), upper=upper, stiffness=100.0 * share, damping=share),
+            vi.Friction(tuple(row), share, belt_speed=0.1 * rng.integers(2)),
+            vi.RigidStop(tuple(row), upper=upper, restitution=4.0 * share + 0.1),
+        ][kind]]  # fmt: skip
+    force = vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.uniform(0.3, 1.0, n)))
+    return vi.Mechanism(
+        mass=np.diag(rng.uniform(0.5, 2.0, n)).tolist(), damping=(0.08 * stiffness).tolist(),
+        stiffness=stiffness.tolist(), elements=tuple(elements), forces=(force,),
+    )  # fmt: skip
+
+
+def test_orbits_of_random_machines_are_motions_of_the_simulation() -> None:
+    """From which they are found, and which follows them for a period; volumes shrink as they say."""
+    rng, followed = np.random.default_rng(20), 0
+    for _ in range(16):
+        m = random_machine(rng)
+        orbit = vi.find_orbit(m, vi.State((0.0,) * m.degrees, (0.0,) * m.degrees))
+        if not orbit.stable:
+            continue
+        followed += 1
+        run = vi.simulate(m, orbit.state, t_max=orbit.period)
+        end = np.concatenate(run.at(min(orbit.period, float(run.time[-1]))))[: m.degrees]
+        np.testing.assert_allclose(end, orbit.state.position, rtol=0.0, atol=1e-12)
+        assert orbit.determinant_error < 1e-10
+    assert followed >= 12

@@ -234,8 +234,8 @@ def _leaving(
     if guard.watch == GAP:
         return np.zeros(len(at), dtype=bool)
     k = flights.segment[at]
-    share = times / flights.durations[k]
-    near = [share < EDGE, share > 1.0 - EDGE]
+    whole = flights.durations[k]
+    near = [times < EDGE * whole, times > (1.0 - EDGE) * whole]
     own = [near[edge] & (flights.impacts[k, edge, 0] == guard.contact) for edge in (0, 1)]
     u = _values(flights, place, at, times)
     beyond = np.minimum(np.abs(guard.lower - u), np.abs(u - guard.upper))

@@ -71,7 +71,8 @@ def find_orbit(
     impacts
         The sequence of stops: (contact, side) with side +1 (upper, A) or -1 (lower, B), or "A",
         "B" for contact 0. The orbit's first state is just after the first. By default taken from
-        the guess.
+        the guess. With elements a run or a state to simulate from is needed, which tells the
+        changes of state between the impacts; meeting a soft stop counts as an impact.
     cycles
         Forcing cycles until the orbit closes, an integer. By default taken from the guess.
     symmetric
@@ -89,7 +90,8 @@ def find_orbit(
     ------
     InvalidParameterError
         A signature that no orbit can have, or one that contradicts the guess; a guess of another
-        kind, or one with states or times that are not finite, times that are not positive.
+        kind, or one with states or times that are not finite, times that are not positive; a system
+        with coordinates without mass, impulses at phases, or more than 10 coordinates.
 
     Notes
     -----

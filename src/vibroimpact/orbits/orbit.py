@@ -267,7 +267,10 @@ class Orbit:
 
     @property
     def nearest(self) -> Nearest | None:
-        """Nearest approach to a stop between the impacts; None where no gap has an extremum."""
+        """Nearest approach to a stop between the impacts; None where no gap has an extremum.
+
+        With elements the margins of all their guards count, each in its own unit.
+        """
         return min(self.gaps.values(), default=None)
 
     @property
