@@ -340,3 +340,23 @@ def test_orbits_of_random_machines_are_motions_of_the_simulation() -> None:
         np.testing.assert_allclose(end, orbit.state.position, rtol=0.0, atol=1e-12)
         assert orbit.determinant_error < 1e-10
     assert followed >= 12
+
+
+def test_a_mass_that_rests_on_its_stop_all_the_time_is_answered_with_a_sentence() -> None:
+    pressed = vi.Mechanism(
+        mass=np.eye(2).tolist(), damping=(0.125 * np.eye(2)).tolist(), stiffness=np.eye(2).tolist(),
+        elements=(vi.RigidStop((1.0, 0.0), lower=0.0), STOP((0.0, 1.0), upper=0.25, stiffness=8.0)),
+        constant_force=(-1.0, 0.0), forces=(vi.Harmonic(0.75, (0.0, 1.0)),),
+    )  # fmt: skip
+    orbit = vi.find_orbit(pressed, vi.State((0.0, 0.0), (0.0, 0.0)))
+    assert "rests" in orbit.status or "sticks" in orbit.status
+
+
+def test_a_rotor_in_a_stop_that_loses_energy_has_no_orbit_without_forcing() -> None:
+    """The skew part of its damping matrix does no work."""
+    rotor = vi.Mechanism(
+        mass=np.eye(2).tolist(), damping=[[0.1, 0.6], [-0.6, 0.1]], stiffness=np.eye(2).tolist(),
+        elements=(vi.RigidStop((1.0, 0.0), upper=0.4, restitution=0.8),),
+    )  # fmt: skip
+    orbit = vi.find_orbit(rotor, vi.State((0.0, 0.5), (1.0, 0.0)))
+    assert "every impact loses energy" in orbit.status

@@ -146,6 +146,8 @@ def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
         return ()
     known = run.codes
     codes = [known[k] for k in events.last[here]]
+    if any(code % 3 ** len(m.contacts) for code in codes):
+        return RESTING
     if why := _always_stuck(m, {*codes}):
         return why
     compiled = compile_prescribed(run.system, "", tuple(sorted({*codes})))

@@ -29,7 +29,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import PRESSED, states_from_code
 from vibroimpact.compile.prescribed import GAP, End, Linearised, Prescribed, compile_prescribed
 from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -236,7 +236,9 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
 
 def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
     """Reason why no motion with these impacts is periodic (energy is lost); "" if one may be."""
-    if m.forces or m.elements or np.linalg.eigvalsh(m.damping).min() < 0.0:
+    damping = np.array(m.damping)
+    driven = m.forces or m.elements or not symmetric(m.stiffness)
+    if driven or np.linalg.eigvalsh(damping + damping.T).min() < 0.0:
         return ""
     if all(stop.restitution(m.contacts) == 1.0 for stop in impacts):
         return ""
