@@ -719,9 +719,15 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         ),
         (
             lambda: vi.find_orbit(
-                still(vi.PhaseSwitch(1.0, (0.0,), ((1.0,),), ((0.1,),))), vi.State((1.0,), (0.0,))
+                vi.Mechanism(
+                    mass=[[0.0]],
+                    damping=[[1.0]],
+                    stiffness=[[1.0]],
+                    elements=(vi.SoftStop((1.0,), upper=1.0),),
+                ),
+                vi.State((0.0,), (0.0,)),
             ),
-            "orbits are found for phase switches without impulses.*Take simulate",
+            "orbits are found for coordinates that have a mass.*Take simulate",
         ),
         (lambda: vi.find_orbits(still(RUBBING)), "lists of orbits, are found for rigid stops"),
         (

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from numpy.typing import NDArray
+from scipy.linalg import expm
 from support.event_reference import Reference
 from support.exact_chain import DIGITS, Flight, flights, follow, start_of
 
@@ -360,3 +361,21 @@ def test_a_rotor_in_a_stop_that_loses_energy_has_no_orbit_without_forcing() -> N
     )  # fmt: skip
     orbit = vi.find_orbit(rotor, vi.State((0.0, 0.5), (1.0, 0.0)))
     assert "every impact loses energy" in orbit.status
+
+
+def test_a_kicked_oscillator_has_the_fixed_point_of_its_exponential() -> None:
+    """Between kicks it is free: z = E z + (0, p / m) after each, E = exp(A T)."""
+    m, c, k, p, omega = 2.0, 0.1, 1.0, 0.4, 2.0
+    kicks = vi.PhaseSwitch(
+        omega, (0.5, 2.0, 4.0), ((0.0,),) * 3, impulses=((p,), (0.0,), (0.0,))
+    )  # fmt: skip
+    kicked = vi.Mechanism(mass=[[m]], damping=[[c]], stiffness=[[k]], elements=(kicks,))
+    orbit = vi.find_orbit(kicked, REST)
+    free = expm(np.array([[0.0, 1.0], [-k / m, -c / m]]) * 2.0 * math.pi / omega)
+    wanted = np.linalg.solve(np.eye(2) - free, [0.0, p / m])
+    after = orbit.states[np.isclose(orbit.states[:, 2] % (2.0 * math.pi), 0.5)]
+    np.testing.assert_allclose(after[:, :2], [wanted], rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(np.poly(orbit.multipliers), np.poly(free), rtol=0.0, atol=1e-13)
+    forms = vi.full_map(orbit, "elements[0].impulses[0][0]")
+    by_kick = np.linalg.solve(np.eye(2) - forms.jacobian(), forms.derivative(np.eye(3)[2]))
+    np.testing.assert_allclose(by_kick, orbit.states[0, :2] / p, rtol=0.0, atol=1e-13)  # linear

@@ -6,7 +6,7 @@
 //               y = exp(B t) y(zeta),  gap = row . y - limit,  y+ by (1) of restitution.hpp   (1)
 //             analytic functions of zeta, t and the parameters, also where no motion runs so: the
 //             gap need not be zero, and guards in between are not seen. Where an element changes its
-//             state y does not jump: the impulse is zero.
+//             state y does not jump, the impulse is zero; but for kicks at a phase.
 //             A return map solves gap = 0 for t: in jets, by Newton steps dt = -gap / rate from a
 //             time whose value is right, each of which doubles the order that is right; a shift by
 //             an infinitely small dt is a Taylor series that ends.                          (2)
@@ -32,6 +32,7 @@ struct stop {
     R limit;
     vec<R, Dimension> impulse; // changes u' by one
     R restitution;
+    vec<R, Dimension> kick; // by which y jumps besides
 };
 
 template <class T>
@@ -102,6 +103,8 @@ struct prescribed {
         state<T> after = y;
         for (int i = 0; i < field.dimension(); ++i)
             push(after[i], s.impulse[i], p);
+        for (int i = 0; i < field.dimension(); ++i)
+            after[i] = after[i] + s.kick[i];
         a.rate_after = speed(s, after);
         a.after = read(after, theta);
         return a;

@@ -46,6 +46,7 @@ vi::stop<R, shape::max_dimension> stop_of(const prescribed_data::stop& from,
     fill(&s.limit, from.limit, at);
     fill(s.impulse.x, from.impulse, at);
     fill(&s.restitution, from.restitution, at);
+    fill(s.kick.x, from.kick, at);
     return s;
 }
 

@@ -24,8 +24,8 @@ struct prescribed_data {
         double step;
     };
     struct stop {
-        numbers row, limit, impulse, restitution; // D, 1, D, 1
-        int mode;                                 // in which it is reached
+        numbers row, limit, impulse, restitution, kick; // D, 1, D, 1, D
+        int mode;                                       // in which it is reached
     };
     std::vector<mode> modes;
     std::vector<stop> stops;

@@ -28,10 +28,10 @@ prescribed make(int degrees, numbers ratios, double rate, const array& omega, co
             {numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)), std::get<2>(t)});
     }
     for (nb::handle stop : stops) {
-        const auto t = nb::cast<std::tuple<array, array, array, array, int>>(stop);
+        const auto t = nb::cast<std::tuple<array, array, array, array, array, int>>(stop);
         data.stops.push_back({numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)),
                               numbers_of(std::get<2>(t)), numbers_of(std::get<3>(t)),
-                              std::get<4>(t)});
+                              numbers_of(std::get<4>(t)), std::get<5>(t)});
     }
     return prescribed(std::move(data));
 }
@@ -96,7 +96,8 @@ void bind_prescribed(nb::module_& m) {
                     "numpy.typing.NDArray[numpy.float64], float]], "
                     "stops: list[tuple[numpy.typing.NDArray[numpy.float64], "
                     "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
-                    "numpy.typing.NDArray[numpy.float64], int]]) -> None"))
+                    "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
+                    "int]]) -> None"))
         .def("linearise", &linearise, "states"_a, "durations"_a, "stops"_a,
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "

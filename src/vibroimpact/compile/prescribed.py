@@ -28,7 +28,7 @@ from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
-from vibroimpact.model.elements import Friction, FrictionState, PhaseSwitch
+from vibroimpact.model.elements import Friction, FrictionState
 from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.system import System, mechanism_of
@@ -301,7 +301,7 @@ class _Ends:
     def __init__(self, pieces: Piecewise) -> None:
         self.pieces = pieces
         self.known: dict[End, int] = {}
-        self.laws: list[tuple[Floats, Floats, Floats, Floats, int]] = []
+        self.laws: list[tuple[Floats, Floats, Floats, Floats, Floats, int]] = []
         self.pushes = [
             ([x / mobility[i] for x in impulse], restitutions)
             for i, (impulse, mobility, _, *restitutions) in enumerate(pieces.laws())
@@ -310,15 +310,17 @@ class _Ends:
     def of(self, mode: Mode, number: int) -> Numbers:
         """Guards of a mode with this number in the kernel, whose limits are kept."""
         guards = []
-        nothing = [0.0] * self.pieces.size, [0.0, 0.0]
+        still = [0.0] * self.pieces.size
         for i, (row, gain, lower, upper, closed) in enumerate(mode.guards):
             if not closed:
-                guards.append((End(i, 0, mode.code), row, gain, (lower, upper), self.pushes[i]))
+                push = *self.pushes[i], still
+                guards.append((End(i, 0, mode.code), row, gain, (lower, upper), push))
         contacts = len(mode.guards)
-        for j, (row, gain, lower, upper, element, held, *_) in enumerate(mode.watches):
+        for j, (row, gain, lower, upper, element, held, reset, _) in enumerate(mode.watches):
             if not held:
                 name = End(contacts + element, 0, mode.code, j)
-                guards.append((name, row, gain, (lower, upper), nothing))
+                kick = self.pieces.resets[reset][1] if reset >= 0 else still
+                guards.append((name, row, gain, (lower, upper), (still, [0.0, 0.0], kick)))
         for name, row, gain, limits, push in guards:
             self._keep(name, row, gain, limits, push, number)
         flow = mode.coordinates.flow
@@ -345,13 +347,13 @@ class _Ends:
 
     def _keep(
         self, name: End, row: Vector, gain: float, limits: tuple[float, float],
-        push: tuple[Vector, list[float]], number: int,
+        push: tuple[Vector, list[float], Vector], number: int,
     ) -> None:  # fmt: skip
-        impulse, restitutions = push
+        impulse, restitutions, kick = push
         for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
             if not infinite(limit):
                 self.known[name._replace(side=side)] = len(self.laws)
-                law = (row, [limit - gain], impulse, [restitution])
+                law = (row, [limit - gain], impulse, [restitution], kick)
                 self.laws.append((*map(_array, law), number))  # type: ignore[arg-type]
 
 
@@ -413,8 +415,6 @@ def check_prescribed(system: System) -> Mechanism:
         )
     elif m.massless:
         why = "coordinates that have a mass; take those without mass as small ones"
-    elif any(isinstance(e, PhaseSwitch) and e.impulses for e in m.elements):
-        why = "phase switches without impulses"
     if why:
         raise InvalidParameterError(
             f"system = {shown(system)}: orbits are found for {why}. "

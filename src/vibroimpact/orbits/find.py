@@ -91,7 +91,7 @@ def find_orbit(
     InvalidParameterError
         A signature that no orbit can have, or one that contradicts the guess; a guess of another
         kind, or one with states or times that are not finite, times that are not positive; a system
-        with coordinates without mass, impulses at phases, or more than 10 coordinates.
+        with coordinates without mass, or more than 10 coordinates or 6 frequencies.
 
     Notes
     -----
