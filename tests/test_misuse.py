@@ -720,12 +720,12 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         (
             lambda: vi.find_orbit(
                 vi.Mechanism(
-                    mass=[[0.0]],
-                    damping=[[1.0]],
-                    stiffness=[[1.0]],
-                    elements=(vi.SoftStop((1.0,), upper=1.0),),
+                    mass=[[1.0, 0.0], [0.0, 0.0]],
+                    damping=[[0.3, -0.3], [-0.3, 0.3]],
+                    stiffness=[[1.0, 0.0], [0.0, 2.0]],
+                    elements=(vi.SoftStop((1.0, 0.0), upper=1.0),),
                 ),
-                vi.State((0.0,), (0.0,)),
+                vi.State((0.0, 0.0), (0.0, 0.0)),
             ),
             "orbits are found for coordinates that have a mass.*Take simulate",
         ),

@@ -414,11 +414,11 @@ def check_prescribed(system: System) -> Mechanism:
             f"and it has {m.degrees} and {len(m.forces)}"
         )
     elif m.massless:
-        why = "coordinates that have a mass; take those without mass as small ones"
+        why = "coordinates that have a mass"
     if why:
         raise InvalidParameterError(
             f"system = {shown(system)}: orbits are found for {why}. "
-            "Take simulate, sections, classify, sweeps, Lyapunov exponents."
+            "Take simulate, classify, sweeps, Lyapunov exponents."
         )
     return m
 
