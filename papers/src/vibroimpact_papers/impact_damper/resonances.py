@@ -38,7 +38,7 @@ ANGLES = {"R1": 0.0, "R2": 180.0, "R3": 120.0, "R4": 90.0}  # of nu, in degrees
 # Points are exact whatever the tolerance: these are wide enough for pictures.
 CURVES = Steps(first=0.1, largest=2.0, tolerance=1e-6, points=600)
 SIDES = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=600)  # of tongues
-MET = 1e-3  # of the range of both parameters: a side ends at a tip
+MET = 1e-3  # of the range of both parameters: a side meets a tip
 SAME = 5e-4  # relative: two points of one kind at one clearance
 
 
@@ -89,7 +89,7 @@ class Resonances:
         return min(of_kind, key=lambda p: abs(p.parameters["omega"] - omega), default=None)
 
     def other_tips(self, one: Tongue) -> list[CodimensionTwoPoint]:
-        """Return the weak resonances other than the tip at which a side of a tongue ends."""
+        """Return the weak resonances other than the tip that a side of a tongue meets."""
         return other_tips(one, self.curves, self.bounds)
 
     def between_sides(self, one: Tongue) -> list[str]:
@@ -177,13 +177,16 @@ def _weak(curves: Iterable[BifurcationCurve]) -> Iterator[CodimensionTwoPoint]:
 def other_tips(
     one: Tongue, curves: Sequence[BifurcationCurve], bounds: tuple[Bounds, Bounds]
 ) -> list[CodimensionTwoPoint]:
-    """Return the weak resonances of the same angle, but the tip, at which a side ends."""
+    """Return the weak resonances of the same angle, but the tip, that a side meets.
+
+    It may end there, or go on as a side of the tongue that begins there.
+    """
     spans = np.ptp(np.array(bounds), axis=1)
-    ends = np.array([side.values[[0, -1]] for side in one.sides]).reshape(-1, 2)
+    passed = np.concatenate([side.values for side in one.sides])
 
     def met(point: CodimensionTwoPoint) -> bool:
         at = np.array([point.parameters[name] for name in AXES])
-        return bool((np.abs(ends - at) < MET * spans).all(axis=1).any())
+        return bool((np.abs(passed - at) < MET * spans).all(axis=1).any())
 
     return [p for p in _weak(curves)
             if p.resonance == one.resonance and p is not one.tip and met(p)]  # fmt: skip

@@ -93,8 +93,7 @@ def _tongues(one: Resonances, wanted: Sequence[tuple[int, int]]) -> list[str]:
             f"sides {locked} settle on {n}-{n}-{n}, {symmetric} on 1-1-1."
         )
         said += [
-            f"One side ends at {place(other.parameters)}, a second tip of this tongue; the other "
-            "side that begins there is not followed."
+            f"One side meets {place(other.parameters)}, a second tip of this tongue."
             for other in one.other_tips(tongue)
         ]
     begun = {tongue.resonance for tongue in one.tongues}
