@@ -59,6 +59,29 @@ def test_an_arc_longer_than_pi_is_one_force_in_two_pieces() -> None:
     np.testing.assert_allclose(velocity[1], 4.9 - 2.0 * (2.0 * math.pi - 5.0), rtol=1e2 * ULPS)
 
 
+@pytest.mark.parametrize(
+    "phases", [(0.5,), (0.0, math.pi), (1.0, 1.0 + math.pi), (0.0, 1.0, 1.0 + math.pi), (0.0, 3.0)]
+)
+@pytest.mark.parametrize("stiffness", [0.0, 1.3])
+def test_every_kick_comes_once_for_hundreds_of_periods(
+    phases: tuple[float, ...], stiffness: float
+) -> None:
+    """Of arcs that are pi long too: where one of them ends both of its sines vanish."""
+    w, kicks = 0.9, (0.7, -0.3, 0.2)[: len(phases)]
+    switch = vi.PhaseSwitch(w, phases, ((0.0,),) * len(phases), impulses=tuple((p,) for p in kicks))
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[stiffness]], forces=(vi.Harmonic(w, (0.2,)),),
+        elements=(switch,),
+    )  # fmt: skip
+    periods = 300
+    run = vi.simulate(m, vi.State((0.3,), (0.2,), 0.01), t_max=periods * 2.0 * math.pi / w)
+    jumps = (run.velocity_after - run.velocity_before)[:, 0]
+    kicked = np.abs(jumps) > 0.1
+    expected = np.resize([*kicks[1:], kicks[0]] if phases[0] < 0.01 else kicks, kicked.sum())
+    np.testing.assert_allclose(jumps[kicked], expected, rtol=1e2 * ULPS, atol=1e2 * ULPS)
+    assert kicked.sum() == periods * len(phases)
+
+
 def test_friction_ends_where_the_load_has_lifted_off() -> None:
     """Load 1 + 2 cos 3 t: gone from 3 t = 2 pi / 3 to 4 pi / 3."""
     load = vi.NormalLoad(1.0, motion=vi.Harmonic(3.0, (0.0,), (2.0,)))

@@ -600,7 +600,8 @@ class Piecewise:
             elif isinstance(e, PhaseSwitch):
                 late, early = (self._from_phase(e, phase) for phase in e.arcs[state][:2])
                 reset = self._impulse_after(number, state)
-                watches.append(self._watch(late, 0.0, math.inf, number, forces))
+                if not e.is_half_turn(state):  # there the other limit says the same
+                    watches.append(self._watch(late, 0.0, math.inf, number, forces))
                 watches.append(self._watch(early, -math.inf, 0.0, number, forces, reset=reset))
             elif number in self.sliders:
                 found = self._slider_watches(number, FrictionState(state), forces)

@@ -28,6 +28,7 @@ from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 Release = Literal["force", "gap"]
+HALF_TURN = 2.0**-50  # relative: arcs that are pi long
 MOST_ARCS = 5
 MOVES = "A stop that moves has motion: a Harmonic with one amplitude, or several."
 LINEAR = "A stop that stiffens is a sum of soft stops with other gaps."
@@ -327,10 +328,15 @@ class PhaseSwitch:
         out = []
         ends = (*self.phases[1:], self.phases[0] + 2.0 * math.pi)
         for k, (begin, end) in enumerate(zip(self.phases, ends, strict=True)):
-            pieces = max(1, math.ceil((end - begin) / math.pi - 2.0**-40))
+            pieces = max(1, math.ceil((end - begin) / math.pi - HALF_TURN))
             cuts = [begin + (end - begin) * i / pieces for i in range(pieces)]
             out += [(a, b, k) for a, b in zip(cuts, [*cuts[1:], end], strict=True)]
         return tuple(out)
+
+    def is_half_turn(self, state: int) -> bool:
+        """Whether the arc of a state is pi long: it ends where the sine of its begin vanishes, too."""
+        begin, end, _ = self.arcs[state]
+        return abs((end - begin) / math.pi - 1.0) <= HALF_TURN
 
     @property
     def states(self) -> tuple[PhaseSwitchState, ...]:
