@@ -381,3 +381,24 @@ def test_a_stop_lets_go_of_a_mass_that_friction_with_another_holds() -> None:
     np.testing.assert_allclose(run.at(t)[0][:, 0], -0.75 + moved, atol=16 * ULPS)
     np.testing.assert_allclose(run.at(np.linspace(0.0, leaves, 9))[0][:, 0], -0.75, atol=ULPS)
     np.testing.assert_allclose(run.at(t)[0][:, 1], 0.5, atol=ULPS)
+
+
+@pytest.mark.parametrize("power", [-30, 20])
+def test_another_unit_of_length_changes_no_bit_of_a_motion(power: int) -> None:
+    """Steps, too, do not shrink with it: lengths, forces and levels are multiplied by a power of two."""
+
+    def run(unit: float) -> vi.Run:
+        m = vi.Mechanism(
+            mass=[[1.0, 0.0], [0.0, 0.7]], damping=[[0.1, -0.05], [-0.05, 0.08]],
+            stiffness=[[2.0, -1.0], [-1.0, 1.5]], forces=(vi.Harmonic(0.9, (unit, 0.0)),),
+            elements=(
+                vi.SoftStop((1.0, -1.0), -0.3 * unit, 0.4 * unit, stiffness=25.0, damping=0.3),
+                vi.Friction((0.0, 1.0), 0.1 * unit),
+            ),
+        )  # fmt: skip
+        return vi.simulate(m, vi.State((0.1 * unit, 0.0), (0.3 * unit, 0.2 * unit)), t_max=60.0)
+
+    plain, scaled = run(1.0), run(2.0**power)
+    assert len(plain) > 40
+    assert scaled.time.tobytes() == plain.time.tobytes()
+    assert (scaled.position * 2.0**-power).tobytes() == plain.position.tobytes()

@@ -136,15 +136,17 @@ VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow
 // What stays_out_of_reach needs; infinite where that does not hold.
 template <int Dimension, class Flow>
 VI_HD inline void prepare_reach(guard<double, Dimension>& g, const Flow& flow) {
-    const int n = flow.dimension();
+    const int n = flow.dimension(), first = n - 2 * flow.lines();
     double norm = 0.0, largest = 0.0;
     g.spread = g.bend = 0.0;
     for (int i = 0; i < n; ++i) {
-        double row = 0.0;
-        for (int j = 0; j < n; ++j)
-            row = row + abs(flow.b[i][j]);
+        double row = 0.0, push = abs(flow.constant[i]); // lines are at most one
+        for (int j = 0; j < n; ++j) {
+            double& sum = i < first && j >= first ? push : row;
+            sum = sum + abs(flow.b[i][j]);
+        }
         norm = max(norm, row);
-        largest = max(largest, abs(flow.constant[i]));
+        largest = max(largest, push);
         g.spread = g.spread + (abs(g.rows[0][i]) + flow.step * abs(g.rows[1][i]));
         g.bend = g.bend + abs(g.rows[2][i]);
     }
