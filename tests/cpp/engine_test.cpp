@@ -1,8 +1,8 @@
 // The engine on every scalar: bits of lanes, derivatives of jets, counts of operations, a hash.
 //
 //     engine_test FILE hash EVENTS     FNV-1a hash of every event of every start
-//     engine_test FILE lanes EVENTS    packs as wide as registers are (with -DEVERY_WIDTH: of 2, 4, 8),
-//                                      also of jets, against the scalar engine, bit by bit
+//     engine_test FILE lanes EVENTS    packs as wide as registers are, also of jets, against the scalar
+//                                      engine, bit by bit
 //     engine_test FILE jet EVENTS      jets against the product of saltation matrices, and
 //     engine_test FILE count EVENTS    operations per event: with -DJETS_AND_COUNTS, in one build
 #include <cmath>
@@ -175,19 +175,10 @@ int compare_lanes(const system_type& system, const starts_type& starts, int even
     return 0;
 }
 
-template <int N>
 int compare_packs(const system_type& system, const starts_type& starts, int events) {
-    return compare_lanes<vi::pack<N>>(system, starts, events) |
-           compare_lanes<vi::jet<vi::pack<N>, 1>>(system, starts, events);
-}
-
-int compare_all_packs(const system_type& system, const starts_type& starts, int events) {
-#if defined(EVERY_WIDTH)
-    return compare_packs<2>(system, starts, events) | compare_packs<4>(system, starts, events) |
-           compare_packs<8>(system, starts, events);
-#else
-    return compare_packs<vi::native_lanes>(system, starts, events);
-#endif
+    using numbers = vi::pack<vi::native_lanes>;
+    return compare_lanes<numbers>(system, starts, events) |
+           compare_lanes<vi::jet<numbers, 1>>(system, starts, events);
 }
 
 #if defined(JETS_AND_COUNTS)
@@ -288,7 +279,7 @@ int main(int argc, char** argv) {
     const auto starts = test::read_starts(in);
     const std::string what = argv[2];
     const int events = std::atoi(argv[3]);
-    if (what == "lanes") return compare_all_packs(system, starts, events);
+    if (what == "lanes") return compare_packs(system, starts, events);
 #if defined(JETS_AND_COUNTS)
     if (what == "jet") return compare_jets(system, starts, events);
     if (what == "count") return count(system, starts, events);

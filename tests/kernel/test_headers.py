@@ -67,6 +67,7 @@ def test_the_kernel_compiles_for_a_gpu() -> None:
         fma=False,
         include_path=[str(INCLUDE)],
         device_as_default_execution_space=True,
+        ofast_compile="max",  # nothing runs
     )
     program = core.Program(CUDA, "c++", options)
     code = program.compile("cubin", name_expressions=["one_segment<map>"])

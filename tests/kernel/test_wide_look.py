@@ -1,4 +1,7 @@
-"""The look along the wide grid, and what is said of one of its intervals."""
+"""The look along the wide grid, and what is said of one of its intervals.
+
+The programs draw the same systems in every build, which have equal bits (test_engine.py).
+"""
 
 from __future__ import annotations
 
@@ -11,20 +14,18 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@pytest.mark.parametrize("build", ["gcc", "clang"])
-def test_a_look_along_the_wide_grid_says_nothing_wrong(tmp_path: Path, build: str) -> None:
-    output(tmp_path, "look_test", build)
+def test_a_look_along_the_wide_grid_says_nothing_wrong(tmp_path: Path) -> None:
+    output(tmp_path, "look_test", "clang")
 
 
-@pytest.mark.parametrize("build", ["gcc", "clang", "gcc, avx2"])
+@pytest.mark.parametrize("build", ["clang", "gcc, avx2"])
 def test_flights_that_return_soon_have_the_same_bits_in_lanes_and_alone(
     tmp_path: Path, build: str
 ) -> None:
     output(tmp_path, "return_test", build)
 
 
-@pytest.mark.parametrize("build", ["gcc", "clang"])
 def test_what_is_said_of_an_interval_holds_for_all_curves_that_may_be_there(
-    tmp_path: Path, build: str
+    tmp_path: Path,
 ) -> None:
-    output(tmp_path, "meet_test", build)
+    output(tmp_path, "meet_test", "clang")

@@ -85,9 +85,7 @@ LANES = {"avx512": "8", "avx2": "4", "baseline": "2"}  # that a register has
 
 
 def lanes_of(build: str) -> list[str]:
-    """What packs it compiles: of every width in one build, as wide as registers in the others."""
-    if build == "gcc":
-        return ["2", "4", "8"]
+    """What packs it compiles: as wide as its registers."""
     return [LANES[_cpu.supported()[0] if build == "clang" else BUILDS[build].target]]
 
 
