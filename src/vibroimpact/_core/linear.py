@@ -7,7 +7,7 @@ rows of floats, or of other numbers (scalars.py); sizes are those of mechanisms,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from vibroimpact._core.scalars import above, anywhere, choose, greatest, sign_of, square_root
 
@@ -112,10 +112,15 @@ def solve_upper(low: Matrix, b: Matrix) -> Matrix:
 
 def solve_definite(a: Matrix, b: Matrix) -> Matrix:
     """A^-1 B for positive definite A."""
+    return solver_of_definite(a)(b)
+
+
+def solver_of_definite(a: Matrix) -> Callable[[Matrix], Matrix]:
+    """B -> A^-1 B for positive definite A."""
     low = cholesky(a)
     if low is None:
         raise ArithmeticError("matrix is not positive definite")
-    return solve_upper(low, solve_lower(low, b))
+    return lambda b: solve_upper(low, solve_lower(low, b))
 
 
 def solve_regular(a: Matrix, b: Matrix) -> Matrix:

@@ -21,6 +21,7 @@ from vibroimpact._core.types import Flags
 from vibroimpact._kernel import Jet
 
 Truth = bool | Flags
+NUMBERS = Jet, Column
 
 ROUNDING = 64.0 * 2.0**-53  # of sums of products, per term
 
@@ -32,7 +33,7 @@ def as_python(value: Any) -> Any:
 
 def is_number(x: Any) -> bool:
     """Whether x stands for a float without being one: a jet or a column."""
-    return isinstance(x, Jet | Column)
+    return isinstance(x, NUMBERS)
 
 
 def is_finite(x: Any) -> bool:
@@ -85,17 +86,20 @@ def anywhere(truth: Truth) -> bool:
 
 def greatest(numbers: Iterable[Any], default: float = 0.0) -> float:
     """The greatest of some numbers."""
-    return _extreme(numbers, default, lambda x, y: choose(above(y, x), y, x))
+    return _extreme(numbers, default, max, lambda x, y: choose(above(y, x), y, x))
 
 
 def least(numbers: Iterable[Any], default: float = 0.0) -> float:
     """The least of some numbers."""
-    return _extreme(numbers, default, lambda x, y: choose(above(x, y), y, x))
+    return _extreme(numbers, default, min, lambda x, y: choose(above(x, y), y, x))
 
 
-def _extreme(numbers: Iterable[Any], default: float, better: Any) -> float:
+def _extreme(numbers: Iterable[Any], default: float, of_one: Any, of_each: Any) -> float:
+    """The extreme number; of columns that of each system."""
     found = list(numbers)
-    return cast(float, functools.reduce(better, found)) if found else default
+    if Column not in map(type, found):
+        return cast(float, of_one(found, default=default))
+    return cast(float, functools.reduce(of_each, found))
 
 
 def _values(x: Any) -> Any:

@@ -168,9 +168,8 @@ def modal(m: Mechanism, b: Blocks, size: int) -> ModeCoordinates:
 
 def dense_rate(m: Mechanism) -> float:
     """Scale of velocities in :func:`dense`; twice it bounds the row sums without forcing."""
-    stiff, damp = (
-        linear.row_sum_norm(linear.solve_definite(m.mass, a)) for a in (m.stiffness, m.damping)
-    )
+    solve = linear.solver_of_definite(m.mass)
+    stiff, damp = (linear.row_sum_norm(solve(a)) for a in (m.stiffness, m.damping))
     return greatest([square_root(stiff), damp, *(f.omega for f in m.forces), 2.0**-500])
 
 
@@ -179,8 +178,9 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
     n, free, lines = m.degrees, len(r.mass), len(m.forces)
     b, constant = linear.zeros(size, size), [0.0] * size
     columns = [r.stiffness, r.damping, transpose(r.sines), transpose(r.cosines)]
-    inverse = [linear.solve_definite(r.mass, a) if free and a else [] for a in columns]
-    drift = linear.solve_definite(r.mass, [[f] for f in r.constant]) if free else []
+    solve = linear.solver_of_definite(r.mass)
+    inverse = [solve(a) if free and a else [] for a in columns]
+    drift = solve([[f] for f in r.constant]) if free else []
     for i in range(free):
         b[2 * i][2 * i + 1] = rate
         constant[2 * i + 1] = drift[i][0] / rate
@@ -197,7 +197,7 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
     to_x, to_v = linear.zeros(n, size), linear.zeros(n, size)
     from_x, from_v = linear.zeros(size, n), linear.zeros(size, n)
     if free:
-        up = linear.solve_definite(r.mass, product(transpose(r.basis), m.mass))
+        up = solve(product(transpose(r.basis), m.mass))
         for j in range(free):
             from_x[2 * j], from_v[2 * j + 1] = list(up[j]), [x / rate for x in up[j]]
             for i in range(n):

@@ -290,9 +290,11 @@ def _orders(x: Any) -> list[float]:
 
 def _array(values: Vector | list[Vector]) -> Floats:
     """Array of numbers or jets, with the order of the derivative as first axis."""
-    flat = np.array(values, dtype=object)
-    parts = np.array([_orders(x) for x in flat.ravel()])
-    return np.ascontiguousarray(parts.T).reshape(len(PARAMETER_ORDERS), *flat.shape)
+    shape, flat = [len(values)], cast(list[Any], values)
+    if isinstance(flat[0], list):
+        shape, flat = [len(flat), len(flat[0])], [x for row in flat for x in row]
+    parts = np.array([_orders(x) for x in flat])
+    return np.ascontiguousarray(parts.T).reshape(len(PARAMETER_ORDERS), *shape)
 
 
 class _Ends:

@@ -85,8 +85,17 @@ class Family:
             name = getattr(build, "__name__", repr(build))
             raise InvalidParameterError(f"build = {name}: {error}.") from None
         object.__setattr__(self, "build", build)
+        self._set(parameters)
+
+    def _set(self, parameters: Mapping[str, float]) -> None:
         plain = ((name, as_python(value)) for name, value in parameters.items())
         object.__setattr__(self, "parameters", tuple(plain))
+
+    def _changed(self, values: Mapping[str, float]) -> Family:
+        """The family with other values of some of its parameters."""
+        other = copy(self)
+        other._set(dict(self.parameters) | dict(values))
+        return other
 
     @property
     def mechanism(self) -> Mechanism:
@@ -142,7 +151,7 @@ def with_parameters(system: System, values: Mapping[str, Any]) -> System:
     for name in values:
         parameter_value(system, name)
     if isinstance(system, Family):
-        return Family(system.build, **(dict(system.parameters) | dict(values)))
+        return system._changed(values)
     if isinstance(system, Mechanism):
         for name, value in values.items():
             system = _with_entry(system, name, value)
