@@ -361,7 +361,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "find_circle, formula": (
             vi.find_circle,
-            {"subject": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle": 100, "points": 100},
+            {"subject": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle": 500, "points": 500},
         ),
         "CircleGuess": (
             lambda points, rotation_number: vi.find_circle(
