@@ -28,6 +28,7 @@ from vibroimpact_papers.impact_damper.unfolding_flows import (
 from vibroimpact_papers.impact_damper.unfolding_motions import STRIDE, OnManifold
 
 import vibroimpact as vi
+from vibroimpact.continuation import Steps
 
 SET = parameter_sets()["C"]
 SMALL = 0.0025  # size of flows that are compared with their first order: sqrt(SMALL) = 0.05
@@ -193,6 +194,23 @@ def test_curve_of_the_doubled_orbit_begins_along_its_predicted_line() -> None:
     slopes = curve[1:, 1] / curve[1:, 0]
     np.testing.assert_allclose(slopes, 1.0, atol=1e-3)
     assert abs(slopes[3] - 1.0) < 0.7 * abs(slopes[7] - 1.0)  # half as far: tangent
+
+
+@pytest.mark.parametrize("half_widths", [(3e-4, 0.05), (0.1, 1.0)])
+def test_the_switch_at_1_2_finds_that_curve_whatever_the_bounds(
+    half_widths: tuple[float, float],
+) -> None:
+    """|c / D| is 1e-3: e1 is 1e-6 of it where the truncation holds."""
+    point = double_of_set_c("R2_1")
+    at = np.array(list(point.parameters.values()))
+    bounds = tuple((x - h, x + h) for x, h in zip(at, half_widths, strict=True))
+    (curve,) = vi.switch_curve(point, bounds, steps=Steps(first=0.1, largest=1.0, points=6))
+    assert curve.kind == "NS"
+    flow = flow_at(point.normal_form)
+    near = [unfolding.mu_at(SET, flow, *values) for values in curve.values]
+    slopes = np.array([mu.imag / mu.real for mu in near if 0.02 < mu.real < 0.3])
+    assert len(slopes) > 2
+    np.testing.assert_allclose(slopes, 1.0, atol=0.01)
 
 
 def test_symmetric_orbits_are_read_as_the_fixed_points_the_better_the_nearer(

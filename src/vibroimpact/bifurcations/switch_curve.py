@@ -5,9 +5,12 @@ Method      which curves begin is said by the normal form (normal_forms/codimens
             R4             the orbits of period four of the normal form, inside the half-lines of their folds    (1)
             R3             the saddle of period three where Re log(nu / nu_0) = 0:  mu zeta = -b conj(nu) conj(zeta)^2
                                                                                                                  (2)
-            GPD, R2,       on the curve of PD through the point, at points on both sides of it: the doubled orbits
-            LPPD, PDNS     that branch off there, followed along one parameter to their own SN or NS             (3)
-            and then followed like any other curve (emanating.py).
+            R2             the doubled orbit w = +-sqrt(e1 / |c|) of w'' = e1 w + e2 w' + c w^3 + D w^2 w', D = -d-3c,
+                           where it loses its stability, e2 = -D e1 / |c|; e1 = -mu_1 mu_2 and e2 = mu_1 + mu_2
+                           belong to the pair -exp(mu), and e1 is a part of (c / D)^2, the unit of the series   (4)
+            GPD, LPPD,     on the curve of PD through the point, at points on both sides of it: the doubled orbits
+            PDNS           that branch off there, followed along one parameter to their own SN or NS             (3)
+            and then followed like any other curve (emanating.py), one that begins there.
             GR, ZERO    what grazing_contact.py says: the curve of the touch itself; with one degree of freedom the
             other one of SN and PD; on PD also the touch of the doubled orbits, tangent to PD because their amplitude
             vanishes at the point as the gap does, found as in (3); a curve of the same kind of the orbits with one
@@ -77,12 +80,17 @@ from vibroimpact.continuation import Curve, Steps, switch
 from vibroimpact.continuation.walk import CurveProgress, check_steps
 from vibroimpact.model.stop import Stop
 from vibroimpact.normal_forms.critical import Refusal
-from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree
+from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree, OneToTwo
 from vibroimpact.orbits.admissibility import Place
 from vibroimpact.orbits.orbit import Orbit
 
 DISTANCES = (0.003, 0.01, 0.03)  # from the point, relative to the ranges of the parameters
 INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
+OF_UNIT = (0.25, 0.06, 0.015)  # of the unit of e1 in (4)
+LARGEST_RATES = 0.01, 0.1  # of e1 and e2
+SETTLES = 8  # iterations of Newton's method
+REACHED, DIFFERENCE = 1e-3, 1e-7  # of e1 and e2; of the ranges of the parameters
+CORRECTED = 0.5  # of the distance from the point: by more a start that was predicted is not moved
 SPAN = 0.05  # of the range: size of the parameter on a slice
 ASIDE = 0.5  # of the distance from the point: greatest distance from the tangent of a curve of PD
 ALONG = Steps(first=0.02, largest=0.5, points=200)
@@ -173,6 +181,9 @@ def _curves(
         manifold = centre(*origin, cmath.exp(2j * math.pi / 3.0))
         tries = _saddles_of_three(manifold, form, bounds)
         found = [_first(origin, tries, "NS", bounds, steps, progress)]
+    elif isinstance(form, OneToTwo):
+        tries = _doubled_at_two(origin, form, bounds)
+        found = [_first(origin, tries, "NS", bounds, steps, progress)]
     else:
         kind = form.switchable[0].kind
         born = _doubled(point, partial(_Watched, kind), bounds)
@@ -185,11 +196,22 @@ def _first(
     origin: Solution, tries: Iterator[Solution], kind: str,
     bounds: tuple[Bounds, Bounds], steps: Steps | None, progress: CurveProgress | None,
 ) -> BifurcationCurve | None:  # fmt: skip
-    """The first curve that can be followed."""
+    """The first curve that can be followed, and begins at the point."""
     for born in tries:
         with suppress(InvalidParameterError):  # the start does not converge
-            return emanating(kind, origin, born, bounds, steps, progress)
+            curve = emanating(kind, origin, born, bounds, steps, progress)
+            if _begins_at(curve, origin, born):
+                return curve
     return None
+
+
+def _begins_at(curve: BifurcationCurve, origin: Solution, born: Solution) -> bool:
+    """Whether a curve passes its predicted start, measured with the distance of that from the point."""
+    d = len(born.z)
+    middle = origin.equations.unrolled(origin.z, np.zeros((d // len(origin.z), len(origin.z))))
+    away = np.abs((born.z - middle) / born.equations.sizes).max()
+    moved = np.abs((curve.curve.z[:, :d] - born.z) / born.equations.sizes).max(axis=1)
+    return bool(moved.min() <= CORRECTED * away)
 
 
 # ---- GR and ZERO ---------------------------------------------------------------------------------
@@ -302,6 +324,56 @@ def _saddles_of_three(
             points = np.asarray(zeta * manifold.nu ** np.arange(3), dtype=np.complex128)
             start = manifold.equations.unrolled(manifold.z, manifold.moved(points, da))
             yield Solution(equations, start, manifold.at(da))
+
+
+def _doubled_at_two(
+    origin: Solution, form: OneToTwo, bounds: tuple[Bounds, Bounds]
+) -> Iterator[Solution]:
+    """Doubled orbits (4) that lose their stability."""
+    equations = origin.equations
+    manifold = centre(*origin, -1.0)
+    c, pull = form.c, -form.d - 3.0 * form.c
+    ratio = abs(c / pull)
+    unit = min(ratio**2, LARGEST_RATES[0], LARGEST_RATES[1] * ratio)
+    for share in OF_UNIT:
+        e1 = share * unit
+        solved = _at_rates(origin, (e1, -pull * e1 / abs(c)), bounds)
+        if solved is None:
+            continue
+        w = math.sqrt(e1 / abs(c))
+        points = 0.5 * w * np.array([1.0, -1.0], dtype=np.complex128)
+        changes = manifold.moved(points, np.zeros(2))
+        yield Solution(equations.repeated(2), equations.unrolled(solved.z, changes), solved.a)
+
+
+def _at_rates(
+    origin: Solution, wanted: Pair, bounds: tuple[Bounds, Bounds]
+) -> Solution | None:  # fmt: skip
+    """The solution at which e1 and e2 of (4) are given; None where it is not found within the bounds."""
+    equations, z, a = origin
+    widths = np.array([width_of(pair) for pair in bounds])
+
+    def rates(at: Floats, guess: Floats) -> tuple[Floats, Floats]:
+        pair = float(at[0]), float(at[1])
+        for _ in range(SETTLES):
+            by_z, _ = equations.by_both(guess, pair)
+            guess = guess - np.linalg.solve(by_z, equations.residual(guess, pair))
+        mu = equations.multipliers(guess, pair)
+        two = np.log(-mu[np.argsort(np.abs(mu + 1.0))[:2]].astype(np.complex128))
+        return guess, np.array([-(two[0] * two[1]).real, two.sum().real])
+
+    at, scale = np.array(a), np.abs(wanted)
+    for _ in range(SETTLES):
+        z, here = rates(at, z)
+        if np.all(np.abs(here - wanted) <= REACHED * scale):
+            pair = float(at[0]), float(at[1])
+            return Solution(equations, z, pair) if is_inside(pair, bounds) else None
+        steps = DIFFERENCE * widths
+        slopes = np.column_stack(
+            [(rates(at + step, z)[1] - here) / step.sum() for step in np.diag(steps)]
+        )
+        at = at + np.linalg.solve(slopes, wanted - here)
+    return None
 
 
 def _folds_near(
