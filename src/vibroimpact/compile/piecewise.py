@@ -143,6 +143,7 @@ class Piecewise:
         self.sliders = m.sliders
         self.heavy = [i for i in range(self.degrees) if i not in self.light]
         self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
+        self._by_mass = linear.solver_of_definite(self.mass)
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
         self.rate = self._rate()
@@ -188,7 +189,7 @@ class Piecewise:
 
     def _accelerations(self, forces: Matrix) -> Matrix:
         """M^-1 of rows of forces; zero for coordinates without mass."""
-        solved = linear.solve_definite(self.mass, [forces[i] for i in self.heavy])
+        solved = self._by_mass([forces[i] for i in self.heavy])
         out = linear.zeros(self.degrees, len(forces[0]))
         for i, row in zip(self.heavy, solved, strict=True):
             out[i] = row
