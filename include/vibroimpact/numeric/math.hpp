@@ -313,4 +313,10 @@ VI_HD T atan2(const T& y, const T& x) {
     return copysign(high + (sign * u + (sign * correction + low)), y);
 }
 
+// The whole number nearest to x, |x| < 2^51.
+template <Real T>
+VI_HOT T nearest(const T& x) {
+    return (x + detail::round_shift) - detail::round_shift;
+}
+
 } // namespace vi

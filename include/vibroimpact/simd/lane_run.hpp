@@ -56,9 +56,85 @@ inline constexpr int most_bounces = 64;
 // For every round that a busy lane flies, as much of one may pass an idle one that waits.
 inline constexpr double waiting_share = 1.0 / 16;
 
+// The runs in the lanes of a pack, as the host lends them: their clocks and counts.
+template <int N, class Flow, class Host>
+class lane_runs {
+    using Shape = typename Flow::shape_type;
+
+public:
+    static constexpr int lanes = N;
+    bool busy() const { return runs_ > 0; }
+
+protected:
+    using real = pack<N>;
+
+    // Lane i of the pack is lane first + i of the host. Steps of single lanes add to `work`.
+    void set_host(Host& host, int first, long& work) {
+        host_ = &host;
+        first_ = first;
+        work_ = &work;
+    }
+
+    // Another run for lane i; false if the host has none.
+    bool take_run(int i) {
+        auto& slot = slots_[i];
+        more_ = host_->next(first_ + i, slot);
+        while (more_ && slot.run->so_far.events >= slot.limit.events) {
+            host_->end(first_ + i, slot, run_end::events);
+            more_ = host_->next(first_ + i, slot);
+        }
+        if (!more_) return false;
+        ++runs_;
+        set_lane(busy_, i, true);
+        set_lane(until_, i, slot.limit.t_max);
+        set_lane(shown_from_, i, slot.shown_from);
+        return true;
+    }
+    void return_run(int i, run_end why) {
+        host_->end(first_ + i, slots_[i], why);
+        set_lane(busy_, i, false);
+        --runs_;
+    }
+
+    // Events of some lanes, so long after the last.
+    VI_HOT void count(const pack_mask<N>& lanes, const real& duration) {
+        const real t = only(lanes, duration);
+        const real sum = high_ + t, part = sum - high_; // clock::add
+        low_ = low_ + ((high_ - (sum - part)) + (t - part));
+        high_ = sum;
+        events_ = plus_where(lanes, events_, real(1.0));
+    }
+
+    // Show an event that is counted, as in run(): why it is the last, or run_end::none.
+    run_end show(int i, const event<double, Shape>& e) {
+        const auto& slot = slots_[i];
+        const auto& [at, so_far] = *slot.run;
+        const bool shown = so_far.now.time() >= slot.shown_from;
+        const bool goes_on = !shown || host_->see(first_ + i, e, at, so_far.now);
+        const run_end why = end_of_run(so_far, e, slot.limit, true);
+        if (why == run_end::none && !goes_on) return run_end::observer;
+        if (why == run_end::none && so_far.events >= slot.limit.events) return run_end::events;
+        return why;
+    }
+
+    Host* host_ = nullptr;
+    long* work_ = nullptr;
+    int first_ = 0;
+    lane_slot<Flow> slots_[N];
+    lane_keys<N, Flow> keys_; // of the systems whose numbers the lanes hold
+    real high_{}, low_{}, until_{}, shown_from_{}, events_{};
+    pack_mask<N> busy_{};
+    int runs_ = 0;     // lanes that are busy
+    bool more_ = true; // whether the host may have another run
+};
+
 template <class T, class Flow, class Host>
-class lane_pack {
+class lane_pack : public lane_runs<scalar_traits<T>::lanes, Flow, Host> {
     static constexpr int N = scalar_traits<T>::lanes;
+    using runs = lane_runs<N, Flow, Host>;
+    using runs::busy_, runs::events_, runs::first_, runs::high_, runs::host_, runs::keys_,
+        runs::low_;
+    using runs::more_, runs::runs_, runs::shown_from_, runs::slots_, runs::until_, runs::work_;
     using Shape = typename Flow::shape_type;
     using real = real_t<T>;
     using alone = lane_t<T>;
@@ -66,18 +142,13 @@ class lane_pack {
     static constexpr bool has_tangent = scalar_traits<T>::is_jet;
 
 public:
-    // Lane i of the pack is lane first + i of the host. Micro-bounces add to `work`.
     void begin_runs(Host& host, int first, long& work) {
-        host_ = &host;
-        first_ = first;
-        work_ = &work;
+        this->set_host(host, first, work);
         for (int i = 0; i < N; ++i)
             flight_.systems.free.flow.ahead.entry[i] = &nothing_; // read, not used, in an idle lane
         fill();
     }
-    bool busy() const { return runs_ > 0; }
-
-    // A round: begin(), scan() and evaluate() of a round() that scans, its stages, impacts().
+    // A round: begin(), scan() and evaluate() of a round() that scans, its stages, end_round().
     VI_HOT void begin() { flight_.begin(time_left(), busy_); }
     VI_HOT bool scans() const { return flight_.round.scans(); }
     VI_HOT auto& round() { return flight_.round; }
@@ -85,11 +156,11 @@ public:
     VI_HOT static void each_stage(const Take& take) {
         decltype(flight_.round)::each_stage(take);
     }
-    VI_HOT void impacts() {
+    VI_HOT void end_round() {
         quick_landing<T> end;
         state before;
         flight_.impacts(busy_, end, before);
-        count_landed(end);
+        this->count(end.landed, value(end.duration));
         if constexpr (has_tangent) {
             const auto& flow = flight_.flow();
             tangents_.see(end.landed, flight_.all.at, high_ + low_, flow.dimension(),
@@ -109,7 +180,7 @@ public:
         for (int i = 0; i < N; ++i) {
             if (!lane(busy_, i)) continue;
             suspend(i, false);
-            end(i, run_end::interrupted);
+            finish(i, run_end::interrupted);
         }
     }
 
@@ -122,19 +193,10 @@ private:
         return (high_ + low_ >= shown_from_) | (events_ >= most_) | !(end.duration > 0.0);
     }
 
-    VI_HOT void count_landed(const quick_landing<T>& end) {
-        const auto& landed = end.landed;
-        const real t = only(landed, value(end.duration));
-        const real sum = high_ + t, part = sum - high_; // clock::add
-        low_ = low_ + ((high_ - (sum - part)) + (t - part));
-        high_ = sum;
-        events_ = plus_where(landed, events_, real(1.0));
-    }
-
     // While no lane scans, a run from its start would make all others wait. Idle lanes wait for these
     // instead, up to a part of the work that is done: so runs of a pack begin, and come to repeat, together.
     bool waits() {
-        if (!busy() || flight_.round.scans()) return false;
+        if (!this->busy() || flight_.round.scans()) return false;
         patience_ -= N - runs_;
         return patience_ > 0.0;
     }
@@ -145,15 +207,8 @@ private:
     }
 
     void load(int i) {
+        if (!this->take_run(i)) return;
         auto& slot = slots_[i];
-        more_ = host_->next(first_ + i, slot);
-        while (more_ && slot.run->so_far.events >= slot.limit.events) {
-            host_->end(first_ + i, slot, run_end::events);
-            more_ = host_->next(first_ + i, slot);
-        }
-        if (!more_) return;
-        ++runs_;
-        set_lane(busy_, i, true);
         if (keys_.put(i, *slot.system, slot.version)) put_system(flight_.systems, i, *slot.system);
         if constexpr (has_tangent) {
             resume(i, with_tangents<1>(*slot.system, slot.run->at, 1));
@@ -161,8 +216,6 @@ private:
         } else {
             resume(i, slot.run->at);
         }
-        set_lane(until_, i, slot.limit.t_max);
-        set_lane(shown_from_, i, slot.shown_from);
     }
 
     // From the slot into the lane, the trajectory being there.
@@ -282,15 +335,9 @@ private:
         }
     }
 
-    // An event that is counted, as in run(); false if it is the last.
+    // An event that is counted; false if it is the last.
     bool report(int i, const event<double, Shape>& e) {
-        const auto& slot = slots_[i];
-        const auto& [at, so_far] = *slot.run;
-        const bool shown = so_far.now.time() >= slot.shown_from;
-        const bool goes_on = !shown || host_->see(first_ + i, e, at, so_far.now);
-        run_end why = end_of_run(so_far, e, slot.limit, true);
-        if (why == run_end::none && !goes_on) why = run_end::observer;
-        if (why == run_end::none && so_far.events >= slot.limit.events) why = run_end::events;
+        const run_end why = this->show(i, e);
         if (why != run_end::none) finish(i, why);
         return why == run_end::none;
     }
@@ -300,32 +347,17 @@ private:
     }
 
     void finish(int i, run_end why) {
-        end(i, why);
-        set_lane(busy_, i, false);
-        --runs_;
-    }
-
-    void end(int i, run_end why) {
         if constexpr (has_tangent) slots_[i].tangent = lane(tangents_, i);
-        host_->end(first_ + i, slots_[i], why);
+        this->return_run(i, why);
     }
 
     static constexpr typename Flow::stored nothing_{};
 
-    Host* host_ = nullptr;
-    long* work_ = nullptr;
-    int first_ = 0;
-    lane_slot<Flow> slots_[N];
-    lane_keys<N, Flow> keys_; // of the systems whose numbers the lanes hold
     lane_flight<T, Shape> flight_;
     quick_landing<T> end_; // of the last round in which a lane needed attention
     state before_;
-    real high_{}, low_{}, until_{}, shown_from_{};
-    real events_{}, most_{}; // of the next events, impacts as a rule, so many may come
-    pack_mask<N> busy_{};
+    real most_{}; // of the next events, impacts as a rule, so many may come
     growth<1, real> tangents_{};
-    int runs_ = 0;          // lanes that are busy
-    bool more_ = true;      // whether the host may have another run
     double patience_ = 0.0; // so many rounds idle lanes may wait, all together
 };
 
@@ -335,32 +367,29 @@ inline constexpr int packs_in_turn = scalar_traits<T>::is_jet ? 2 : 4;
 template <class T>
 inline constexpr int lanes_in_turn = packs_in_turn<T> * scalar_traits<T>::lanes; // that a host sees
 
-template <class T, class Flow, class Host>
-class lane_run {
-    using Shape = typename Flow::shape_type;
-    static constexpr int N = scalar_traits<T>::lanes;
-    static_assert(sizeof(spaced<lane_pack<T, Flow, Host>>) / 64 % 2 == 1);
+// Packs of lanes take turns, so many as there are.
+template <class Pack, int Packs, class Host>
+class packs_run {
+    static_assert(sizeof(spaced<Pack>) / 64 % 2 == 1);
 
 public:
-    explicit lane_run(Host& host) : host_(host) {}
+    explicit packs_run(Host& host) : host_(host) {}
 
     void run() {
-        for (int i = 0; i < packs_in_turn<T>; ++i)
-            packs_[i].begin_runs(host_, i * N, work_);
+        for (int i = 0; i < Packs; ++i)
+            packs_[i].begin_runs(host_, i * Pack::lanes, work_);
         while (busy()) {
             if (is_due() && host_.interrupted()) return interrupt();
             each_busy([](auto& pack) VI_WITHIN { pack.begin(); });
             scan_ahead();
-            pack_type::each_stage([&](const auto& stage) VI_WITHIN {
+            Pack::each_stage([&](const auto& stage) VI_WITHIN {
                 each_busy([&](auto& pack) VI_WITHIN { stage(pack.round()); });
             });
-            each_busy([](auto& pack) VI_WITHIN { pack.impacts(); });
+            each_busy([](auto& pack) VI_WITHIN { pack.end_round(); });
         }
     }
 
 private:
-    using pack_type = lane_pack<T, Flow, Host>;
-
     // Whether to check for an interrupt.
     bool is_due() {
         if (++work_ < between_interrupt_checks) return false;
@@ -391,8 +420,11 @@ private:
     }
 
     Host& host_;
-    long work_ = 0; // rounds, and micro-bounces of lanes, since the last check for an interrupt
-    spaced<pack_type> packs_[packs_in_turn<T>];
+    long work_ = 0; // rounds, and steps of single lanes, since the last check for an interrupt
+    spaced<Pack> packs_[Packs];
 };
+
+template <class T, class Flow, class Host>
+using lane_run = packs_run<lane_pack<T, Flow, Host>, packs_in_turn<T>, Host>;
 
 } // namespace vi

@@ -104,8 +104,15 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
                 set_lane(to.series[j].terms[m][n], i, from.series[j].terms[m][n]);
 }
 
-template <int N, int D>
-inline void fill_rows(rows_ahead<pack<N>, D>& to, const rows_ahead<double, D>& from, int n, int i) {
+// The first n numbers of a row; the system may have room for more.
+template <int N, int D, int E>
+inline void fill_row(vec<pack<N>, D>& to, const vec<double, E>& from, int n, int i) {
+    for (int j = 0; j < n; ++j)
+        set_lane(to[j], i, from[j]);
+}
+
+template <int N, int D, int E>
+inline void fill_rows(rows_ahead<pack<N>, D>& to, const rows_ahead<double, E>& from, int n, int i) {
     for (int k = 0; k < from.count; ++k) {
         for (int j = 0; j < n; ++j)
             set_lane(to.rows[j][k], i, from.rows[j][k]);
@@ -118,21 +125,16 @@ template <int N, int D, int Orders>
 inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D, Orders>& from,
                        int n, int i) {
     for (int m = 0; m <= lane_orders; ++m) {
-        for (int j = 0; j < n; ++j)
-            set_lane(to.rows[m][j], i, from.rows[m][j]);
+        fill_row(to.rows[m], from.rows[m], n, i);
         set_lane(to.gains[m], i, from.gains[m]);
     }
     for (int grid = 0; grid < grids; ++grid)
         fill_rows(to.ahead[grid], from.ahead[grid], n, i);
-    for (int j = 0; j < n; ++j) {
-        set_lane(to.third[j], i, from.third[j]);
-        set_lane(to.fourth[j], i, from.fourth[j]);
-        set_lane(to.weights[j], i, from.weights[j]);
-    }
-    for (int j = 0; j < n / 2; ++j) {
-        set_lane(to.third_push[j], i, from.third_push[j]);
-        set_lane(to.fourth_push[j], i, from.fourth_push[j]);
-    }
+    fill_row(to.third, from.third, n, i);
+    fill_row(to.fourth, from.fourth, n, i);
+    fill_row(to.weights, from.weights, n, i);
+    fill_row(to.third_push, from.third_push, n / 2, i);
+    fill_row(to.fourth_push, from.fourth_push, n / 2, i);
     set_lane(to.least_terms, i, from.least_terms);
     set_lane(to.least_fourth, i, from.least_fourth);
     set_lane(to.least_sixth, i, from.least_sixth);
@@ -145,8 +147,7 @@ inline void fill_guard(guard<pack<N>, D, lane_orders>& to, const guard<double, D
 template <int N, int D, int K>
 inline void fill_law(contact_law<pack<N>, D, K>& to, const contact_law<double, D, K>& from, int n,
                      int i) {
-    for (int j = 0; j < n; ++j)
-        set_lane(to.impulse[j], i, from.impulse[j]);
+    fill_row(to.impulse, from.impulse, n, i);
     set_lane(to.effective_mass, i, from.effective_mass);
     set_lane(to.restitution_lower, i, from.restitution_lower);
     set_lane(to.restitution_upper, i, from.restitution_upper);

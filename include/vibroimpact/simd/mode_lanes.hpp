@@ -39,15 +39,12 @@ inline void fill_quick_flow(quick_flow<pack<N>, Guarded>& to, const From& from, 
     static_cast<sizes<Guarded>&>(to) = {n, from.lines(), from.contacts(), false};
     for (int k = 0; k < longest_powers; ++k)
         for (int r = 0; r < n; ++r) {
-            for (int j = 0; j < n; ++j)
-                set_lane(to.powers[k].e[r][j], i, from.powers[k].e[r][j]);
+            fill_row(to.powers[k].e[r], from.powers[k].e[r], n, i);
             set_lane(to.powers[k].shift[r], i, from.powers[k].shift[r]);
         }
-    for (int r = 0; r < n; ++r) {
-        for (int j = 0; j < n; ++j)
-            set_lane(to.b[r][j], i, from.b[r][j]);
-        set_lane(to.constant[r], i, from.constant[r]);
-    }
+    for (int r = 0; r < n; ++r)
+        fill_row(to.b[r], from.b[r], n, i);
+    fill_row(to.constant, from.constant, n, i);
     set_lane(to.step, i, from.step);
     for (int g = 0; g < grids; ++g) {
         set_lane(to.spacing[g], i, from.spacing[g]);
@@ -56,28 +53,14 @@ inline void fill_quick_flow(quick_flow<pack<N>, Guarded>& to, const From& from, 
     set_lane(to.scan_length, i, from.scan_length);
 }
 
-// In place of a dimension that differs.
-template <int N, int D, int E>
-inline void fill_row(vec<pack<N>, D>& to, const vec<double, E>& from, int n, int i) {
-    for (int j = 0; j < n; ++j)
-        set_lane(to[j], i, from[j]);
-}
-
 template <int N, class Guarded, class From>
 inline void fill_quick_guard(quick_guard<pack<N>, Guarded>& to, const From& from, int n, int i) {
     for (int m = 0; m <= to.orders; ++m) {
         fill_row(to.rows[m], from.rows[m], n, i);
         set_lane(to.gains[m], i, from.gains[m]);
     }
-    for (int grid = 0; grid < grids; ++grid) {
-        auto& rows = to.ahead[grid];
-        for (int k = 0; k < rows.count; ++k) {
-            for (int j = 0; j < n; ++j)
-                set_lane(rows.rows[j][k], i, from.ahead[grid].rows[j][k]);
-            set_lane(rows.gains[k], i, from.ahead[grid].gains[k]);
-        }
-        rows.shifted = rows.shifted | from.ahead[grid].shifted;
-    }
+    for (int grid = 0; grid < grids; ++grid)
+        fill_rows(to.ahead[grid], from.ahead[grid], n, i);
     fill_row(to.fourth, from.fourth, n, i);
     fill_row(to.weights, from.weights, n, i);
     set_lane(to.least_fourth, i, from.least_fourth);
@@ -130,7 +113,11 @@ inline void put_mode(lane_mode<N, Guarded, Watches>& to, int i, const hybrid<Flo
 } // namespace detail
 
 template <int N, class Flow, class Guarded, class Host>
-class mode_pack {
+class mode_pack : public lane_runs<N, Flow, Host> {
+    using runs = lane_runs<N, Flow, Host>;
+    using runs::busy_, runs::events_, runs::first_, runs::high_, runs::host_, runs::keys_,
+        runs::low_;
+    using runs::more_, runs::runs_, runs::shown_from_, runs::slots_, runs::until_, runs::work_;
     using Shape = typename Flow::shape_type;
     using real = pack<N>;
     using mask = pack_mask<N>;
@@ -141,38 +128,34 @@ class mode_pack {
     static constexpr int W = Shape::max_watches, E = Shape::max_elements;
 
 public:
-    // Lane i of the pack is lane first + i of the host.
     void begin_runs(Host& host, int first, long& work) {
-        host_ = &host;
-        first_ = first;
-        work_ = &work;
+        this->set_host(host, first, work);
         count_ = host.modes();
         for (int m = 0; m < count_; ++m)
             codes_[m] = host.code(m);
         fill();
     }
-    bool busy() const { return runs_ > 0; }
-    bool flies() const { return any(going_); }
 
-    // A round: begin(); where any lane flies scan() and evaluate() of a round(), its stages, transitions().
+    // A round, as of lane_pack: it scans where any lane flies.
     VI_HOT void begin() {
         now_ = fullest();
         going_ = in_[now_];
-        if (!flies()) return;
+        if (!any(going_)) return round_.rest();
         const auto& mode = modes_[now_].quick;
         round_.use(mode);
         round_.begin(going_ & may_go_on(mode.flow, flown_, until_ - (high_ + low_)));
     }
+    VI_HOT bool scans() const { return round_.scans(); }
     VI_HOT auto& round() { return round_; }
     template <class Take>
     VI_HOT static void each_stage(const Take& take) {
         round_type::each_stage(take);
     }
-    VI_HOT void transitions() {
+    VI_HOT void end_round() {
         landed_on end;
         state y;
         end.landed = end.moved = mask(false);
-        if (flies()) round_.template land<false>(end, y);
+        if (scans()) round_.template land<false>(end, y);
         end.landed = end.landed & going_;
         go_on(end.moved & going_, end, y);
         const mask wanted = end.landed & (end.duration > 0.0);
@@ -232,7 +215,7 @@ private:
             const mask alone = mine & others_inside(e, there, largest);
             if (any(alone)) taken = taken | take_state_of(e, alone, there, largest);
         }
-        count(taken, end.duration);
+        this->count(taken, end.duration);
         const mask told = taken & ((high_ + low_ >= shown_from_) | (events_ >= most_events_) |
                                    (impacts_ >= most_impacts_));
         if (any(told)) tell(told, end, there);
@@ -261,10 +244,7 @@ private:
             out = out & verdict.lasts & (verdict.side == 0.0);
         }
         for (int g = 0; g < flow.contacts() && mode.quick.number[g] < contacts_; ++g) {
-            const auto& guard = mode.quick.guards[g];
-            const real u = guard_distance(guard, y, flow);
-            const real margin = proof_margin * detail::terms_of(guard, flow, y);
-            out = out & (u < guard.upper - margin) & (u > guard.lower + margin);
+            out = out & detail::is_inside(mode.quick.guards[g], flow, y);
         }
         return out;
     }
@@ -272,10 +252,11 @@ private:
     // The state that follows of one element, all others being inside their limits. Lanes where that is sure.
     VI_HOT mask take_state_of(int e, const mask& lanes, const state& y, const real& largest) {
         mask open = lanes, sure = lanes, by_law = mask(false), takes[radix];
+        int next[radix];
         for (int s = radix - 1; s >= 0; --s) {
             takes[s] = mask(false);
             if (!(states_[e] >> s & 1)) continue;
-            const int n = with_state(e, s);
+            const int n = next[s] = with_state(e, s);
             if (n < 0) return mask(false);
             const auto& mode = modes_[n];
             mask lasts = mode.has, fails = mask(false);
@@ -294,7 +275,7 @@ private:
         for (int s = 0; s < radix && any(sure); ++s) {
             const mask mine = takes[s] & sure;
             if (!any(mine)) continue;
-            enter(with_state(e, s), mine, y, largest);
+            enter(next[s], mine, y, largest);
             if (soft_[e] && detail::meets_stop(was, s))
                 impacts_ = plus_where(mine, impacts_, real(1.0));
         }
@@ -343,14 +324,6 @@ private:
             if (lane(lanes, i)) mode_[i] = n;
     }
 
-    VI_HOT void count(const mask& lanes, const real& duration) {
-        const real t = only(lanes, duration);
-        const real sum = high_ + t, part = sum - high_; // clock::add
-        low_ = low_ + ((high_ - (sum - part)) + (t - part));
-        high_ = sum;
-        events_ = plus_where(lanes, events_, real(1.0));
-    }
-
     // ---- lane by lane ----
 
     // Events that are not simply counted: shown to the host, or at a limit. `before`: where they happened.
@@ -382,19 +355,10 @@ private:
     }
 
     void load(int i) {
-        auto& slot = slots_[i];
-        more_ = host_->next(first_ + i, slot);
-        while (more_ && slot.run->so_far.events >= slot.limit.events) {
-            host_->end(first_ + i, slot, run_end::events);
-            more_ = host_->next(first_ + i, slot);
-        }
-        if (!more_) return;
-        ++runs_;
-        set_lane(busy_, i, true);
+        if (!this->take_run(i)) return;
+        const auto& slot = slots_[i];
         const auto& system = *slot.system;
         if (keys_.put(i, system, slot.version)) put_system(i, system);
-        set_lane(until_, i, slot.limit.t_max);
-        set_lane(shown_from_, i, slot.shown_from);
         set_lane(most_events_, i, static_cast<double>(slot.limit.events));
         set_lane(most_impacts_, i, static_cast<double>(slot.limit.impacts));
         resume(i);
@@ -540,13 +504,7 @@ private:
 
     // Of an event that is counted; false if it is the last.
     bool inform(int i, const event<double, Shape>& e) {
-        const auto& slot = slots_[i];
-        const auto& [at, so_far] = *slot.run;
-        const bool shown = so_far.now.time() >= slot.shown_from;
-        const bool goes_on = !shown || host_->see(first_ + i, e, at, so_far.now);
-        run_end why = end_of_run(so_far, e, slot.limit, true);
-        if (why == run_end::none && !goes_on) why = run_end::observer;
-        if (why == run_end::none && so_far.events >= slot.limit.events) why = run_end::events;
+        const run_end why = this->show(i, e);
         if (why != run_end::none) finish(i, why);
         return why == run_end::none;
     }
@@ -558,18 +516,10 @@ private:
     }
 
     void finish(int i, run_end why) {
-        host_->end(first_ + i, slots_[i], why);
         for (int m = 0; m < count_; ++m)
             set_lane(in_[m], i, false);
-        set_lane(busy_, i, false);
-        --runs_;
+        this->return_run(i, why);
     }
-
-    Host* host_ = nullptr;
-    long* work_ = nullptr;
-    int first_ = 0;
-    lane_slot<Flow> slots_[N];
-    lane_keys<N, Flow> keys_; // of the systems whose numbers the lanes hold
 
     int count_ = 0, codes_[most_lane_modes]; // of modes, built or not
     int contacts_ = 0, closed_sets_ = 1, elements_ = 0, states_[E];
@@ -589,59 +539,10 @@ private:
     flight_memory<quick_flow<real, Guarded>> memory_;
     round_type round_{modes_[0].quick, at_, flown_, memory_};
 
-    real high_{}, low_{}, until_{}, shown_from_{};
-    real events_{}, impacts_{}, most_events_{}, most_impacts_{};
-    mask busy_{};
-    int runs_ = 0;     // lanes that are busy
-    bool more_ = true; // whether the host may have another run
+    real impacts_{}, most_events_{}, most_impacts_{};
 };
 
 template <int N, class Flow, class Guarded, class Host>
-class mode_run {
-    static constexpr int packs = packs_in_turn<pack<N>>;
-
-public:
-    explicit mode_run(Host& host) : host_(host) {}
-
-    void run() {
-        for (int i = 0; i < packs; ++i)
-            packs_[i].begin_runs(host_, i * N, work_);
-        while (busy()) {
-            if (++work_ >= between_interrupt_checks) {
-                work_ = 0;
-                if (host_.interrupted()) return interrupt();
-            }
-            for (auto& one : packs_)
-                if (one.busy()) one.begin();
-            each_flying([](auto& round) VI_WITHIN { round.scan(); });
-            each_flying([](auto& round) VI_WITHIN { round.evaluate(); });
-            pack_type::each_stage([&](const auto& stage) VI_WITHIN { each_flying(stage); });
-            for (auto& one : packs_)
-                if (one.busy()) one.transitions();
-        }
-    }
-
-private:
-    using pack_type = mode_pack<N, Flow, Guarded, Host>;
-
-    bool busy() const {
-        for (const auto& one : packs_)
-            if (one.busy()) return true;
-        return false;
-    }
-    template <class Stage>
-    VI_HOT void each_flying(const Stage& stage) {
-        for (auto& one : packs_)
-            if (one.busy() && one.flies()) stage(one.round());
-    }
-    void interrupt() {
-        for (auto& one : packs_)
-            one.interrupt();
-    }
-
-    Host& host_;
-    long work_ = 0;
-    spaced<pack_type> packs_[packs];
-};
+using mode_run = packs_run<mode_pack<N, Flow, Guarded, Host>, packs_in_turn<pack<N>>, Host>;
 
 } // namespace vi

@@ -79,8 +79,7 @@ struct quick_flow : sizes<Shape> {
     // exp(B place part) y, each lane at its own place.
     template <class T>
     VI_HOT state<T> apply_ahead(const R& place, const state<T>& y) const {
-        constexpr double shift = 0x1.8p52; // to the nearest whole number
-        const R steps = fma(place, 1.0 / parts_of_step, shift) - shift;
+        const R steps = nearest(place * (1.0 / parts_of_step));
         R left = steps;
         state<T> out, next;
         this->each_coordinate([&](auto i) VI_WITHIN { out[i] = y[i]; });
@@ -102,6 +101,13 @@ struct quick_flow : sizes<Shape> {
     VI_HOT T along(const vec<R, max_dimension>& row, const state<T>& y, const C& c) const {
         T sum = T(c);
         this->each_coordinate([&](auto j) VI_WITHIN { sum = fma(row[j], y[j], sum); });
+        return sum;
+    }
+
+    // row . |y| + c.
+    VI_HOT R bounded(const vec<R, max_dimension>& row, const state<R>& y, const R& c) const {
+        R sum = c;
+        this->each_coordinate([&](auto j) VI_WITHIN { sum = fma(row[j], abs(y[j]), sum); });
         return sum;
     }
 
@@ -193,16 +199,12 @@ namespace detail {
 template <class R, class Shape, int D>
 VI_HOT R terms_of(const quick_guard<R, Shape>& g, const quick_flow<R, Shape>& flow,
                   const vec<R, D>& y) {
-    R terms = g.least_terms;
-    flow.each_coordinate([&](auto j) VI_WITHIN { terms = fma(g.weights[j], abs(y[j]), terms); });
-    return terms;
+    return flow.bounded(g.weights, y, g.least_terms);
 }
 template <class R, class Shape, int D>
 VI_HOT R fourth_of(const quick_guard<R, Shape>& g, const quick_flow<R, Shape>& flow,
                    const vec<R, D>& y) {
-    R fourth = g.least_fourth;
-    flow.each_coordinate([&](auto j) VI_WITHIN { fourth = fma(g.fourth[j], abs(y[j]), fourth); });
-    return fourth;
+    return flow.bounded(g.fourth, y, g.least_fourth);
 }
 
 // A row times a propagator of another's flow, and the gain that comes with it.

@@ -137,6 +137,13 @@ struct distances {
     }
 };
 
+// Whether u is between the limits, beyond rounding.
+template <class R, class G, class Flow, int D>
+VI_HOT mask_t<R> is_inside(const G& g, const Flow& flow, const vec<R, D>& y) {
+    const R margin = proof_margin * terms_of(g, flow, y);
+    return distances<R>{margin, margin}.between(g, guard_distance(g, y, flow));
+}
+
 // A contact where a scan begins: u, and whether that is between the stops or on one.
 template <class R>
 struct contact_location {
@@ -313,12 +320,6 @@ VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
     return out;
 }
 
-// The whole number nearest to x in [0, 2^51].
-template <class R>
-VI_HOT R nearest(const R& x) {
-    constexpr double shift = 0x1.8p52;
-    return (x + shift) - shift;
-}
 // The place of the table nearest to x; 0 for NaN.
 template <class R>
 VI_HOT R nearest_place(const R& x) {

@@ -103,10 +103,7 @@ template <class Mode, class R, int D>
 VI_RARE mask_t<R> is_first(const Mode& m, const vec<R, D>& y, const stop_hit<R>& hit) {
     mask_t<R> out = mask_t<R>(true);
     m.flow.each_contact([&](auto i) VI_WITHIN {
-        const auto& g = m.guards[i];
-        const R u = guard_distance(g, y, m.flow), margin = proof_margin * terms_of(g, m.flow, y);
-        out = out & ((hit.contact == static_cast<double>(i)) |
-                     ((u < g.upper - margin) & (u > g.lower + margin)));
+        out = out & ((hit.contact == static_cast<double>(i)) | is_inside(m.guards[i], m.flow, y));
     });
     return out;
 }
@@ -262,6 +259,8 @@ public:
         return recalled_ & !end.landed;
     }
 
+    // Without any lane.
+    VI_HOT void rest() { scans_ = repeats_ = false; }
     // The mode that lanes are in, where it is another from round to round.
     VI_HOT void use(const Mode& m) { m_ = &m; }
 

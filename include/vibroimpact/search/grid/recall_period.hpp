@@ -107,7 +107,7 @@ private:
     VI_RARE void keep(const Flow& flow, mask_t<R> which, R duration, detail::stop_hit<R> on) {
         const mask_t<R> alike =
             which & (duration <= flow.scan_length - flow.part()); // in the table
-        const R place = only(alike, detail::nearest(duration / flow.part()));
+        const R place = only(alike, nearest(duration / flow.part()));
         const R beyond = only(alike, fnma(place, flow.part(), duration));
         const stored itself = flow.template later<nearby_order>(flow.pick(place), beyond);
         const auto put = [&](known_end<Flow>& to, const mask_t<R>& mine) VI_WITHIN {
