@@ -159,7 +159,7 @@ def test_a_generalised_flip_is_found_where_the_cubic_coefficient_vanishes() -> N
         dimension=1,
         parameters=("a", "b"),
     )
-    start = vi.MapPoint("PD", quintic, (0.0,), (0.0, 0.37))
+    start = vi.MapPoint("PD", quintic, [0.0], [0.0, 0.37])  # type: ignore[arg-type]  # lists will do
     found = vi.continue_bifurcation(start, ("a", "b"), ((-0.5, 0.5), (-1.0, 1.0)))
     assert tuple(found["GPD_1"].parameters.values()) == pytest.approx((0.0, 0.0), abs=LOCATED)
 

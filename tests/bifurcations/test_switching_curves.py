@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.bifurcations import switch_curve as module
 
 R = -0.1
 BOUNDS = ((-3.0, 6.0), (-2.5, 2.5))
@@ -56,7 +57,7 @@ def near(curve: vi.BifurcationCurve, label: str) -> tuple[np.ndarray, np.ndarray
     at = np.array(list(point.parameters.values()))
     away = np.linalg.norm(curve.values - at, axis=1)
     order = np.argsort(away)
-    order = order[away[order] < 4.0 * away[order[0]]]
+    order = order[(away[order] < 4.0 * max(away.min(), 5e-4)) & (away[order] > 1e-5)]
     x = np.array([curve.orbit(int(k)).x for k in order])
     middle = np.array([fixed_x(*curve.values[k]) for k in order])
     return curve.values[order], away[order], np.linalg.norm(x - middle[:, None], axis=1)
@@ -82,6 +83,19 @@ def test_folds_of_period_four_begin_in_the_directions_of_the_normal_form() -> No
         assert turns[which][0] < amplitude[0]
         assert exponent(away, amplitude) == pytest.approx(0.5, abs=amplitude.max())
     assert taken == {0, 1}
+
+
+def test_a_fold_that_is_not_found_is_a_reason_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = module.folds_of_four
+
+    def first_alone(point: Any, which: int, *rest: Any) -> Any:
+        return found(point, which, *rest) if which == 0 else iter(())
+
+    monkeypatch.setattr(module, "folds_of_four", first_alone)
+    curve, missing = vi.switch_curve(torus()["R4_1"], steps=vi.Steps(points=6))  # type: ignore[misc]
+    assert isinstance(curve, vi.BifurcationCurve)
+    assert isinstance(missing, vi.NoCurve)
+    assert "there is no start within the bounds (10 times)" in missing.reason
 
 
 def test_neimark_sacker_of_the_doubled_orbit_begins_at_r2_with_a_square_root() -> None:

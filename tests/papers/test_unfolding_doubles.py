@@ -207,10 +207,11 @@ def test_the_switch_at_1_2_finds_that_curve_whatever_the_bounds(
     (curve,) = vi.switch_curve(point, bounds, steps=Steps(first=0.1, largest=1.0, points=6))
     assert curve.kind == "NS"
     flow = flow_at(point.normal_form)
-    near = [unfolding.mu_at(SET, flow, *values) for values in curve.values]
-    slopes = np.array([mu.imag / mu.real for mu in near if 0.02 < mu.real < 0.3])
-    assert len(slopes) > 2
-    np.testing.assert_allclose(slopes, 1.0, atol=0.01)
+    near = np.array([unfolding.mu_at(SET, flow, *values) for values in curve.values])
+    near = near[near.real < 20.0]
+    assert len(near) > 2
+    # the curve of the normal form is a line, from which the true one parts in proportion to mu
+    assert np.all(np.abs(near.imag / near.real - 1.0) < 2e-4 + 1e-3 * near.real)
 
 
 def test_symmetric_orbits_are_read_as_the_fixed_points_the_better_the_nearer(

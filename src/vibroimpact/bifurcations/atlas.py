@@ -339,6 +339,9 @@ class _Search:
             self.failures.append(repr(found))
             return
         for curve in found:
+            if isinstance(curve, NoCurve):
+                self.failures.append(repr(curve))
+                continue
             middle = curve.orbit(len(curve) // 2)
             known = (other for other in self.curves if other.kind == curve.kind)
             if not any(_is_on(other, middle) for other in known):

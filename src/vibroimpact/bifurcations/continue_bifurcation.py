@@ -18,6 +18,7 @@ from vibroimpact._core.checks import (
     real,
     refusal,
     shown,
+    vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
@@ -95,6 +96,8 @@ class MapPoint:
                 f"map: has the parameters {self.map.parameters}; give one with two, as in "
                 'ExplicitMap(function, dimension=2, parameters=("alpha", "beta")).'
             )
+        first, second = vector("p", self.p, 2)
+        object.__setattr__(self, "p", (first, second))
         self.map.forms(self.x, self.p)
 
 

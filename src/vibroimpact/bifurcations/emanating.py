@@ -33,6 +33,13 @@ class Solution(NamedTuple):
     a: Pair
 
 
+class Born(NamedTuple):
+    """Start of a curve that begins at a point: an orbit near it, for a touch with its condition."""
+
+    solution: Solution
+    condition: Condition | None = None
+
+
 def solution_at(point: CodimensionTwoPoint) -> Solution:
     """The orbit at a point of codimension two."""
     equations = point.problem.equations
@@ -76,9 +83,8 @@ class Slice:
 
 
 def emanating(
-    kind: str, origin: Solution, born: Solution, bounds: tuple[Bounds, Bounds],
+    kind: str, origin: Solution, born: Born, bounds: tuple[Bounds, Bounds],
     steps: Steps | None, progress: CurveProgress | None, share: float = SHARE,
-    touch: Condition | None = None,
 ) -> BifurcationCurve:  # fmt: skip
     """Curve of orbits of a multiple period that are born at a point, from one of them.
 
@@ -91,7 +97,7 @@ def emanating(
     InvalidParameterError
         The start does not converge.
     """
-    equations, z, a = born
+    (equations, z, a), touch = born
     touched = touch is not None
     condition, tests = (touch, nothing) if touch else on_multipliers(kind, equations)
     changes = np.zeros((len(z) // len(origin.z), len(origin.z)))

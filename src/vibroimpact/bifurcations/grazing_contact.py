@@ -200,7 +200,7 @@ def grazing_contact(point: Touching) -> GrazingContact | Refusal:
     if not common[along] / point.widths[along] > PARALLEL:
         return _refused(point, "each curve is parallel to an axis; combine the parameters", mu)
     own, of_touch = own / own[len(z) + along], of_touch / of_touch[len(z) + along]
-    here = _At(plane, z, a, _opening(plane, z, a, point.kind, point.nearest, point.segment))
+    here = _At(plane, z, a, opening(plane, z, a, point.kind, point.nearest, point.segment))
     meeting = _crossing if _is_regular(plane, z, a) else _tangency
     found = meeting(here, own, of_touch, along)
     if isinstance(found, str):
@@ -233,7 +233,7 @@ def _rates(plane: OrbitPlane, condition: Condition, z: Floats, a: Pair) -> Float
     return None if tangent is None else np.concatenate([tangent[: len(z)], tangent[-2:]])
 
 
-def _opening(
+def opening(
     plane: OrbitPlane, z: Floats, a: Pair, kind: str, nearest: Nearest | None, segment: int
 ) -> Floats:
     """Derivatives of the gap at a touch, or of the speed of an impact."""
@@ -268,7 +268,7 @@ def beside(point: Touching, condition: Condition) -> tuple[Floats, Pair]:
     rates = _rates(point.plane, condition, z, a)
     if rates is None:
         return z, a
-    row = _opening(point.plane, z, a, point.kind, point.nearest, point.segment)
+    row = opening(point.plane, z, a, point.kind, point.nearest, point.segment)
     rates = (
         rates
         * (STEP / float(np.max(np.abs(rates[-2:]) / point.widths)))
@@ -337,7 +337,7 @@ def neighbour(point: Touching) -> _At | None:
     problem = OrbitProblem(system, signature, "")
     z = problem.packed(guess.states, guess.durations)
     plane = OrbitPlane(system, signature, point.plane.names, scale_of(problem, z))
-    return _At(plane, z, point.a, _opening(plane, z, point.a, kind, nearest, segment))
+    return _At(plane, z, point.a, opening(plane, z, point.a, kind, nearest, segment))
 
 
 def _beyond(
@@ -383,7 +383,7 @@ def _same_orbits(point: Touching) -> tuple[NewCurve, ...]:
     if point.curve_kind not in ("PD", "BP"):
         return ()
     doubling = CriticalMultiplier(point.plane, -1.0).start(point.z, point.a)
-    row = _opening(point.plane, point.z, point.a, point.kind, point.nearest, point.segment)
+    row = opening(point.plane, point.z, point.a, point.kind, point.nearest, point.segment)
     scaled = row[: len(doubling)] * point.plane.sizes
     felt = abs(float(scaled @ doubling)) > SINGULAR * float(np.linalg.norm(scaled))
     return (NewCurve(point.kind, 2),) if felt else ()

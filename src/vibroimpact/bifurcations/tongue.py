@@ -31,6 +31,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.emanating import (
+    Born,
     Slice,
     checked_bounds,
     emanating,
@@ -168,8 +169,8 @@ def tongue(
             for fold in start.folds:
                 sides.append(
                     emanating(
-                        "SN", origin, start.slice.solution(fold), inside, steps or SIDES, progress,
-                        AT_TIP,
+                        "SN", origin, Born(start.slice.solution(fold)), inside, steps or SIDES,
+                        progress, AT_TIP,
                     )
                 )  # fmt: skip
                 uninterrupted(sides[-1].curve)

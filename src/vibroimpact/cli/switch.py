@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from vibroimpact.bifurcations.switch_curve import switch_curve
+from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
 from vibroimpact.cli import common, saved
 from vibroimpact.cli.curve import described
 
@@ -20,8 +21,10 @@ def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe the curves."""
     asked = saved.asked_of(arguments)
     found = saved.followed(asked, "curves from", switch_curve)
-    common.check_interrupted(*found)
+    curves = [curve for curve in found if isinstance(curve, BifurcationCurve)]
+    common.check_interrupted(*curves)
+    missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]
     return saved.report(
-        asked, [*map(described, found)], found,
-        picture=lambda: saved.picture_of(asked, [asked.curve, *found]),
+        asked, [*map(described, curves), *missing], curves,
+        picture=lambda: saved.picture_of(asked, [asked.curve, *curves]),
     )  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.switch_curve import switch_curve
 from vibroimpact.closed_forms.symmetric_orbits import (
     SymmetricOrbit,
@@ -96,7 +96,8 @@ def unfolded(chosen: ParameterSet, point: CodimensionTwoPoint) -> Unfolded:
         w, h = (BEYOND_WINDOW * half for half in reach(start, made))
         bounds = (start[0] - w, start[0] + w), (start[1] - h, start[1] + h)
         switched = switch_curve(point, bounds, steps=FOLDS)
-        born = tuple(c.values for c in switched) if isinstance(switched, tuple) else ()
+        if isinstance(switched, tuple):
+            born = tuple(c.values for c in switched if isinstance(c, BifurcationCurve))
     if isinstance(flow, TwoFlow):
         born = (torus_of_doubled(chosen, start, flow),)
     return Unfolded(chosen.name, point, flow, made, born)
