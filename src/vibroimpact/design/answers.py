@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_row
+from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_row, of_run
 from vibroimpact.design.motions import Motion
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
 from vibroimpact.model.parameters import with_parameter
@@ -42,6 +42,18 @@ SAME, ALIKE = 1e-4, 0.1  # of the largest range of a coordinate
 FASTER = 1.5  # random speeds reach so many times those of the linear machine
 OTHERS = ("chaotic", "not periodic", "no impacts")  # kinds that are no symbol
 OBSERVED = ("symbol", "impacts", "lyapunov", "final")
+
+
+class Shown(NamedTuple):
+    """Factors from the units of a system to those that are shown, and these units in words."""
+
+    across: float = 1.0
+    unit_across: str = ""
+    up: float = 1.0
+    unit: str = ""
+
+
+PLAIN = Shown()
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +80,13 @@ class Answer:
         The orbit, or motion without impacts; None of a motion that is on no branch.
     state
         A state on a simulated motion, None for others.
+    shown
+        :class:`Shown`: factors to the units in which it is printed.
+
+    Notes
+    -----
+    Numbers are in the units of the system; ``parameter_shown`` and ``value_shown`` in those of the
+    shop.
     """
 
     parameter: float
@@ -82,6 +101,17 @@ class Answer:
     ways: tuple[str, ...] = ()
     orbit: Motion | None = field(default=None, repr=False)
     state: State | None = field(default=None, repr=False)
+    shown: Shown = field(default=PLAIN, repr=False)
+
+    @property
+    def parameter_shown(self) -> float:
+        """The value of the parameter in the unit of the response: hertz, SI, or the machine's own."""
+        return self.parameter * self.shown.across
+
+    @property
+    def value_shown(self) -> float:
+        """The measure in SI units where the machine has physical scales, else in its own."""
+        return self.value * self.shown.up
 
     @property
     def periodic(self) -> bool:
@@ -90,8 +120,9 @@ class Answer:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable" if self.admissible else "not admissible"
-        slope = "" if math.isnan(self.derivative) else f", derivative {self.derivative:.6g}"
-        return f"Answer({self.value:.6g} at {self.parameter:.6g}: {self.motion}, {kind}{slope})"
+        value = f"{self.value_shown:.6g} {self.shown.unit}".rstrip()
+        place = f"{self.parameter_shown:.6g} {self.shown.unit_across}".rstrip()
+        return f"Answer({value} at {place}: {self.motion}, {kind})"
 
 
 @dataclass(frozen=True)
@@ -129,7 +160,12 @@ class Simulation:
             "periods": self.periods, "progress": False,
         }  # fmt: skip
         ways = bifurcation_sweep(
-            self.system, start=self.start, way="both", points=1, at_phase=0.0, **given | self.options
+            self.system,
+            start=self.start,
+            way="both",
+            points=1,
+            at_phase=0.0,
+            **given | self.options,
         )
         parts = [(str(way), ways.sel(direction=way)) for way in ways["direction"].values]
         if self.starts is not None:
@@ -179,20 +215,20 @@ class Simulation:
 
     def _answer(self, value: float, group: list[_Row]) -> Answer:
         first = group[0]
-        numbers = first.numbers if self.observed else self._measured(value, first.state)
-        known = dict(zip(("value", "rms", "peak"), numbers, strict=False))
+        numbers = first.numbers if self.observed else self._measured(value, first)
+        measured, rms, peak = (*numbers, math.nan, math.nan)[:3]
         ways = tuple(dict.fromkeys(row.way for row in group))
         return Answer(
-            parameter=value, motion=first.motion, members=len(group), ways=ways, state=first.state,
-            **known,
+            value, measured, first.motion, rms=rms, peak=peak, members=len(group), ways=ways,
+            state=first.state,
         )  # fmt: skip
 
-    def _measured(self, value: float, state: State) -> list[float]:
-        """The measures of a motion that is run on for its window."""
+    def _measured(self, value: float, row: _Row) -> list[float]:
+        """The measures of a motion that is run on, for its own period or for the window."""
         system = with_parameter(self.system, self.parameter, value)
-        span = self.periods * 2.0 * math.pi / mechanism_of(system).omega
-        run = simulate(system, state, t_max=span, impacts=2**40)
-        return [measure.of_run(run, span) for measure in self.measures]
+        cycles = self.periods if row.motion in OTHERS else float(row.motion.partition("-")[0])
+        span = cycles * 2.0 * math.pi / mechanism_of(system).omega
+        return of_run(self.measures, simulate(system, row.state, t_max=span, impacts=2**40), span)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +258,9 @@ class _Table:
             if simulation.observed
             else []
         )
-        self.states = [members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")]
+        self.states = [
+            members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")
+        ]
 
     def row(self, k: int) -> _Row:
         place, speed, phase = (part[k] for part in self.states)
@@ -275,7 +313,9 @@ def random_starts(
         size = reach
         if not isinstance(motion, str):
             state = motion.flights().states[0]
-            size += float(np.abs(state[: m.degrees]).max() + np.abs(state[m.degrees : -1]).max() / omega)
+            size += float(
+                np.abs(state[: m.degrees]).max() + np.abs(state[m.degrees : -1]).max() / omega
+            )
         speeds.append(omega * size)
     speed = FASTER * float(np.median(speeds)) or 1.0
     ranges = {f"v{i + 1}": (-speed, speed) for i in range(m.degrees) if i not in m.massless}

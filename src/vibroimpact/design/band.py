@@ -71,9 +71,9 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     """
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
-    check_choice("unit", unit, ["", *CYCLES])
     factor = 1.0
-    if unit:
+    if unit != "":
+        check_choice("unit", unit, [*CYCLES])
         _check_frequency(system, parameter, unit)
         factor = (scales_of(system) or Scales()).frequency / CYCLES[unit]
     for value in (low, high):

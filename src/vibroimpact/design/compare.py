@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vibroimpact.design.response import Response
 
 COMPARISONS = ("linear", "tuned")
-POINTS = 400
+POINTS = 200
 FAR = 1e100  # of a stop that is never met
 
 

@@ -105,7 +105,7 @@ class Rows:
         return dual(self._mode(code).elements[element][1])
 
     def gap(self, code: int, part: int) -> Dual:
-        """row . x, relative to the stop, of an open contact or a soft stop."""
+        """Row . x, relative to the stop, of an open contact or a soft stop."""
         mode, element = self._mode(code), part - len(self.mechanism.contacts)
         if element < 0:
             row, gain = mode.guards[part][:2]

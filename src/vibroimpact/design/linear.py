@@ -182,7 +182,8 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
         state = motion.flights().states
         if not np.isfinite(state).all():
             return "it resonates without damping"
-        return FreeMotion(system, _centred(motion, free)) if len(free) else motion
+        offset = _centred(motion, free) if len(free) else motion.offset
+        return FreeMotion(system, offset) if offset.any() else motion
     except np.linalg.LinAlgError:
         return "it resonates without damping"
 
@@ -193,12 +194,15 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
 
     m, reaches = motion.mechanism, motion.reaches
     rows = [np.array(m.numbered[reach.stop.contact].row) for reach in reaches]  # type: ignore[union-attr]
-    across = np.array([reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)])
+    across = np.array(
+        [reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)]
+    )
     gaps = np.array([reach.gap for reach in reaches])
     if not gaps.size or not across.any():
         return np.zeros(m.degrees)
     k = len(free)
-    least = across[gaps <= gaps.min() + ZERO * np.abs(gaps).max()]
+    limits = [abs(reach.stop.limit(m.numbered)) for reach in reaches]
+    least = across[gaps <= gaps.min() + ZERO * max(*limits, np.abs(gaps).max())]
     if k == 1 and least.min() < 0.0 < least.max():  # it is in the middle
         return np.zeros(m.degrees)
     most = float(np.abs(gaps).max()) * 2.0

@@ -28,7 +28,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.simulate import simulate
+from vibroimpact.simulation.simulate import Run, simulate
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.dissipation import Dissipation
 from vibroimpact.sweeps.observers.extremes import Extremes
@@ -189,9 +189,9 @@ class Measure(ABC):
         found = self._of(flights)
         return float(found.value), float(found.by) if parameter else math.nan
 
-    def of_run(self, run: Any, span: float) -> float:
+    def of_run(self, run: Run, span: float) -> float:
         """Of a simulated motion from its start to a time that it has reached."""
-        return float(self._of(flights_of_run(run, span)).value)
+        return of_run([self], run, span)[0]
 
     @property
     def _bound(self) -> Mechanism:
@@ -200,6 +200,12 @@ class Measure(ABC):
                 "observers: depend on the system. Bind the measure to it: vi.measure_of(measure, system)."
             )
         return mechanism_of(self.system)
+
+
+def of_run(measures: Sequence[Measure], run: Run, span: float) -> list[float]:
+    """Several measures of a simulated motion from its start to a time that it has reached."""
+    flights = flights_of_run(run, span)
+    return [float(measure._of(flights).value) for measure in measures]
 
 
 # ---- of a row ------------------------------------------------------------------------------------

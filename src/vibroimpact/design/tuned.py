@@ -104,9 +104,7 @@ def _squared(part: Any) -> Any:
     return even(swap) ** 2 + Polynomial([0.0, 1.0]) * odd(swap) ** 2
 
 
-def tuned_damper(
-    mass_ratio: float, zeta: float = 0.0, *, optimum: str = "minimax"
-) -> TunedDamper:
+def tuned_damper(mass_ratio: float, zeta: float = 0.0, *, optimum: str = "minimax") -> TunedDamper:
     """Return the tuned mass damper that makes the largest response over all frequencies least.
 
     Parameters
@@ -133,10 +131,14 @@ def tuned_damper(
         return start
     from scipy.optimize import minimize
 
+    def damper(logs: Floats) -> TunedDamper:
+        nu, own = map(float, np.exp(logs))
+        return TunedDamper(mu, nu, own, z)
+
     def height(logs: Floats) -> float:
-        return TunedDamper(mu, *map(float, np.exp(logs)), z).peak
+        return damper(logs).peak
 
     begin = np.log([start.frequency_ratio, start.damping_ratio])
     options = {"xatol": 1e-12, "fatol": 1e-14, "maxiter": 2000, "maxfev": 4000}
     found = minimize(height, begin, method="Nelder-Mead", options=options)
-    return TunedDamper(mu, *map(float, np.exp(found.x)), z)
+    return damper(found.x)

@@ -77,26 +77,22 @@ def plot_response(
         check_choice("compare", one, list(COMPARISONS))
     units = units_of(response.system)
     quantity = response.measure.dimension
-    axes = _Axes(_across(response, units), units.factor(quantity), decibel, quantity == "power")
-    with style.drawing(ax, width=1.6 * style.WIDTH, height=1.25 * style.HEIGHT) as ax:
+    axes = _Axes(response.shown.across, response.shown.up, decibel, quantity == "power")
+    with style.drawing(ax, width=1.9 * style.WIDTH, height=1.4 * style.HEIGHT) as ax:
         beside = {one: comparison(response, one) for one in compare}
         for one, (p, values) in beside.items():
             colour, text = BESIDE[one]
-            ax.plot(p * axes.over, axes.y(values), color=colour, linewidth=1.0, label=text, zorder=2)
+            ax.plot(
+                p * axes.over, axes.y(values), color=colour, linewidth=1.0, label=text, zorder=2
+            )
         _simulated(ax, response, axes)
         _curves(ax, response, axes)
         if marks:
             _marks(ax, response, axes)
         _limits(ax, response, axes, [values for _, values in beside.values()])
         ax.set(xlabel=_label(response, units), ylabel=_ordinate(response, units, decibel=decibel))
-        style.legend_outside(ax, columns=3)
+        style.legend_outside(ax, columns=4)
     return ax
-
-
-def _across(response: Response, units: Units) -> float:
-    if response.band.unit:
-        return response.band.factor
-    return units.factor(units.quantity_of(response.parameter))
 
 
 def _label(response: Response, units: Units) -> str:
