@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -9,17 +10,19 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.profile import Stability
 from vibroimpact.design.compare import COMPARISONS, comparison
+from vibroimpact.design.curves import ResponseCurve
 from vibroimpact.design.response import Response
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
-from vibroimpact.plotting.branches import LINES
+from vibroimpact.plotting.branches import LINES, WORDS
 from vibroimpact.plotting.units import Units, units_of
 
 BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
 SIMULATED, SEEN = style.VERMILION, style.SILVER
+SHARES = (0.0, 0.25, 0.5, 0.75)  # of a stretch
 HIGH = 1.15  # of what settles: values of motions that do not settle are cut off above
 DECIBELS = 60.0  # below the largest value: less is cut off
 
@@ -104,7 +107,8 @@ def _label(response: Response, units: Units) -> str:
 
 
 def _ordinate(response: Response, units: Units, *, decibel: bool) -> str:
-    text, unit = response.measure.label, units.unit(response.measure.dimension)
+    unit = units.unit(response.measure.dimension)
+    text = re.sub(r"\b([xva])(\d+)", r"$\1_{\2}$", response.measure.label)
     if not decibel:
         return units.label(text, response.measure.dimension)
     return f"{text} [dB{f' re 1 {unit}' if unit else ''}]"
@@ -135,9 +139,12 @@ def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
     for curve in response.curves:
         without = curve.branch is None
         colour = style.BLACK if without else style.BLUE
-        p, y = curve.parameter * axes.over, axes.y(curve.value)
+        p, values, stability = (
+            _drawn(curve) if without else (curve.parameter, curve.value, curve.stability)
+        )
+        p, y = p * axes.over, axes.y(values)
         for kind in Stability:
-            for begin, end in _runs(curve.stability == kind):
+            for begin, end in _runs(stability == kind):
                 text = "without impacts" if without else _named(kind)
                 label = None if text in named or (without and kind) else text
                 named |= {text} if label else set()
@@ -147,9 +154,17 @@ def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
                 )  # fmt: skip
 
 
+def _drawn(curve: ResponseCurve) -> tuple[Floats, Floats, Integers]:
+    """A curve with points between its own, by its derivatives: a resonance is sharp."""
+    p = curve.parameter
+    inner = [(k, p[k] + share * (p[k + 1] - p[k])) for k in range(len(p) - 1) for share in SHARES]
+    places = np.append([place for _, place in inner], p[-1])
+    values = np.append([curve.between(k, float(place)) for k, place in inner], curve.value[-1])
+    return places, values, np.repeat(curve.stability, len(SHARES))
+
+
 def _named(kind: Stability) -> str:
-    words = {0: "stable orbits", 1: "unstable", 2: "not admissible"}
-    return words[int(kind)]
+    return "stable orbits" if kind == Stability.STABLE else WORDS[kind]
 
 
 def _runs(mask: Any) -> list[tuple[int, int]]:
