@@ -49,6 +49,8 @@ from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as Symmetri
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design import measure
+from vibroimpact.design.answers import Answer as Answer
+from vibroimpact.design.curves import ResponseCurve as ResponseCurve
 from vibroimpact.design.measure import Measure as Measure
 from vibroimpact.design.measure import measure_of as measure_of
 from vibroimpact.design.response import Response as Response

@@ -13,7 +13,7 @@ from vibroimpact.design.linear import FreeMotion
 
 @pytest.mark.parametrize("mu", [0.02, 0.05, 0.25])
 def test_the_numerical_optimum_of_an_undamped_machine_is_the_exact_one(mu: float) -> None:
-    """Nishihara and Asami's solution: J. Vib. Acoust. 124 (2002) 576, without approximation."""
+    """[nishihara2002], without the approximation of fixed points."""
     root = math.sqrt(4.0 + 3.0 * mu)
     square = 2.0 * (16.0 + 23.0 * mu + 9.0 * mu**2 + 2.0 * (2.0 + mu) * root)
     ratio = 2.0 / (1.0 + mu) * math.sqrt(square / (3.0 * (64.0 + 80.0 * mu + 27.0 * mu**2)))

@@ -878,10 +878,9 @@ def measure_of(what: Measure | str, system: System) -> Measure:
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> orbit = vi.symmetric_orbits(damper)[0]
-    >>> amplitude = vi.measure_of("x1", damper)
-    >>> round(amplitude.of_orbit(vi.find_orbit(damper, orbit)), 6)
-    0.0
+    >>> orbit = vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0)))
+    >>> round(vi.measure_of("x1", damper).of_orbit(orbit), 6)
+    0.497832
     """
     mechanism = mechanism_of(system)
     if isinstance(what, str):

@@ -236,9 +236,9 @@ class Response:
         return "\n".join(lines)
 
 
-def _order(motion: str) -> tuple[bool, list[int]]:
+def _order(motion: str) -> tuple[list[int], str]:
     """Motions without a symbol first, then short symbols."""
-    return motion[0].isdigit(), [int(number) for number in re.findall(r"\d+", motion)]
+    return [int(number) for number in re.findall(r"\d+", motion)], motion
 
 
 def _listed(motions: list[str]) -> str:
@@ -346,7 +346,7 @@ def frequency_response(
     >>> response = vi.frequency_response(damper, "omega", (1.1, 1.2), number=5, starts=2,
     ...                                  progress=False)
     >>> [answer.motion for answer in response.at(1.15) if answer.stable]
-    ['1-1-1']
+    ['1-0-0', '1-1-1']
     """
     asked = band_of(system, parameter, band, unit)
     first = with_parameter(system, parameter, asked.low)
