@@ -160,6 +160,25 @@ def test_a_subharmonic_is_that_of_a_motion_over_two_periods() -> None:
     assert vi.measure_of("harmonic 1/3 x1", oscillator).of_orbit(orbit) == 0.0  # not its own
 
 
+@pytest.mark.parametrize("beta", [0.7, 1.3])
+def test_a_mass_with_dry_friction_has_den_hartogs_amplitude(beta: float) -> None:
+    """Steady motion without stops: Trans. ASME 53 (1931) APM-107, equation for x0 in closed form."""
+    ratio = 0.3  # friction over force
+    rubbing = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], forces=(vi.Harmonic(beta, (1.0,)),),
+        elements=(vi.Friction((1.0,), ratio),),
+    )  # fmt: skip
+    orbit = vi.find_orbit(rubbing, vi.State((1.0,), (0.0,)))
+    direct = 1.0 / (1.0 - beta**2)
+    angle = math.pi / beta
+    across = math.sin(angle) / (beta * (1.0 + math.cos(angle)))
+    expected = math.sqrt(direct**2 - (ratio * across) ** 2)
+    amplitude = vi.measure_of("x1", rubbing).of_orbit(orbit)
+    assert amplitude == pytest.approx(expected, rel=1e-9)
+    power = vi.measure_of("power 0", rubbing).of_orbit(orbit)
+    assert power == pytest.approx(ratio * 4.0 * expected * beta / (2.0 * math.pi), rel=1e-9)
+
+
 # ---- motions without impacts ---------------------------------------------------------------------
 
 

@@ -142,6 +142,17 @@ def test_chaos_is_an_answer_of_its_own_with_rms_below_peak() -> None:
     assert found.worst in found.unexplained or found.worst.motion == "chaotic"
 
 
+def test_starts_on_a_grid_are_joined_to_the_same_answers() -> None:
+    base = vi.State((0.0,), (0.0,))
+    grid = vi.GridStarts({"x1": [-1.0, 0.0], "v1": [0.0, 2.0]}, base)
+    found = vi.frequency_response(
+        OSCILLATOR, "omega", (1.5, 1.55), number=2, starts=grid, most=0, progress=False
+    )
+    for answers in found.answers:
+        assert sorted(answer.motion for answer in answers) == ["1-1-0", "no impacts"]
+        assert sum(answer.members for answer in answers) == 2 + 4  # up and down, and the grid
+
+
 def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Response) -> None:
     silent, striking = sorted(
         (a for a in frame.at(6.4) if a.stable), key=lambda answer: answer.value

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAME, ALIKE = 1e-4, 0.1  # of the largest range of a coordinate
+COMPARED = 12  # coordinates whose ranges tell motions apart, at most
 FASTER = 1.5  # random speeds reach so many times those of the linear machine
 OTHERS = ("chaotic", "not periodic", "no impacts")  # kinds that are no symbol
 OBSERVED = ("symbol", "impacts", "lyapunov", "final")
@@ -170,8 +171,11 @@ class Simulation:
         parts = [(str(way), ways.sel(direction=way)) for way in ways["direction"].values]
         if self.starts is not None:
             found = sweep(self.system, start=self.starts, **given | self.options)
-            apart = [dim for dim in found["end"].dims if dim != self.parameter]
-            parts += [("starts", found.isel({apart[0]: k})) for k in range(found.sizes[apart[0]])]
+            apart = {
+                str(dim): found.sizes[dim] for dim in found["end"].dims if dim != self.parameter
+            }
+            places = np.ndindex(*apart.values())
+            parts += [("starts", found.isel(dict(zip(apart, k, strict=True)))) for k in places]
         tables = [_Table(way, part, self) for way, part in parts]
         return [
             self._joined(value, [table.row(k) for table in tables])
@@ -180,7 +184,10 @@ class Simulation:
 
     def _observers(self) -> list[str | Observer]:
         measured = [one for measure in self.measures for one in measure.observers]
-        return [*OBSERVED, Extremes(), *(one for one in measured if not isinstance(one, Final))]
+        n = mechanism_of(self.system).degrees
+        units = np.eye(n)[:COMPARED].tolist()
+        ranges = [Extremes(row=tuple(row), label=f"range{i}") for i, row in enumerate(units)]
+        return [*OBSERVED, *ranges, *(one for one in measured if not isinstance(one, Final))]
 
     @property
     def measures(self) -> tuple[Measure, ...]:
@@ -252,7 +259,14 @@ class _Table:
         self.motions = [
             "" if code <= BELOW - 1 else words[int(code)].replace("_", " ") for code in codes.values
         ]
-        self.ranges = (members["x_largest"] - members["x_smallest"]).values
+        count = sum(str(name).startswith("range") for name in members) // 2
+        self.ranges = np.stack(
+            [
+                (members[f"range{i}_largest"] - members[f"range{i}_smallest"]).values
+                for i in range(count)
+            ],
+            axis=-1,
+        )
         self.columns = (
             [measure.of_sweep(members).values for measure in simulation.measures]
             if simulation.observed

@@ -49,6 +49,7 @@ from vibroimpact.design.curves import (
 )
 from vibroimpact.design.linear import free_motion
 from vibroimpact.design.measure import Measure, measure_of
+from vibroimpact.model.elements import Friction
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -436,6 +437,8 @@ class _Search:
         self.notes: list[str] = []
         self.interrupted = False
         self.failed: dict[str, int] = {}
+        elements = mechanism_of(simulation.system).elements
+        self.rubs = any(isinstance(element, Friction) for element in elements)
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -469,8 +472,9 @@ class _Search:
             self.notes.append(f"not followed: {_listed(sorted(left, key=_order))}")
 
     def _open(self, answer: Answer, size: float) -> bool:
-        """Whether a simulated motion is periodic, with impacts, and on no curve."""
-        return answer.periodic and not any(curve.holds(answer, size) for curve in self.curves)
+        """Whether a simulated motion may be an orbit that is on no curve; of friction, without impacts."""
+        rubs = answer.motion == "no impacts" and self.rubs
+        return (answer.periodic or rubs) and not any(c.holds(answer, size) for c in self.curves)
 
     def _next(self, answers: list[list[Answer]], size: float) -> Orbit | None:
         """An orbit of the kind of motion with most members that is on no curve yet."""
