@@ -72,7 +72,8 @@ class Answer:
     derivative
         Exact derivative of the measure along the branch; NaN of a motion that is on none.
     rms, peak
-        Root mean square and largest modulus of the measured row; NaN where no row is measured.
+        Root mean square and largest modulus of the measured row, in its unit; NaN where no row is
+        measured, and of orbits that are not looked up by ``response.at``.
     members
         Number of simulated motions that ended there.
     ways
@@ -345,7 +346,5 @@ def _reach(m: Mechanism) -> float:
 
 def explained(answer: Answer, by: Answer) -> Answer:
     """An answer of a branch with the members of a simulated one."""
-    return replace(
-        by, members=by.members + answer.members, ways=tuple(dict.fromkeys((*by.ways, *answer.ways))),
-        state=answer.state, rms=answer.rms, peak=answer.peak,
-    )  # fmt: skip
+    ways = tuple(dict.fromkeys((*by.ways, *answer.ways)))
+    return replace(by, members=by.members + answer.members, ways=ways, state=answer.state)

@@ -142,7 +142,7 @@ class Response:
             raise InvalidParameterError(
                 "response: holds no stable motion at all. Raise starts, or settle."
             )
-        return self._shown(max(found, key=lambda answer: answer.value))
+        return self._shown(self._complete(max(found, key=lambda answer: answer.value)))
 
     def at(self, value: float) -> list[Answer]:
         """Return every steady motion at one value of the parameter, largest first.
@@ -170,7 +170,7 @@ class Response:
             ends = f"[{low * self.band.factor:.6g}, {high * self.band.factor:.6g}]"
             raise refusal("value", value, f"in the band, {ends} {self.band.unit}".rstrip())
         own = min(max(own, low), high)
-        found = [answer for curve in self.curves for answer in curve.at(own)]
+        found = [self._complete(answer) for curve in self.curves for answer in curve.at(own)]
         for answer in self.simulation.answers(np.array([own]))[0]:
             equal = [k for k, known in enumerate(found) if _same(known, answer, self.size)]
             if equal:
@@ -193,6 +193,14 @@ class Response:
     def _shown(self, answer: Answer) -> Answer:
         return replace(answer, shown=self.shown)
 
+    def _complete(self, answer: Answer) -> Answer:
+        """An answer with the rms and peak of its orbit, where a row is measured."""
+        others = self.simulation.measures[1:]
+        if answer.orbit is None or not others:
+            return answer
+        rms, peak = (measure.of_orbit(answer.orbit) for measure in others)
+        return replace(answer, rms=rms, peak=peak)
+
     def to_dataset(self, *, si: bool = False) -> xr.Dataset:
         """Convert to a dataset: points of all curves, and simulated answers.
 
@@ -206,8 +214,8 @@ class Response:
         Dataset
             Along ``point``: curve (its number), parameter, value, derivative, kind (0 stable,
             1 unstable, 2 not admissible, of the stretch that begins there); along ``answer``:
-            parameter, value, rms, peak, motion, members, on_curve. Attributes ``units`` where they
-            are SI.
+            parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
+            ``units`` where they are SI.
         """
         data: xr.Dataset = deferred("design.response_data", "dataset_of")(self, si=si)
         return data

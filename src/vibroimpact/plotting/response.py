@@ -129,7 +129,12 @@ def _simulated(ax: Axes, response: Response, axes: _Axes) -> None:
         style.points(ax, p, axes.y([a.value for a in off]), markersize=2.2, **looks,
                      label="simulated, on no branch")  # fmt: skip
         rms = np.array([a.rms for a in off])
-        if np.isfinite(rms).any() and not response.measure.label.startswith("rms"):
+        both = {one.dimension for one in response.simulation.measures}
+        if (
+            np.isfinite(rms).any()
+            and len(both) == 1
+            and not response.measure.label.startswith("rms")
+        ):
             style.points(ax, p, axes.y(rms), marker="_", markersize=3.0, markeredgewidth=0.7, **looks,
                          label="their rms")  # fmt: skip
 
