@@ -162,7 +162,7 @@ def test_a_subharmonic_is_that_of_a_motion_over_two_periods() -> None:
 
 @pytest.mark.parametrize("beta", [0.7, 1.3])
 def test_a_mass_with_dry_friction_has_den_hartogs_amplitude(beta: float) -> None:
-    """Steady motion without stops: Trans. ASME 53 (1931) APM-107, equation for x0 in closed form."""
+    """Steady motion without stops, in closed form: Trans. ASME 53 (1931) APM-107."""
     ratio = 0.3  # friction over force
     rubbing = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], forces=(vi.Harmonic(beta, (1.0,)),),

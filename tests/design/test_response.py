@@ -32,7 +32,7 @@ def response() -> vi.Response:
 
 @pytest.fixture(scope="module")
 def frame() -> vi.Response:
-    """A frame of 120 kg, 8 Hz, 2 % damping, 400 N, with a ball of 6 kg, where no orbit is chaotic."""
+    """A frame of 120 kg, 8 Hz, 2 % damping, 400 N, with a ball of 6 kg; nothing is chaotic."""
     return vi.frequency_response(
         FRAME, "omega", (6.0, 6.8), unit="Hz", number=5, starts=6, most=1, depth=0, progress=False
     )

@@ -1,4 +1,4 @@
-"""What a machine settles on over a band: simulated up, down and from many starts, equal motions joined.
+"""What a machine settles on over a band: simulated up, down, from many starts; equal motions joined.
 
 Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter: one motion followed
             upwards, then downwards, and one from each random start. Members at one value are one
@@ -107,7 +107,7 @@ class Answer:
 
     @property
     def parameter_shown(self) -> float:
-        """The value of the parameter in the unit of the response: hertz, SI, or the machine's own."""
+        """The value of the parameter in the unit of the response: hertz, SI, or its own."""
         return self.parameter * self.shown.across
 
     @property

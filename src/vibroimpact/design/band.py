@@ -98,8 +98,8 @@ def is_frequency(system: System, parameter: str) -> bool:
 def _check_frequency(system: System, parameter: str, unit: str) -> None:
     if not is_frequency(system, parameter):
         raise InvalidParameterError(
-            f"unit = {unit!r}: {parameter} is not the forcing frequency. Leave unit out; the band is in "
-            "the unit of the parameter then."
+            f"unit = {unit!r}: {parameter} is not the forcing frequency. Leave unit out; the band is "
+            "in the unit of the parameter then."
         )
 
 

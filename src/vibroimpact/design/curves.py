@@ -37,7 +37,7 @@ ON_CURVE = 1e-3  # of its size: a simulated answer on a branch
 
 
 class Mark(NamedTuple):
-    """A special point on a curve: its label and kind, parameter, value, and whether it is admissible."""
+    """A special point on a curve: label and kind, parameter, value, whether it is admissible."""
 
     label: str
     kind: str

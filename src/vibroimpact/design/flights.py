@@ -293,7 +293,7 @@ class _Windows(NamedTuple):
 
 
 def _propagated(flow: Dual, begun: Floats, counts: Integers, times: Floats) -> list[Floats]:
-    """(Y, dY/dp) at times in each window of flights in one mode, those that have so many windows."""
+    """(Y, dY/dp) at times in each window of flights in one mode, of those that have it."""
     from scipy.linalg import expm
 
     size = len(flow.value)

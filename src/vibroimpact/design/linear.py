@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class FreeMotion:
 
     @cached_property
     def reaches(self) -> list[Reach]:
-        """What is left of the gap at every stop, soft ones included; negative where it is crossed."""
+        """What is left of the gap at every stop, soft ones included; negative beyond it."""
         flights = self.flights()
         found = []
         for number, part in enumerate(self.mechanism.numbered):
@@ -105,7 +105,7 @@ class FreeMotion:
 
     @property
     def stable(self) -> bool:
-        """Whether it is admissible and motions near it settle on it, free masses apart, which stay."""
+        """Whether it is admissible and motions near it settle on it, but for free masses."""
         return self.admissible and self.settles
 
     @cached_property
@@ -193,7 +193,8 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
     from scipy.optimize import linprog
 
     m, reaches = motion.mechanism, motion.reaches
-    rows = [np.array(m.numbered[reach.stop.contact].row) for reach in reaches]  # type: ignore[union-attr]
+    parts: Any = m.numbered
+    rows = [np.array(parts[reach.stop.contact].row) for reach in reaches]
     across = np.array(
         [reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)]
     )

@@ -197,7 +197,7 @@ class Measure(ABC):
     def _bound(self) -> Mechanism:
         if self.system is None:
             raise InvalidParameterError(
-                "observers: depend on the system. Bind the measure to it: vi.measure_of(measure, system)."
+                "observers: depend on the system. Bind the measure: vi.measure_of(measure, system)."
             )
         return mechanism_of(self.system)
 
@@ -301,7 +301,7 @@ def coefficients_of(measure: Measure, m: Mechanism) -> Floats | None:
 
 
 def with_row(measure: Measure, row: Sequence[float]) -> Measure:
-    """A measure of a row, of another one with a derivative of the same order; others as they are."""
+    """A measure of a row, of another one of the same order; other measures as they are."""
     if not isinstance(measure, _OfRow):
         return measure
     return replace(measure, row=tuple(row), order=measure.derivatives, system=None)

@@ -344,8 +344,8 @@ def frequency_response(
 
     Notes
     -----
-    Cost, for the impact damper: a second for 200 values, 16 starts and 500 periods; one to two
-    seconds a branch.
+    Cost, for the impact damper on two cores: three seconds for 200 values, 16 starts and 500 periods;
+    one to three seconds a branch.
 
     Examples
     --------
@@ -480,7 +480,7 @@ class _Search:
             self.notes.append(f"not followed: {_listed(sorted(left, key=_order))}")
 
     def _open(self, answer: Answer, size: float) -> bool:
-        """Whether a simulated motion may be an orbit that is on no curve; of friction, without impacts."""
+        """Whether a simulated motion may be an orbit, of impacts or friction, on no curve."""
         rubs = answer.motion == "no impacts" and self.rubs
         return (answer.periodic or rubs) and not any(c.holds(answer, size) for c in self.curves)
 
