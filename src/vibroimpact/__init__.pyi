@@ -48,6 +48,15 @@ from vibroimpact.closed_forms.section_jacobian import section_jacobian as sectio
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as SymmetricOrbit
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
+from vibroimpact.design import measure
+from vibroimpact.design.answers import Answer as Answer
+from vibroimpact.design.curves import ResponseCurve as ResponseCurve
+from vibroimpact.design.measure import Measure as Measure
+from vibroimpact.design.measure import measure_of as measure_of
+from vibroimpact.design.response import Response as Response
+from vibroimpact.design.response import frequency_response as frequency_response
+from vibroimpact.design.tuned import TunedDamper as TunedDamper
+from vibroimpact.design.tuned import tuned_damper as tuned_damper
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.machine import Scales as Scales
@@ -115,6 +124,7 @@ from vibroimpact.tori.find import CircleGuess as CircleGuess
 from vibroimpact.tori.find import find_circle as find_circle
 from vibroimpact.tori.switch_circle import switch_circle as switch_circle
 
+measures = measure
 observe = observers
 stop = stop_rules
 

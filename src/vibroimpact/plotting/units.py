@@ -23,6 +23,7 @@ from vibroimpact.sweeps.states import COORDINATE
 QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
     "length": ("m", (0, 1, 0)),
     "velocity": ("m/s", (0, 1, -1)),
+    "acceleration": ("m/s²", (0, 1, -2)),
     "time": ("s", (0, 0, 1)),
     "frequency": ("rad/s", (0, 0, -1)),
     "rate": ("1/s", (0, 0, -1)),

@@ -185,7 +185,12 @@ class Run:
     @property
     def codes(self) -> list[int]:
         """Code of the mode (compile/piecewise.py) after each event."""
-        return [self._compiled.codes[mode] for mode in self._mode[1:]]
+        return self.all_codes[1:]
+
+    @property
+    def all_codes(self) -> list[int]:
+        """The same with the code at the start before."""
+        return [self._compiled.codes[mode] for mode in self._mode]
 
     @property
     def states(self) -> Codes:

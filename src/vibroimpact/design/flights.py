@@ -1,0 +1,448 @@
+"""Flights of a motion in closed form, with derivatives by a parameter.
+
+Method      In a mode the coordinates y (compile/piecewise.py), with a last entry 1, follow
+                Y' = H Y,      (dY/dp)' = H dY/dp + H_p Y                                        (1)
+            at a fixed time since the flight began; both come from one exponential matrix of
+            [[H, 0], [H_p, H]], at the Chebyshev nodes of windows of WINDOW radians of the fastest
+            rate, over which series have fallen to rounding at NODES terms. What is measured is a row
+            on Y in every mode, a *signal* u:
+              - its extrema are the zeros of u', eigenvalues of the colleague matrix, and the ends
+                of flights; by the envelope theorem their derivative is the partial one at a fixed
+                time, at the end of a flight with u' times the derivative of the flight time;     (2)
+              - integrals of products are those of polynomials of degree 2 NODES - 2: Gauss's rule
+                with NODES points is exact.                                                       (3)
+Accuracy    of values and derivatives, some 1e-13 of the largest value of the signal
+Reference   Boyd, Solving Transcendental Equations (2014); theory.md, "Periodic orbits"
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.polynomial import chebyshev, legendre
+
+from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
+from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._kernel import Jet
+from vibroimpact.compile.piecewise import Piecewise
+from vibroimpact.compile.prescribed import NODES, WINDOW
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import expanded
+from vibroimpact.model.stop import Stop
+from vibroimpact.model.system import System, mechanism_of
+
+FLAT = 1e-9  # of the largest u' in a window: terms below it do not move an extremum's value
+POLISHED = 1e-5  # of a window: longer steps are those of two extrema about to merge
+WHOLE = 1e-9  # a number of turns this near to a whole one is one
+SPARE = 12  # points of Gauss's rule beyond those that resolve an oscillation
+
+
+class Dual(NamedTuple):
+    """A number, or an array, with its derivative by the parameter."""
+
+    value: Any
+    by: Any
+
+    def __matmul__(self, other: Dual) -> Dual:
+        return Dual(self.value @ other.value, self.by @ other.value + self.value @ other.by)
+
+
+def dual(entries: Any) -> Dual:
+    """Value and derivative of nested lists of numbers and jets."""
+    given = np.array(entries, dtype=object)
+    flat = [x.coefficients[:2] if isinstance(x, Jet) else (float(x), 0.0) for x in given.ravel()]
+    both = np.array(flat, dtype=float).reshape(*given.shape, 2)
+    return Dual(both[..., 0], both[..., 1])
+
+
+class Rows:
+    """Rows on Y of what can be measured in each mode of a system, with their derivatives.
+
+    Parameters
+    ----------
+    system, parameter
+        The system, and the parameter that is differentiated by, "" for none.
+    """
+
+    def __init__(self, system: System, parameter: str = "") -> None:
+        self.mechanism: Mechanism = mechanism_of(system)
+        varied = expanded(system, parameter) if parameter else self.mechanism
+        self.varied, self.pieces = varied, Piecewise(varied)
+        self.rate = float(dual(self.pieces.rate).value)
+        self._modes: dict[int, Any] = {}
+
+    def _mode(self, code: int) -> Any:
+        if code not in self._modes:
+            self._modes[code] = self.pieces.mode(code)
+        return self._modes[code]
+
+    def flow(self, code: int) -> Dual:
+        """H of (1), shape (D + 1, D + 1)."""
+        flow: Any = self._mode(code).coordinates.flow
+        size = self.pieces.size
+        out = Dual(np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1)))
+        for part, b, c in zip(out, dual(flow["b"]), dual(flow["constant"]), strict=True):
+            part[:size, :size], part[:size, size] = b, c
+        return out
+
+    def moved(self, code: int, row: Floats, order: int) -> Dual:
+        """Row . x, row . v or row . a, by its order 0, 1 or 2."""
+        coordinates = self._mode(code).coordinates
+        across = dual(coordinates.to_v if order else coordinates.to_x)
+        plain = Dual(*(np.append(row @ part, 0.0) for part in across))
+        return plain @ self.flow(code) if order > 1 else plain
+
+    def force(self, code: int, part: int) -> Dual:
+        """Force of a contact or element along its row."""
+        return dual(self.pieces.force_rows(code)[part])
+
+    def work_speed(self, code: int, element: int) -> Dual:
+        """Speed at which an element's force works on the motion."""
+        return dual(self._mode(code).elements[element][1])
+
+    def gap(self, code: int, part: int) -> Dual:
+        """Row . x, relative to the stop, of an open contact or a soft stop."""
+        mode, element = self._mode(code), part - len(self.mechanism.contacts)
+        if element < 0:
+            row, gain = mode.guards[part][:2]
+        else:  # the gap is the first watch of a soft stop in each of its states
+            row, gain = next(watch[:2] for watch in mode.watches if watch[4] == element)
+        return dual([*row, gain])
+
+    def gap_rate(self, code: int, part: int) -> Dual:
+        """Its rate."""
+        return self.gap(code, part) @ self.flow(code)
+
+    def embedded(self, states: Floats, by: Floats) -> Dual:
+        """Y of states (x, v, theta), shape (m, D + 1), and its derivative from theirs."""
+        n, light = self.mechanism.degrees, self.mechanism.massless
+        y = Dual(*(np.zeros((len(states), self.pieces.size + 1)) for _ in range(2)))
+        for part, given in zip(y, (states, by), strict=True):
+            part[:, 0 : 2 * n : 2] = given[:, :n]
+            part[:, 1 : 2 * n : 2] = given[:, n : 2 * n] / self.pieces.scale
+        for i in light:
+            y.value[:, 2 * i + 1], y.by[:, 2 * i + 1] = 1.0, 0.0
+        lines = self.mechanism.forces
+        for line, force in enumerate(lines):
+            ratio = force.omega / lines[0].omega
+            sine, cosine = np.sin(ratio * states[:, -1]), np.cos(ratio * states[:, -1])
+            at, turn = 2 * (n + line), ratio * by[:, -1]
+            y.value[:, at], y.value[:, at + 1] = sine, cosine
+            y.by[:, at], y.by[:, at + 1] = cosine * turn, -sine * turn
+        y.value[:, -1] = 1.0
+        return y
+
+    def impact(self, contact: int, side: int) -> tuple[Dual, Dual]:
+        """Impulse of an impact per closing speed, and energy lost per square of it.
+
+        A soft stop, which is met without an impulse, has zeros.
+        """
+        if contact >= len(self.mechanism.contacts):
+            return Dual(0.0, 0.0), Dual(0.0, 0.0)
+        _, mobility, _, *restitutions = self.pieces.laws()[contact]
+        r, m = restitutions[side > 0], mobility[contact]
+        return dual((1.0 + r) / m), dual((1.0 - r * r) / (2.0 * m))
+
+
+@lru_cache(maxsize=64)
+def _cached_rows(system: Any, parameter: str) -> Rows:
+    return Rows(system, parameter)
+
+
+def rows_of(system: System, parameter: str = "") -> Rows:
+    """:class:`Rows` of a system; those of the latest ones are kept."""
+    try:
+        return _cached_rows(cast(Hashable, system), parameter)
+    except TypeError:  # a system that cannot be hashed
+        return Rows(system, parameter)
+
+
+class Struck(NamedTuple):
+    """Impacts at ends of flights: numbers of the flights, and stops."""
+
+    flights: Integers
+    stops: list[Stop]
+
+
+@dataclass(frozen=True, eq=False)
+class Flights:
+    """Flights of a motion, one after the other, in order.
+
+    Attributes
+    ----------
+    rows
+        :class:`Rows` of its system.
+    states, durations
+        (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,).
+    codes
+        Code of the mode of each flight (compile/piecewise.py).
+    struck
+        The impacts, meetings with soft stops included.
+    states_by, durations_by
+        Their derivatives by the parameter of ``rows``; zero without one.
+    periodic
+        Whether the motion repeats after them.
+    """
+
+    rows: Rows
+    states: Floats
+    durations: Floats
+    codes: tuple[int, ...]
+    struck: Struck
+    states_by: Floats
+    durations_by: Floats
+    periodic: bool = True
+
+    @property
+    def period(self) -> Dual:
+        """Time from the first to the end of the last flight."""
+        return Dual(float(self.durations.sum()), float(self.durations_by.sum()))
+
+    @property
+    def omega(self) -> Dual:
+        """Frequency of the first forcing line."""
+        lines = self.rows.varied.forces
+        return Dual(*map(float, dual(lines[0].omega))) if lines else Dual(0.0, 0.0)
+
+    @cached_property
+    def _windows(self) -> _Windows:
+        length = min(WINDOW / self.rows.rate, float(self.durations.max())) or 1.0
+        counts = np.maximum(1, np.ceil(self.durations / length)).astype(np.int64)
+        after = np.cumsum(counts)
+        first = after - counts
+        total = int(after[-1])
+        size = self.rows.pieces.size + 1
+        values = np.empty((NODES, total, 2 * size))
+        begun = self.rows.embedded(self.states, self.states_by)
+        modes = np.array(self.codes)
+        offsets = (1.0 + nodes(NODES)) * (length / 2.0)
+        for code in np.unique(modes):
+            flights = np.flatnonzero(modes == code)
+            values_of_mode = _propagated(
+                self.rows.flow(int(code)), np.hstack([part[flights] for part in begun]),
+                counts[flights], np.append(offsets, length),
+            )  # fmt: skip
+            for nth, part in enumerate(values_of_mode):
+                there = flights[counts[flights] > nth]
+                values[:, first[there] + nth] = part
+        segment = np.repeat(np.arange(len(counts)), counts)
+        series = fitted(values.reshape(NODES, -1)).reshape(values.shape)
+        return _Windows(
+            length, segment, (np.arange(total) - first[segment]) * length, first, after - 1,
+            Dual(series[..., :size], series[..., size:]),
+        )  # fmt: skip
+
+    def signal(self, row: Callable[[int], Dual]) -> Signal:
+        """What a row on Y in each mode, by its code, says along the motion."""
+        w = self._windows
+        table = {code: row(code) for code in {*self.codes}}
+        by_window = [table[self.codes[k]] for k in w.segment]
+        value, by = (np.array(part) for part in zip(*by_window, strict=True))
+        u = np.einsum("nwd,wd->nw", w.y.value, value)
+        u_by = np.einsum("nwd,wd->nw", w.y.by, value) + np.einsum("nwd,wd->nw", w.y.value, by)
+        return Signal(self, u, u_by)
+
+    def state_at(self, time: float) -> Floats:
+        """(x, v, theta) at a time since the start of the motion, shape (2n + 1,)."""
+        ends = np.cumsum(self.durations)
+        flight = min(int(np.searchsorted(ends, time)), len(ends) - 1)
+        since = time - (ends[flight] - self.durations[flight])
+        w, n = self._windows, self.rows.mechanism.degrees
+        window = w.first[flight] + min(int(since / w.length), w.last[flight] - w.first[flight])
+        x = 2.0 * (since - w.start[window]) / w.length - 1.0
+        y = chebyshev.chebval(x, w.y.value[:, window])
+        moving = self.rows.moved
+        v = [moving(self.codes[flight], row, 1).value @ y for row in np.eye(n)]
+        phase = self.states[flight, -1] + self.omega.value * since
+        return np.array([*y[0 : 2 * n : 2], *v, phase])
+
+    def closing(self) -> Dual:
+        """Closing speed of each impact, shape (k,)."""
+        w, found = self._windows, []
+        for flight, stop in zip(self.struck.flights, self.struck.stops, strict=True):
+            rate = self.rows.gap_rate(self.codes[flight], stop.contact)
+            further = rate @ self.rows.flow(self.codes[flight])
+            y = w.end_of(int(flight), float(self.durations[flight]))
+            moves = rate.value @ y.by + rate.by @ y.value
+            moves += (further.value @ y.value) * self.durations_by[flight]
+            found.append((stop.side * (rate.value @ y.value), stop.side * moves))
+        both = np.array(found).reshape(-1, 2)
+        return Dual(both[:, 0], both[:, 1])
+
+
+class _Windows(NamedTuple):
+    """Windows that cover the flights, and the series of Y in them."""
+
+    length: float
+    segment: Integers  # (w,) flight
+    start: Floats  # (w,) since the start of the flight
+    first: Integers  # (m,)
+    last: Integers  # (m,)
+    y: Dual  # (NODES, w, D + 1)
+
+    def end_of(self, flight: int, duration: float) -> Dual:
+        """Y at the end of a flight."""
+        last = self.last[flight]
+        x = 2.0 * (duration - self.start[last]) / self.length - 1.0
+        return Dual(*(chebyshev.chebval(x, part[:, last]) for part in self.y))
+
+
+def _propagated(flow: Dual, begun: Floats, counts: Integers, times: Floats) -> list[Floats]:
+    """(Y, dY/dp) at times in each window of flights in one mode, of those that have it."""
+    from scipy.linalg import expm
+
+    size = len(flow.value)
+    varied = bool(begun[:, size:].any() or flow.by.any())
+    if not varied:
+        matrices = expm(flow.value * times[:, None, None])
+        begun, still = begun[:, :size], np.zeros((len(times) - 1, len(begun), size))
+    else:
+        whole = np.block([[flow.value, np.zeros((size, size))], [flow.by, flow.value]])
+        matrices = expm(whole * times[:, None, None])
+    out = []
+    for nth in range(int(counts.max())):
+        begun = begun[counts[counts >= nth] > nth]
+        values = np.einsum("nij,fj->nfi", matrices[:-1], begun)
+        if not varied:
+            values = np.concatenate([values, still[:, : len(begun)]], axis=2)
+        out.append(values)
+        begun = begun @ matrices[-1].T
+    return out
+
+
+@lru_cache(maxsize=32)
+def _gauss(count: int) -> tuple[Floats, Floats]:
+    return legendre.leggauss(count)
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A function of time along a motion: Chebyshev series in every window, (NODES, w) each."""
+
+    flights: Flights
+    series: Floats
+    series_by: Floats
+
+    def extremes(self) -> tuple[Dual, Dual]:
+        """Smallest and largest value, with their derivatives, by (2)."""
+        u, u_by, _ = self._extrema()
+        low, high = int(np.argmin(u)), int(np.argmax(u))
+        return Dual(float(u[low]), float(u_by[low])), Dual(float(u[high]), float(u_by[high]))
+
+    def place(self, *, largest: bool) -> float:
+        """Time since the start of the motion at which it is largest, or smallest."""
+        u, _, times = self._extrema()
+        return float(times[np.argmax(u) if largest else np.argmin(u)])
+
+    def _extrema(self) -> tuple[Floats, Floats, Floats]:
+        """Values at extrema and at ends of flights, their derivatives and times."""
+        w, durations = self.flights._windows, self.flights.durations
+        slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
+        at, x = real_zeros_of(slope, FLAT)
+        x = np.clip(_polished(slope, at, x), -1.0, 1.0)
+        inside = w.start[at] + w.length * (1.0 + x) / 2.0 <= durations[w.segment[at]]
+        ends: Floats = 2.0 * (durations - w.start[w.last]) / w.length - 1.0
+        at = np.concatenate([at[inside], w.first, w.last])
+        x = np.concatenate([x[inside], np.full(len(w.first), -1.0), ends])
+        moved = np.zeros(len(at))
+        late = _values(slope, w.last, ends)
+        moved[len(at) - len(ends) :] = late * self.flights.durations_by
+        u = _values(self.series, at, x)
+        u_by = _values(self.series_by, at, x) + moved
+        begun = np.cumsum(durations) - durations
+        times = begun[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
+        return u, u_by, np.asarray(times)
+
+    def mean_product(self, other: Signal) -> Dual:
+        """Mean of the product of two signals over the motion, by (3)."""
+        points = self._points(NODES)
+        f, g = self._at(points.x), other._at(points.x)
+        whole = np.sum(points.weights * f.value * g.value)
+        by = np.sum(points.weights * (f.by * g.value + f.value * g.by))
+        by += np.sum(self._ends() * other._ends() * self.flights.durations_by)
+        return _divided(Dual(whole, by), self.flights.period)
+
+    def harmonic(self, order: float) -> Dual:
+        """Amplitude of the part of a frequency, in units of the first line's.
+
+        A periodic motion has none of a frequency that is no multiple of its own.
+        """
+        flights, w = self.flights, self.flights._windows
+        omega = flights.omega
+        turns = order * omega.value * flights.period.value / (2.0 * math.pi)
+        if flights.periodic and abs(turns - round(turns)) > WHOLE * turns:
+            return Dual(0.0, 0.0)
+        turn = order * omega.value * w.length / 2.0
+        points = self._points(NODES + math.ceil(turn) + SPARE)
+        f = self._at(points.x)
+        since = w.start[:, None] + w.length * (1.0 + points.x) / 2.0
+        theta = order * (flights.states[w.segment, -1:] + omega.value * since)
+        theta_by = order * (flights.states_by[w.segment, -1:] + omega.by * since)
+        wave = np.exp(-1j * theta)
+        whole = np.sum(points.weights * f.value * wave)
+        by = np.sum(points.weights * (f.by - 1j * theta_by * f.value) * wave)
+        at_end = order * (flights.states[:, -1] + omega.value * flights.durations)
+        by += np.sum(self._ends() * np.exp(-1j * at_end) * flights.durations_by)
+        c = _divided(Dual(2.0 * whole, 2.0 * by), flights.period)
+        size = abs(c.value)
+        return Dual(size, (c.value.conjugate() * c.by).real / size if size else math.nan)
+
+    def _points(self, count: int) -> _Points:
+        w = self.flights._windows
+        x, weights = _gauss(count)
+        until = np.ones(len(w.segment))
+        until[w.last] = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
+        half = (until[:, None] + 1.0) / 2.0
+        return _Points(-1.0 + half * (1.0 + x), half * weights * (w.length / 2.0))
+
+    def _at(self, x: Floats) -> Dual:
+        """Values at points (w, k) of the windows."""
+        terms = chebyshev.chebvander(x, NODES - 1)
+        parts = (np.einsum("wkn,nw->wk", terms, part) for part in (self.series, self.series_by))
+        return Dual(*parts)
+
+    def _ends(self) -> Floats:
+        """Values at the ends of the flights."""
+        w = self.flights._windows
+        ends: Floats = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
+        return _values(self.series, w.last, ends)
+
+
+class _Points(NamedTuple):
+    """Points of Gauss's rule in every window (w, k), in [-1, 1], and their weights in time."""
+
+    x: Floats
+    weights: Floats
+
+
+def _polished(series: Floats, windows: Integers, x: Floats) -> Floats:
+    """Zeros of series after a step of Newton's method, where it is as small as FLAT makes it."""
+    curved = _values(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = _values(series, windows, x) / curved
+    return x - np.where(np.abs(step) <= POLISHED, step, 0.0)
+
+
+def _values(series: Floats, windows: Integers, x: Floats) -> Floats:
+    return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False))
+
+
+def _divided(a: Dual, b: Dual) -> Dual:
+    value = a.value / b.value
+    return Dual(value, (a.by - value * b.by) / b.value)
+
+
+def root(square: Dual) -> Dual:
+    """Square root of a mean square; its derivative is that of no number at zero."""
+    value = math.sqrt(max(square.value, 0.0))
+    return Dual(value, square.by / (2.0 * value) if value else math.nan)
+
+
+def mask_of(stops: list[Stop], part: int | None) -> Flags:
+    """Which impacts are those of one contact or element; all for None."""
+    return np.array([part is None or stop.contact == part for stop in stops], dtype=bool)

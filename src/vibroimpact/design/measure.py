@@ -1,0 +1,1028 @@
+"""Measures: what is said about a steady motion in one number.
+
+A measure is taken of a sweep, whatever the motion is, by observers that run with it; of a periodic
+orbit exactly, with its derivative along the branch of the orbit (flights.py, where the method is).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+
+from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.design.flights import Dual, Flights, Rows, Signal, dual, mask_of, root, rows_of
+from vibroimpact.design.motions import Motion, flights_of, flights_of_run
+from vibroimpact.machines.json_text import system_of
+from vibroimpact.model.elements import PhaseSwitch
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import Run, simulate
+from vibroimpact.sweeps.member_status import MemberStatus
+from vibroimpact.sweeps.observers.dissipation import Dissipation
+from vibroimpact.sweeps.observers.extremes import Extremes
+from vibroimpact.sweeps.observers.final import Final
+from vibroimpact.sweeps.observers.forces import Forces
+from vibroimpact.sweeps.observers.impacts import Impacts
+from vibroimpact.sweeps.observers.observer import ELEMENT, PART, Observer
+from vibroimpact.sweeps.observers.power import Power
+from vibroimpact.sweeps.observers.rms import Rms as RmsObserver
+from vibroimpact.sweeps.observers.speeds import Speeds
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Row = str | Sequence[float]
+Speed = Literal["largest", "mean", "rms", "smallest"]
+
+LETTERS = "xva"  # coordinate, velocity, acceleration: orders 0, 1, 2
+DIMENSIONS = ("length", "velocity", "acceleration")
+TERM = re.compile(r"([+-]?)\s*(?:(\d+\.?\d*|\.\d+)\s*\*?\s*)?([xva])(\d+)\s*")
+DASHPOTS = "dashpots"
+ROWS = '"x1", "v1" or "a1", a difference such as "x2 - x1", or a number for each coordinate'
+
+
+@dataclass(frozen=True)
+class Measure(ABC):
+    """One number about a steady motion.
+
+    Parameters
+    ----------
+    system
+        The system that it is for, by :func:`measure_of`; orbits and most sweeps know theirs.
+
+    Attributes
+    ----------
+    label
+        What it is, in words.
+    dimension
+        Quantity by which it has a unit: a key of plotting/units.py, "" for a plain number.
+    observers
+        Observers of :func:`~vibroimpact.sweep` that hold it.
+    """
+
+    system: System | None = field(default=None, kw_only=True, repr=False, compare=False)
+
+    @property
+    @abstractmethod
+    def label(self) -> str:
+        """What it is, in words."""
+
+    @property
+    @abstractmethod
+    def dimension(self) -> str:
+        """Quantity by which it has a unit."""
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Observers of a sweep that hold it."""
+        return (Final(),)
+
+    @abstractmethod
+    def _of(self, flights: Flights) -> Dual:
+        """Value and derivative."""
+
+    def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
+        """Refuse a mechanism that has no such row or part."""
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        """Of each member of a sweep; by default each is run on from its end and measured."""
+        return _each(members, system, self._continued)
+
+    def _continued(self, system: System, member: xr.Dataset, periods: float) -> float:
+        """Of the window that follows that of a member."""
+        place, speed, phase = (
+            member[f"final_{name}"].values for name in ("position", "velocity", "phase")
+        )
+        if not np.isfinite([*place, *speed, phase]).all():
+            return math.nan
+        m = mechanism_of(system)
+        span = periods * (2.0 * math.pi / m.omega if m.forces else 1.0)
+        run = simulate(
+            system, State(tuple(place), tuple(speed), float(phase)), t_max=span, impacts=2**40
+        )
+        return float(self._of(flights_of_run(run, span)).value)
+
+    def of_sweep(self, members: xr.Dataset) -> xr.DataArray:
+        """Of each member of a sweep that has these observers, of any kind of motion.
+
+        Parameters
+        ----------
+        members
+            Result of :func:`~vibroimpact.sweep` and its like, with ``observe`` at least
+            :attr:`observers`.
+
+        Returns
+        -------
+        DataArray
+            NaN for members that did not reach the end of their window.
+
+        Raises
+        ------
+        InvalidParameterError
+            A dataset without these observers; a system that is code, which no dataset holds: bind
+            the measure to it by :func:`measure_of`.
+
+        Notes
+        -----
+        Of velocities, accelerations, harmonics, and of single parts where no observer holds them,
+        each member is run on from its end for as long as it was observed, which takes some
+        milliseconds each; others cost nothing.
+        """
+        import xarray as xr
+
+        check_kind("members", members, xr.Dataset, "a Dataset, as vi.sweep gives")
+        missing = [one for one in self._variables(members) if one not in members]
+        if missing:
+            raise InvalidParameterError(
+                f"members: has no variable {', '.join(missing)}. Give a sweep with observe = "
+                "measure.observers."
+            )
+        system = self.system if self.system is not None else _system_of(members)
+        self._check(mechanism_of(system))
+        found = self._members(members, system).where(members["end"] == MemberStatus.OK)
+        attrs = {"long_name": self.label}
+        if self.dimension:
+            attrs["quantity"] = self.dimension
+        return found.rename(self.label).assign_attrs(attrs)
+
+    def _variables(self, members: xr.Dataset) -> list[str]:
+        system = self.system if self.system is not None else _system_of(members)
+        m = mechanism_of(system)
+        bound = replace(self, system=system)
+        return [name for one in bound.observers for name in one.variables(m)]
+
+    def of_orbit(self, orbit: Motion) -> float:
+        """Of a periodic orbit: exact to rounding, extrema located, integrals in closed form.
+
+        Parameters
+        ----------
+        orbit
+            A converged :class:`Orbit`, or a motion without impacts, of any stability.
+        """
+        return self.along(orbit, "")[0]
+
+    def derivative(self, orbit: Motion, parameter: str) -> float:
+        """Its total derivative along the branch of an orbit, exact to rounding.
+
+        By the implicit function theorem for the orbit, variations for its flights and the envelope
+        theorem for extrema; no differences. NaN where there is none: at a fold, of an rms that is
+        zero.
+        """
+        return self.along(orbit, parameter)[1]
+
+    def along(self, orbit: Motion, parameter: str) -> tuple[float, float]:
+        """Value and derivative at once; no derivative, NaN, where ``parameter`` is ""."""
+        flights = flights_of(orbit, parameter)
+        self._check(flights.rows.mechanism)
+        found = self._of(flights)
+        return float(found.value), float(found.by) if parameter else math.nan
+
+    def of_run(self, run: Run, span: float) -> float:
+        """Of a simulated motion from its start to a time that it has reached."""
+        return of_run([self], run, span)[0]
+
+    @property
+    def _bound(self) -> Mechanism:
+        if self.system is None:
+            raise InvalidParameterError(
+                "observers: depend on the system. Bind the measure: vi.measure_of(measure, system)."
+            )
+        return mechanism_of(self.system)
+
+
+def of_run(measures: Sequence[Measure], run: Run, span: float) -> list[float]:
+    """Several measures of a simulated motion from its start to a time that it has reached."""
+    flights = flights_of_run(run, span)
+    return [float(measure._of(flights).value) for measure in measures]
+
+
+# ---- of a row ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _OfRow(Measure):
+    """A measure of a row: positions, velocities or accelerations, by its order."""
+
+    row: Row
+    order: int | None = field(default=None, kw_only=True)
+
+    KIND: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        order = self.order
+        if order is not None and order not in (0, 1, 2):
+            raise refusal("order", order, "0 (coordinate), 1 (velocity) or 2 (acceleration)")
+        if isinstance(self.row, str):
+            _parsed(self.row)
+            if order is not None:
+                raise refusal("order", order, "left out", "The letter of the row tells it.")
+            return
+        row = vector("row", self.row)
+        if not any(row):
+            raise refusal("row", self.row, "not all zero")
+        object.__setattr__(self, "row", row)
+
+    @property
+    def derivatives(self) -> int:
+        """0 of coordinates, 1 of velocities, 2 of accelerations."""
+        return _parsed(self.row)[1] if isinstance(self.row, str) else self.order or 0
+
+    @property
+    def text(self) -> str:
+        """The row in letters, such as "x2 - x1"."""
+        return self.row.strip() if isinstance(self.row, str) else _text(self.row, self.derivatives)
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return f"{self.KIND} of {self.text}"
+
+    @property
+    def dimension(self) -> str:
+        """Length, velocity or acceleration."""
+        return DIMENSIONS[self.derivatives]
+
+    def _check(self, m: Mechanism) -> None:
+        self._coefficients(m)
+
+    def _coefficients(self, m: Mechanism) -> Floats:
+        """Shape (n,)."""
+        row, n = self.row, m.degrees
+        if not isinstance(row, str):
+            return np.array(vector("row", row, n))
+        out = np.zeros(n)
+        for i, x in _parsed(row)[0]:
+            if not 1 <= i <= n:
+                raise refusal("row", row, f"of coordinates 1 to {n}, {ROWS}")
+            out[i - 1] += x
+        if not out.any():
+            raise refusal("row", row, "not all zero")
+        return out
+
+    def _observed(self, kind: Callable[..., Observer]) -> tuple[Observer, ...]:
+        if self.derivatives:
+            return (Final(),)
+        row = self._coefficients(self._bound)
+        return (kind(row=tuple(row.tolist()), label=self._name),)
+
+    @property
+    def _name(self) -> str:
+        """The row as a name of variables of a sweep."""
+        text = self.text.replace(" ", "")
+        for sign, word in (("+", "_plus_"), ("-", "_minus_"), ("*", "_times_"), (".", "_point_")):
+            text = text.replace(sign, word)
+        return text if text.isidentifier() else f"row{text}"
+
+    def _signal(self, flights: Flights) -> Signal:
+        rows, order = flights.rows, self.derivatives
+        return flights.signal(partial(_moved, rows, self._coefficients(rows.mechanism), order))
+
+
+def of_row(measure: Measure) -> Row | None:
+    """Row, as text, of a measure of one; None for others."""
+    return measure.text if isinstance(measure, _OfRow) else None
+
+
+def coefficients_of(measure: Measure, m: Mechanism) -> Floats | None:
+    """Coefficients of the row of a measure, shape (n,); None for a measure of no row."""
+    return measure._coefficients(m) if isinstance(measure, _OfRow) else None
+
+
+def with_row(measure: Measure, row: Sequence[float]) -> Measure:
+    """A measure of a row, of another one of the same order; other measures as they are."""
+    if not isinstance(measure, _OfRow):
+        return measure
+    return replace(measure, row=tuple(row), order=measure.derivatives, system=None)
+
+
+def _moved(rows: Rows, row: Floats, order: int, code: int) -> Dual:
+    return rows.moved(code, row, order)
+
+
+@dataclass(frozen=True)
+class Amplitude(_OfRow):
+    """Half of the range of a row: (largest - smallest) / 2 over the steady motion.
+
+    Parameters
+    ----------
+    row
+        "x1", "v1", "a1" or a sum such as "x2 - x1"; or coefficients, one for each coordinate.
+    order
+        With coefficients: 0 of coordinates, 1 of velocities, 2 of accelerations between impacts.
+    """
+
+    KIND: ClassVar[str] = "amplitude"
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """The range of the row."""
+        return self._observed(Extremes)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        if self.derivatives:
+            return super()._members(members, system)
+        return (members[f"{self._name}_largest"] - members[f"{self._name}_smallest"]) / 2.0
+
+    def _of(self, flights: Flights) -> Dual:
+        low, high = self._signal(flights).extremes()
+        return Dual((high.value - low.value) / 2.0, (high.by - low.by) / 2.0)
+
+
+@dataclass(frozen=True)
+class Peak(_OfRow):
+    """Largest modulus of a row over the steady motion; with a mean, more than its amplitude."""
+
+    KIND: ClassVar[str] = "peak"
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """The range of the row."""
+        return self._observed(Extremes)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        if self.derivatives:
+            return super()._members(members, system)
+        low, high = (members[f"{self._name}_{end}"] for end in ("smallest", "largest"))
+        return abs(low).where(abs(low) > abs(high), abs(high))
+
+    def _of(self, flights: Flights) -> Dual:
+        return _largest_modulus(self._signal(flights))
+
+
+def _largest_modulus(signal: Signal) -> Dual:
+    low, high = signal.extremes()
+    return high if high.value >= -low.value else Dual(-low.value, -low.by)
+
+
+@dataclass(frozen=True)
+class Rms(_OfRow):
+    """Root mean square of a row over the steady motion, its mean included."""
+
+    KIND: ClassVar[str] = "rms"
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """The averages of the row."""
+        return self._observed(RmsObserver)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        if self.derivatives:
+            return super()._members(members, system)
+        return members[f"{self._name}_rms"]
+
+    def _of(self, flights: Flights) -> Dual:
+        signal = self._signal(flights)
+        return root(signal.mean_product(signal))
+
+
+@dataclass(frozen=True)
+class Harmonic(_OfRow):
+    """Amplitude of the part of a row at a multiple of the forcing frequency.
+
+    Parameters
+    ----------
+    row, order
+        As for :class:`Amplitude`.
+    harmonic
+        Multiple of the frequency of the first line, > 0; fractions are subharmonics.
+    """
+
+    harmonic: float = field(default=1.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "harmonic", positive("harmonic", self.harmonic))
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return f"harmonic {self.harmonic:g} of {self.text}"
+
+    def _check(self, m: Mechanism) -> None:
+        super()._check(m)
+        if not m.forces:
+            raise InvalidParameterError(
+                "harmonic: is a multiple of the forcing frequency, and there is no forcing."
+            )
+
+    def _of(self, flights: Flights) -> Dual:
+        return self._signal(flights).harmonic(self.harmonic)
+
+
+@dataclass(frozen=True)
+class Transmissibility(Amplitude):
+    """Amplitude of a row over that of the base's motion, or over the static deflection.
+
+    Parameters
+    ----------
+    row
+        As for :class:`Amplitude`.
+    base
+        Amplitude of the motion of the base, > 0, in the unit of the row; where it is left out, the
+        deflection of the row under static forces of the same amplitude, F / k of an oscillator.
+    """
+
+    base: float | None = None
+
+    KIND: ClassVar[str] = "transmissibility"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.base is not None:
+            object.__setattr__(self, "base", positive("base", self.base))
+
+    @property
+    def dimension(self) -> str:
+        """A plain number."""
+        return ""
+
+    def _check(self, m: Mechanism) -> None:
+        super()._check(m)
+        if self.base is not None:
+            return
+        if self.derivatives:
+            raise InvalidParameterError(
+                f"row = {self.text}: velocities and accelerations have no static deflection. Give "
+                "base, that of the base's motion."
+            )
+        if len(m.forces) != 1:
+            raise InvalidParameterError(
+                f"base = None: the static deflection is that of one forcing line, and there are "
+                f"{len(m.forces)}. Give base."
+            )
+        _static_deflection(m, m, self._coefficients(m), self.text)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        if self.base is not None:
+            return super()._members(members, system) / self.base
+        return super()._members(members, system) / _per_system(members, system, self._reference)
+
+    def _reference(self, system: System) -> float:
+        m = mechanism_of(system)
+        return float(_static_deflection(m, m, self._coefficients(m), self.text).value)
+
+    def _of(self, flights: Flights) -> Dual:
+        amplitude, rows = super()._of(flights), flights.rows
+        if self.base is not None:
+            return Dual(amplitude.value / self.base, amplitude.by / self.base)
+        row = self._coefficients(rows.mechanism)
+        size = _static_deflection(rows.mechanism, rows.varied, row, self.text)
+        value = amplitude.value / size.value
+        return Dual(value, (amplitude.by - value * size.by) / size.value)
+
+
+def _static_deflection(m: Mechanism, varied: Mechanism, row: Floats, text: str) -> Dual:
+    """Amplitude of row . x under static forces, of the coordinates that springs hold."""
+    stiffness, force = dual(varied.stiffness), varied.forces[0]
+    inverse = np.linalg.pinv(stiffness.value)
+    parts = []
+    for amplitudes in (force.sine, force.cosine):
+        f = dual(amplitudes)
+        x = inverse @ f.value
+        parts.append((row @ x, row @ inverse @ (f.by - stiffness.by @ x)))
+    size = math.hypot(*(value for value, _ in parts))
+    if size <= 1e-12 * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
+        raise InvalidParameterError(
+            f"row = {text}: has no static deflection under the forces of {m.degrees} coordinates. "
+            "Give base, the amplitude of the base's motion, or take another row."
+        )
+    return Dual(size, sum(value * by for value, by in parts) / size)
+
+
+# ---- of parts ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _OfPart(Measure):
+    """A measure of one contact or element, by its number in ``run.contact``; of all for None."""
+
+    part: int | None = None
+
+    def _check(self, m: Mechanism) -> None:
+        _check_part(self.part, m)
+
+    @property
+    def _whose(self) -> str:
+        return "" if self.part is None else f" of part {self.part}"
+
+
+def _check_part(part: Any, m: Mechanism) -> None:
+    """Refuse what is not the number of a stop or friction."""
+    if part is None:
+        return
+    count = len(m.numbered)
+    if not isinstance(part, int | np.integer) or isinstance(part, bool):
+        raise refusal("part", part, "the number of a contact or element")
+    if not 0 <= part < count:
+        raise refusal("part", part, f"0 to {count - 1}", "Contacts come first.")
+    if isinstance(m.numbered[part], PhaseSwitch):
+        raise refusal("part", part, "a stop or friction", "A phase switch has no row.")
+
+
+@dataclass(frozen=True)
+class DissipatedPower(Measure):
+    """Mean power that stops and elements take from the motion.
+
+    Parameters
+    ----------
+    part
+        Number of a contact or element, as in ``run.contact``: impacts at a rigid stop, work on a
+        soft stop's dashpot, on friction. By default all of them together; ``"dashpots"`` are those
+        of the damping matrix.
+    """
+
+    part: int | str | None = None
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
+        return f"dissipated power{'' if self.part is None else whose}"
+
+    @property
+    def dimension(self) -> str:
+        """Power."""
+        return "power"
+
+    def _check(self, m: Mechanism) -> None:
+        if isinstance(self.part, str):
+            check_choice("part", self.part, [DASHPOTS], "Or the number of a contact or element.")
+        else:
+            _check_part(self.part, m)
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Impacts, elements, or the final state from which a member is run on."""
+        return self._observers(self._bound)
+
+    def _observers(self, m: Mechanism) -> tuple[Observer, ...]:
+        contacts = len(m.contacts)
+        if isinstance(self.part, str):
+            return (Final(),)
+        if self.part is None:
+            return (*((Power(),) if contacts else ()), *((Dissipation(),) if m.elements else ()))
+        if self.part >= contacts:
+            return (Dissipation(),)
+        return (Power(),) if contacts == 1 else (Final(),)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        m = mechanism_of(system)
+        kinds = [type(one) for one in self._observers(m)]
+        if Final in kinds:
+            return super()._members(members, system)
+        parts = [members["power"]] if Power in kinds else []
+        if Dissipation in kinds:
+            work = members["work_on_element"]
+            if isinstance(self.part, int):
+                work = work.isel({ELEMENT: [self.part - len(m.contacts)]})
+            parts.append(work.sum(ELEMENT, skipna=False))
+        return sum(parts[1:], parts[0])
+
+    def _of(self, flights: Flights) -> Dual:
+        if isinstance(self.part, str):
+            return _of_dashpots(flights)
+        contacts = len(flights.rows.mechanism.contacts)
+        value, by = _of_impacts(flights, self.part)
+        for element in range(len(flights.rows.mechanism.elements)):
+            if self.part in (None, contacts + element):
+                work = _of_element(flights, element)
+                value, by = value + work.value, by + work.by
+        return Dual(value, by)
+
+
+def _of_impacts(flights: Flights, part: int | None) -> Dual:
+    """Energy lost in impacts per unit of time."""
+    lost, speed = _per_impact(flights, 1), flights.closing()
+    mask, period = mask_of(flights.struck.stops, part), flights.period
+    total = float(np.sum((lost.value * speed.value**2)[mask]))
+    by = (lost.by * speed.value + 2.0 * lost.value * speed.by) * speed.value
+    value = total / period.value
+    return Dual(value, (float(np.sum(by[mask])) - value * period.by) / period.value)
+
+
+def _per_impact(flights: Flights, which: int) -> Dual:
+    """Impulse per speed (0), or energy lost per square of it (1), of each impact."""
+    found = [flights.rows.impact(*stop)[which] for stop in flights.struck.stops]
+    return Dual(*(np.array([float(pair[k]) for pair in found]) for k in (0, 1)))
+
+
+def _of_element(flights: Flights, element: int) -> Dual:
+    rows, part = flights.rows, len(flights.rows.mechanism.contacts) + element
+    force = flights.signal(partial(rows.force, part=part))
+    speed = flights.signal(partial(rows.work_speed, element=element))
+    work = force.mean_product(speed)
+    return Dual(-work.value, -work.by)
+
+
+def _of_dashpots(flights: Flights) -> Dual:
+    """Mean of v . C v."""
+    rows = flights.rows
+    damping, n = dual(rows.varied.damping), rows.mechanism.degrees
+    value = by = 0.0
+    speeds = [flights.signal(partial(_moved, rows, np.eye(n)[i], 1)) for i in range(n)]
+    for i, j in itertools.product(range(n), repeat=2):
+        if damping.value[i, j] or damping.by[i, j]:
+            mean = speeds[i].mean_product(speeds[j])
+            value += damping.value[i, j] * mean.value
+            by += damping.by[i, j] * mean.value + damping.value[i, j] * mean.by
+    return Dual(value, by)
+
+
+@dataclass(frozen=True)
+class ContactForce(_OfPart):
+    """Largest force of a contact or element over the steady motion, without impulses.
+
+    Parameters
+    ----------
+    part
+        Its number, as in ``run.contact``; by default the only one. A soft stop has its contact
+        force, friction its force, a rigid stop the force at rest: 0 where it only impacts.
+    """
+
+    part: int | None = None
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return f"largest force{self._whose}"
+
+    @property
+    def dimension(self) -> str:
+        """Force."""
+        return "force"
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """The ranges of all forces."""
+        return (Forces(),)
+
+    def _check(self, m: Mechanism) -> None:
+        super()._check(m)
+        self._number(m)
+
+    def _number(self, m: Mechanism) -> int:
+        if self.part is not None:
+            return int(self.part)
+        with_force = [i for i, one in enumerate(m.numbered) if not isinstance(one, PhaseSwitch)]
+        if len(with_force) != 1:
+            raise InvalidParameterError(
+                f"part = None: there are {len(m.numbered)} contacts and elements. Give its number."
+            )
+        return with_force[0]
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        part = self._number(mechanism_of(system))
+        low, high = (
+            abs(members[f"force_{end}"].isel({PART: part}, drop=True))
+            for end in ("smallest", "largest")
+        )
+        return low.where(low > high, high)
+
+    def _of(self, flights: Flights) -> Dual:
+        rows = flights.rows
+        part = self._number(rows.mechanism)
+        return _largest_modulus(flights.signal(partial(rows.force, part=part)))
+
+
+@dataclass(frozen=True)
+class Impulse(_OfPart):
+    """Largest impulse of an impact at rigid stops.
+
+    Parameters
+    ----------
+    part
+        Number of the contact; by default of any.
+    """
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return f"largest impulse{self._whose}"
+
+    @property
+    def dimension(self) -> str:
+        """Impulse."""
+        return "impulse"
+
+    def _check(self, m: Mechanism) -> None:
+        super()._check(m)
+        if not m.contacts or (self.part is not None and self.part >= len(m.contacts)):
+            raise InvalidParameterError(
+                f"part = {self.part}: impulses are those of rigid stops, and contacts are 0 to "
+                f"{len(m.contacts) - 1}. Of a soft stop or friction take ContactForce."
+            )
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Speeds, where they give the impulses; else the final state."""
+        return (Speeds(),) if _alike(self._bound) else (Final(),)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        if not _alike(mechanism_of(system)):
+            return super()._members(members, system)
+        return members["speed_largest"].fillna(0.0) * _per_system(
+            members, system, _impulse_per_speed
+        )
+
+    def _of(self, flights: Flights) -> Dual:
+        per, closing = _per_impact(flights, 0), flights.closing()
+        mask = mask_of(flights.struck.stops, self.part)
+        if not mask.any():
+            return Dual(0.0, 0.0)
+        value = (per.value * closing.value)[mask]
+        by = (per.by * closing.value + per.value * closing.by)[mask]
+        k = int(np.argmax(value))
+        return Dual(float(value[k]), float(by[k]))
+
+
+def _alike(m: Mechanism) -> bool:
+    """Whether every impact is at one contact with one restitution."""
+    return len(m.contacts) == 1 and not m.elements and len({*m.contacts[0].restitutions}) == 1
+
+
+def _impulse_per_speed(system: System) -> float:
+    return float(rows_of(system).impact(0, 1)[0].value)
+
+
+@dataclass(frozen=True)
+class ImpactSpeed(Measure):
+    """Closing speed of impacts, soft stops included; 0 where there are none.
+
+    Parameters
+    ----------
+    kind
+        "largest", "mean", "rms" or "smallest".
+    """
+
+    kind: Speed = "largest"
+
+    def __post_init__(self) -> None:
+        check_choice("kind", self.kind, ["largest", "mean", "rms", "smallest"])
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return f"{self.kind} impact speed"
+
+    @property
+    def dimension(self) -> str:
+        """Velocity."""
+        return "velocity"
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Statistics of speeds."""
+        return (Speeds(),)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
+        return members[f"speed_{self.kind}"].fillna(0.0)
+
+    def _of(self, flights: Flights) -> Dual:
+        speed = flights.closing()
+        if not speed.value.size:
+            return Dual(0.0, 0.0)
+        if self.kind in ("mean", "rms"):
+            if self.kind == "mean":
+                return Dual(float(speed.value.mean()), float(speed.by.mean()))
+            square = Dual(np.mean(speed.value**2), 2.0 * np.mean(speed.value * speed.by))
+            return root(square)
+        k = int((np.argmax if self.kind == "largest" else np.argmin)(speed.value))
+        return Dual(float(speed.value[k]), float(speed.by[k]))
+
+
+@dataclass(frozen=True)
+class ImpactRate(Measure):
+    """Impacts per unit of time, at all stops, soft ones included: what is heard."""
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return "impacts per unit of time"
+
+    @property
+    def dimension(self) -> str:
+        """A rate."""
+        return "rate"
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Counts of impacts."""
+        return (Impacts(),)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        count = members["impacts_a"] + members["impacts_b"]
+        return count * _per_system(members, system, _cycles_per_time)
+
+    def _of(self, flights: Flights) -> Dual:
+        rate = len(flights.struck.stops) / flights.period.value
+        return Dual(rate, -rate * flights.period.by / flights.period.value)
+
+
+def _cycles_per_time(system: System) -> float:
+    m = mechanism_of(system)
+    return m.omega / (2.0 * math.pi) if m.forces else 1.0
+
+
+# ---- by name -------------------------------------------------------------------------------------
+
+KINDS: dict[str, Callable[[str], Measure]] = {
+    "amplitude": Amplitude,
+    "peak": Peak,
+    "rms": Rms,
+    "transmissibility": Transmissibility,
+}
+PARTS: dict[str, Callable[[int | None], Measure]] = {
+    "power": DissipatedPower,
+    "dissipated power": DissipatedPower,
+    "contact force": ContactForce,
+    "impulse": Impulse,
+}
+PLAIN: dict[str, Callable[[], Measure]] = {
+    "impact speed": ImpactSpeed,
+    "impact rate": ImpactRate,
+    "power of dashpots": partial(DissipatedPower, DASHPOTS),
+}
+
+
+def measure_of(what: Measure | str, system: System) -> Measure:
+    """Return a measure for a system, from a measure or its name.
+
+    Parameters
+    ----------
+    what
+        A measure, as ``vi.measures.Amplitude("x1")``; or text: "x1", "v1", "a1" or "x2 - x1" for an
+        amplitude, "peak x1", "rms v1", "harmonic 3 x1", "transmissibility x1", "power", "power 0",
+        "power of dashpots", "contact force 0", "impulse", "impact speed", "impact rate".
+    system
+        The system.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such measure, or one that the system does not have; the message lists what is allowed.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> orbit = vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0)))
+    >>> round(vi.measure_of("x1", damper).of_orbit(orbit), 6)
+    0.497832
+    """
+    mechanism = mechanism_of(system)
+    if isinstance(what, str):
+        what = _named(what)
+    elif isinstance(what, type) and issubclass(what, Measure):
+        raise refusal("measure", what, f"a measure with its arguments, such as {what.__name__}()")
+    check_kind("measure", what, Measure, "a measure or its name, such as 'x1' or 'rms v1'")
+    what._check(mechanism)
+    return replace(what, system=system)
+
+
+def _named(text: str) -> Measure:
+    """A measure by its name."""
+    words = " ".join(text.split())
+    if words in PLAIN:
+        return PLAIN[words]()
+    for name, kind in PARTS.items():
+        if found := re.fullmatch(rf"{name}(?: (\d+))?", words):
+            return kind(None if found[1] is None else int(found[1]))
+    if found := re.fullmatch(r"harmonic (\S+) (.+)", words):
+        order = real("harmonic", _number_of(found[1], text))
+        return Harmonic(found[2], harmonic=order)
+    head, _, rest = words.partition(" ")
+    if head in KINDS and rest:
+        return KINDS[head](rest)
+    if _terms(words):
+        return Amplitude(words)
+    raise _unknown(text)
+
+
+def _number_of(word: str, text: str) -> float:
+    try:
+        top, _, bottom = word.partition("/")
+        return float(top) / float(bottom or 1.0)
+    except (ValueError, ZeroDivisionError):
+        raise _unknown(text) from None
+
+
+def _unknown(text: str) -> InvalidParameterError:
+    names = ", ".join(
+        repr(f"{name} x1") for name in ("amplitude", "peak", "rms", "transmissibility")
+    )
+    others = ", ".join(map(repr, [*PARTS, *PLAIN]))
+    return refusal(
+        "measure", text, f"{ROWS}; {names}, 'harmonic 3 x1'; {others}; or a measure of vi.measures"
+    )
+
+
+# ---- rows ----------------------------------------------------------------------------------------
+
+
+def _terms(text: str) -> list[tuple[float, str, int]]:
+    """(coefficient, letter, number) of each term; none where the text is no such sum."""
+    found, at = [], 0
+    text = text.strip()
+    while at < len(text):
+        term = TERM.match(text, at)
+        if not term or (at and not term[1]):
+            return []
+        size = float(term[2] or 1.0)
+        found.append((-size if term[1] == "-" else size, term[3], int(term[4])))
+        at = term.end()
+    return found
+
+
+def _parsed(text: str) -> tuple[list[tuple[int, float]], int]:
+    """(number of the coordinate, coefficient) of each term, and the order of the derivative."""
+    terms = _terms(text)
+    letters = {letter for _, letter, _ in terms}
+    if len(letters) != 1:
+        raise refusal("row", text, ROWS)
+    return [(number, size) for size, _, number in terms], LETTERS.index(letters.pop())
+
+
+def _text(row: Sequence[float], order: int) -> str:
+    """A row in letters, the positive terms first."""
+    text = ""
+    for i in sorted((i for i, x in enumerate(row) if x), key=lambda i: row[i] < 0.0):
+        size = "" if abs(row[i]) == 1.0 else f"{abs(row[i]):g}*"
+        sign = ("-" if row[i] < 0.0 else "+") if text else ("-" if row[i] < 0.0 else "")
+        text += (f" {sign} " if text else sign) + f"{size}{LETTERS[order]}{i + 1}"
+    return text
+
+
+# ---- members of a sweep --------------------------------------------------------------------------
+
+
+def _system_of(members: xr.Dataset) -> System:
+    """The system of a sweep, from its attributes."""
+    text = members.attrs.get("system_numbers")
+    system = system_of(text) if text else None
+    if system is None:
+        raise InvalidParameterError(
+            f"members: {members.attrs.get('system', 'its system')} is code, which no dataset holds. "
+            "Bind the measure to it: vi.measure_of(measure, system)."
+        )
+    return system
+
+
+def _swept(members: xr.Dataset) -> list[str]:
+    return [name for name in members.attrs.get("swept", "").split(", ") if name in members.dims]
+
+
+def _held(members: xr.Dataset, system: System) -> System:
+    """The system with the values of parameters of which the dataset is a part."""
+    names = [name for name in members.attrs.get("swept", "").split(", ") if name]
+    scalars = {n: float(members[n]) for n in names if n in members.coords and not members[n].dims}
+    return with_parameters(system, scalars)
+
+
+def _per_system(
+    members: xr.Dataset, system: System, of: Callable[[System], float]
+) -> xr.DataArray | float:
+    """A number of each system of a sweep."""
+    import xarray as xr
+
+    names = _swept(members)
+    axes = [members[name].values.tolist() for name in names]
+    system = _held(members, system)
+    values = [
+        of(with_parameters(system, dict(zip(names, one, strict=True))))
+        for one in itertools.product(*axes)
+    ]
+    if not names:
+        return values[0]
+    shaped = np.reshape(values, [len(axis) for axis in axes])
+    return xr.DataArray(shaped, dims=names, coords={name: members[name] for name in names})
+
+
+def _each(
+    members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
+) -> xr.DataArray:
+    """A number of each member."""
+    import xarray as xr
+
+    like = members["end"]
+    names, periods = _swept(members), float(members.attrs["periods"])
+    system = _held(members, system)
+    found = np.full(like.shape, math.nan)
+    for place in np.ndindex(*like.shape):
+        member = members.isel(dict(zip(like.dims, place, strict=True)))
+        values = {name: float(member[name]) for name in names}
+        if int(member["end"]) == MemberStatus.OK:
+            found[place] = of(with_parameters(system, values), member, periods)
+    return xr.DataArray(found, dims=like.dims, coords=like.coords)

@@ -1,0 +1,97 @@
+"""Flights of orbits, of motions without impacts and of simulated runs, to be measured."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+
+import numpy as np
+
+from vibroimpact._core.checks import refusal
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.design.flights import Flights, Struck, rows_of
+from vibroimpact.design.linear import FreeMotion
+from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.stop import Stop
+from vibroimpact.orbits.find import mirrored
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import OrbitProblem, impacting
+from vibroimpact.simulation.simulate import Run, Status
+
+Motion = Orbit | FreeMotion
+
+MET = (Status.IMPACT, Status.SIMULTANEOUS, Status.ENGAGE)
+
+
+def flights_of(motion: Motion, parameter: str = "") -> Flights:
+    """Flights of a periodic motion over its whole period, with derivatives by a parameter.
+
+    Raises
+    ------
+    InvalidParameterError
+        What is no periodic motion, or one that is not converged.
+    """
+    if isinstance(motion, FreeMotion):
+        return motion.flights(parameter)
+    if not isinstance(motion, Orbit):
+        raise refusal("orbit", motion, "an Orbit, or a motion without impacts")
+    if not motion.converged:
+        raise InvalidParameterError(f"orbit: must be converged, and is not: {motion.status}.")
+    return _of_orbit(motion, parameter)
+
+
+def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
+    states, durations = orbit.states, orbit.durations
+    states_by, durations_by = np.zeros_like(states), np.zeros_like(durations)
+    if parameter:
+        states_by, durations_by = _variation(orbit, parameter)
+    signature = orbit.signature
+    codes = tuple(end.mode for end in signature.ends)
+    if signature.symmetric:
+        turn = math.pi * signature.cycles
+        states = np.vstack([states, mirrored(states, turn)])
+        states_by = np.vstack([states_by, mirrored(states_by, 0.0)])
+        durations, durations_by = np.tile(durations, 2), np.tile(durations_by, 2)
+        codes *= 2
+    met = np.roll(impacting(orbit.mechanism, signature), -1)
+    stops = [*signature.impacts[1:], signature.impacts[0]]
+    numbers = np.flatnonzero(met)
+    struck = Struck(numbers, [stops[k] for k in numbers])
+    rows = rows_of(orbit.system, parameter)
+    return Flights(rows, states, durations, codes, struck, states_by, durations_by)
+
+
+def _variation(orbit: Orbit, parameter: str) -> tuple[Floats, Floats]:
+    """Derivatives of states and flight times along the branch, by the implicit function theorem."""
+    problem = orbit.problem
+    if orbit.parameter != parameter:
+        problem = OrbitProblem(orbit.system, orbit.signature, parameter)
+    z = problem.packed(orbit.states, orbit.durations)
+    _, by_z, by_parameter = problem.expanded(z, parameter_value(orbit.system, parameter))
+    moved: Floats = np.full(len(z), math.nan)
+    with contextlib.suppress(np.linalg.LinAlgError):  # a fold to the last bit
+        moved = np.asarray(np.linalg.solve(by_z, -by_parameter), dtype=float)
+    return problem.unpacked(moved)
+
+
+def flights_of_run(run: Run, span: float) -> Flights:
+    """Flights of a simulated motion from its start to a time that it has reached."""
+    rows = rows_of(run.system)
+    m = rows.mechanism
+    starts = np.concatenate([[0.0], run.time])
+    kept = np.flatnonzero(np.diff(np.append(np.minimum(starts, span), span)) > 0.0)
+    durations = np.diff(np.append(np.minimum(starts, span), span))[kept]
+    first = np.append(np.array([*run.start.position, *run.start.velocity]), run.start.phase)
+    phases = run.start.phase + m.omega * run.time
+    later = np.column_stack([run.position, run.velocity_after, phases])
+    states = np.vstack([first[None], later])[kept]
+    every = run.all_codes
+    codes = tuple(every[k] for k in kept)
+    sides = np.where(run.stop == 0, 1, -1)
+    ends = [k for k in range(len(kept)) if kept[k] < len(run) and run.time[kept[k]] <= span]
+    met = [k for k in ends if run.status[kept[k]] in MET]
+    stops = [Stop(int(run.contact[kept[k]]), int(sides[kept[k]])) for k in met]
+    struck = Struck(np.array(met, dtype=int), stops)
+    still = np.zeros_like(states), np.zeros_like(durations)
+    return Flights(rows, states, durations, codes, struck, *still, periodic=False)
