@@ -119,4 +119,6 @@ def test_every_curve_that_theory_announces_begins_at_its_point(label: str, windo
         assert away.min() < min(window, 0.02)  # found where the normal form holds
         if case.vanishing:
             off = np.abs([case.vanishing(*pair) for pair in values[np.argsort(away)[:12]]])
-            assert np.all(off <= 1e-8)  # exact; the widest bounds measure parameters in units of 1e3
+            assert np.all(
+                off <= 1e-8
+            )  # exact; the widest bounds measure parameters in units of 1e3
