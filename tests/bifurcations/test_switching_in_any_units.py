@@ -122,3 +122,14 @@ def test_every_curve_that_theory_announces_begins_at_its_point(label: str, windo
             assert np.all(
                 off <= 1e-8
             )  # exact; the widest bounds measure parameters in units of 1e3
+
+
+@pytest.mark.parametrize("window", [0.02, 1e4])
+def test_a_tongue_begins_at_its_tip_whatever_the_bounds(window: float) -> None:
+    point = curve_of(TORUS)["1/7_1"]
+    at = np.array(list(point.parameters.values()))
+    low, high = ((x - window / k, x + 1.3 * window / k) for x, k in zip(at, UNITS, strict=True))
+    found = vi.tongue(point, (low, high), steps=STEPS)
+    assert isinstance(found, vi.Tongue), found
+    for side in found.sides:
+        assert (np.abs(side.values - at) * UNITS).max(axis=1).min() < 0.02

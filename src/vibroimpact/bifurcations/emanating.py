@@ -147,8 +147,3 @@ def width_of(pair: Bounds) -> float:
 def is_inside(a: Pair, bounds: tuple[Bounds, Bounds]) -> bool:
     """Whether both parameters are in their ranges."""
     return all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True))
-
-
-def flattest(da: Floats, bounds: tuple[Bounds, Bounds]) -> list[int]:
-    """Numbers of the parameters, first the one that a change moves least, relative to its range."""
-    return [int(i) for i in np.argsort(np.abs(da) / [width_of(pair) for pair in bounds])]

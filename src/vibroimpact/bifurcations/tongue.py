@@ -35,12 +35,10 @@ from vibroimpact.bifurcations.emanating import (
     Slice,
     checked_bounds,
     emanating,
-    flattest,
     is_inside,
     on_slice,
     solution_at,
     uninterrupted,
-    width_of,
 )
 from vibroimpact.bifurcations.equations import Equations
 from vibroimpact.bifurcations.unfold import Centre, centre
@@ -57,8 +55,9 @@ SMALLEST, LARGEST = 0.04, 0.5  # r, relative to the size of the orbit
 GROWTH, LONGEST = 1.5, 4.0  # of r from one try to the next
 PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method has no room
 TURN = 1e-4  # radians, for the direction of phi
-SPAN = 0.02  # of the range of the first parameter: its size on a slice
-APART = 1e-8  # of the range: folds that are nearer make equations that are nearly singular twice
+SPAN = 0.02  # size of the parameter on a slice, as a change of log nu
+APART = 1e-8  # as a change of log nu: folds that are nearer make equations that are nearly singular twice
+TINY = float(np.finfo(float).tiny)
 AT_TIP = 0.8  # of the radius of the start: nearer to the tip both sides are one to rounding
 SIDES = Steps(first=0.05, largest=1.0, tolerance=1e-6, points=600)
 ALONG = Steps(first=0.02, largest=0.5, points=200)
@@ -177,7 +176,9 @@ def tongue(
             first, second = sides
             if min(len(first), len(second)) > 1:
                 return Tongue(point, (first, second), start.radius)
-    return NoTongue(point, "no locked orbit between two folds was found near the tip")
+    return NoTongue(
+        point, "no locked orbit between two folds was found near the tip, within the bounds"
+    )
 
 
 class _Start(NamedTuple):
@@ -196,12 +197,17 @@ def _starts(
     while r <= largest:
         tries = (_slice(manifold, form, resonance, r, phase, equations, bounds) for phase in PHASES)
         found = next(filter(None, tries), None)
-        apart = abs(found.folds[0].parameter - found.folds[1].parameter) if found else 0.0
-        enough = APART * width_of(bounds[found.slice.along]) if found else 0.0
-        if found and apart >= enough:
+        apart = _apart(manifold, found) if found else 0.0
+        if found and apart >= APART:
             yield found
-        growth = (2.0 * enough / apart) ** (1.0 / (resonance[1] - 2)) if apart else GROWTH  # (3)
+        growth = (2.0 * APART / apart) ** (1.0 / (resonance[1] - 2)) if apart else GROWTH  # (3)
         r *= min(LONGEST, max(GROWTH, growth))
+
+
+def _apart(manifold: Centre, found: _Start) -> float:
+    """Distance of the folds, as a change of log nu."""
+    first, second = found.folds
+    return float(abs(manifold.slopes[found.slice.along] * (first.parameter - second.parameter)))
 
 
 def _slice(
@@ -214,8 +220,11 @@ def _slice(
     a = manifold.at(da)
     if not is_inside(a, bounds):
         return None
-    along = flattest(da, bounds)[0]  # across the tongue, whose axis is da
-    piece = Slice(equations, along, a[1 - along], SPAN * width_of(bounds[along]))
+    rates = manifold.slopes / manifold.nu
+    # the parameter that leads across the tongue, whose axis is -d, most steeply
+    steepness = np.abs((rates * form.d.conjugate()).imag) / np.maximum(np.abs(rates), TINY)
+    along = int(np.argmax(steepness))
+    piece = Slice(equations, along, a[1 - along], SPAN / float(abs(rates[along])))
     points = r * np.exp(2j * math.pi * (phase + p * np.arange(q)) / q)
     unroll = manifold.equations.unrolled
     start = unroll(manifold.z, manifold.moved(points, da))
