@@ -1,0 +1,127 @@
+"""``python -m benchmarks.design``: a frequency response of the frame of docs/design.md, beside SciPy for one point.
+
+Asserted before anything is timed: at one frequency SciPy's integrator, stopped at every impact, settles on the same
+amplitude.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import vibroimpact as vi
+from benchmarks import machine
+from benchmarks.case import Floats
+
+HERTZ, BAND = 8.0, (6.0, 10.0)
+AT = 6.4  # Hz: 1-1-1 orbits, beside motion without impacts
+AGREE = 1e-6  # relative, of the amplitude
+SETTLE, PERIODS = 300, 20  # of SciPy's run
+NUMBER, STARTS = 200, 16
+TURN = 2.0 * math.pi
+
+
+@dataclass(slots=True)
+class Row:
+    """One line of the table."""
+
+    what: str
+    seconds: float
+    members: int  # motions that were settled and observed
+
+
+def frame(hertz: float = HERTZ) -> vi.ImpactDamper:
+    """120 kg at 8 Hz with 2 % of damping and 400 N, a ball of 6 kg with 20 mm of play."""
+    w = TURN * HERTZ
+    return vi.ImpactDamper.from_physical(
+        M1=120.0, M2=6.0, K=120.0 * w**2, C=0.04 * 120.0 * w, F0=400.0, Omega=TURN * hertz,
+        D=0.02, restitution=0.6,
+    )  # fmt: skip
+
+
+def by_scipy(damper: vi.ImpactDamper, start: vi.State) -> float:
+    """Amplitude of x1 over the last periods, integrated from impact to impact."""
+
+    def rates(t: float, y: Floats) -> Floats:
+        force = damper.force * math.sin(damper.omega * t + start.phase)
+        pull = -2.0 * damper.zeta * damper.omega_n * y[1] - damper.omega_n**2 * y[0]
+        return np.array([y[1], force + pull, y[3], 0.0])
+
+    def gap(side: float) -> object:
+        def left(_t: float, y: Floats) -> float:
+            return damper.half_clearance - side * (y[2] - y[0])
+
+        left.terminal, left.direction = True, -1.0  # type: ignore[attr-defined]
+        return left
+
+    t, y = 0.0, np.array([*np.ravel(list(zip(start.position, start.velocity, strict=True)))])
+    end, watched = (SETTLE + PERIODS) * damper.period, SETTLE * damper.period
+    largest, smallest = -math.inf, math.inf
+    share = damper.mass_ratio / (1.0 + damper.mass_ratio)
+    while t < end:
+        found = solve_ivp(
+            rates, (t, end), y, method="DOP853", rtol=1e-10, atol=1e-10,
+            events=(gap(1.0), gap(-1.0)), dense_output=True,
+        )  # fmt: skip
+        t, y = float(found.t[-1]), found.y[:, -1].copy()
+        if t > watched:
+            fine = found.sol(np.linspace(max(found.t[0], watched), t, 4000))[0]
+            largest, smallest = max(largest, fine.max()), min(smallest, fine.min())
+        if found.status == 1:
+            change = (1.0 + damper.restitution) * (y[3] - y[1])
+            y[1] += share * change
+            y[3] -= (1.0 - share) * change
+    return 0.5 * (largest - smallest)
+
+
+def response_of(number: int, starts: int, most: int) -> vi.Response:
+    """Response over the band."""
+    return vi.frequency_response(
+        frame(), "omega", BAND, unit="Hz", measure="x1", number=number, starts=starts, most=most,
+        progress=False,
+    )  # fmt: skip
+
+
+def rows_of() -> list[Row]:
+    """Check one point, then time."""
+    damper = frame(AT)
+    orbit = vi.find_orbit(damper, vi.simulate(damper, damper.free_start(), impacts=4000).last)
+    exact = vi.measure_of("x1", damper).of_orbit(orbit)
+    begin = time.perf_counter()
+    sampled = by_scipy(damper, orbit.state)
+    alone = time.perf_counter() - begin
+    assert abs(sampled - exact) < AGREE * exact, f"{orbit.symbol}: SciPy {sampled}, exact {exact}"
+    rows = [Row(f"SciPy, {SETTLE + PERIODS} periods from one start at one frequency", alone, 1)]
+    for most, what in ((0, "simulated alone"), (8, "with branches")):
+        begin = time.perf_counter()
+        response_of(NUMBER, STARTS, most)
+        took = time.perf_counter() - begin
+        rows.append(Row(f"{NUMBER} frequencies x {STARTS} starts, {what}", took, NUMBER * STARTS))
+    return rows
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.design", description=__doc__)
+    parser.add_argument("--json", type=Path, help="also write the table to this file")
+    options = parser.parse_args(argv)
+    about, rows = machine.show(), rows_of()
+    for row in rows:
+        print(
+            f"{row.what:60s} {row.seconds:8.2f} s {1e3 * row.seconds / row.members:10.2f} ms each"
+        )
+    if options.json:
+        content = {"machine": about, "rows": [asdict(row) for row in rows]}
+        options.json.write_text(json.dumps(content, indent=2) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
