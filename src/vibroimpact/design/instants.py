@@ -1,0 +1,98 @@
+"""Instants of a signal: its local extrema, and when it is large for the last time.
+
+Method      In each window a signal is a Chebyshev series (flights.py). Its extrema are the zeros of
+            the derivative, eigenvalues of a colleague matrix, and ends of flights at which the
+            derivative changes its sign, as it does in impacts; levels are reached at zeros of the
+            series less the level, or jumped over at the end of a flight.
+Accuracy    of values, rounding; of instants of extrema, its square root, as values are flat there
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from vibroimpact._core.chebyshev import real_zeros_of
+from vibroimpact._core.types import Floats, Integers
+from vibroimpact.design.flights import FLAT, Signal
+
+SAME = 1e-6  # of a window: instants so near to each other are one
+
+
+class Extrema(NamedTuple):
+    """Local extrema of a signal in order, shape (k,) each."""
+
+    time: Floats
+    value: Floats
+
+
+def extrema(signal: Signal) -> Extrema:
+    """Local maxima and minima of a signal, its first and last value not included."""
+    w = signal.flights._windows
+    slope = np.asarray(chebyshev.chebder(signal.series, axis=0), dtype=float)
+    at, x = _inside(signal, *real_zeros_of(slope, FLAT))
+    times, values = _times(signal, at, x), _values(signal.series, at, x)
+    before, after = (
+        _values(slope, w.last[:-1], _ends(signal)[:-1]),
+        _values(slope, w.first[1:], -1.0),
+    )
+    corner = np.flatnonzero(before * after < 0.0)
+    begin = _begin(signal)[1:][corner]
+    corners = _values(signal.series, w.first[1:][corner], -1.0)
+    times, values = np.append(times, begin), np.append(values, corners)
+    order = np.argsort(times, kind="stable")
+    times, values = times[order], values[order]
+    apart = np.diff(times, prepend=-np.inf) > SAME * w.length
+    return Extrema(times[apart], values[apart])
+
+
+def last_beyond(signal: Signal, level: float) -> float:
+    """Latest time at which the modulus of a signal is not below a level.
+
+    The end of the motion where it is not below then; 0 where it is below all the time.
+    """
+    durations, w = signal.flights.durations, signal.flights._windows
+    ends = _begin(signal) + durations
+    at_end = np.abs(_values(signal.series, w.last, _ends(signal)))
+    if at_end[-1] >= level:
+        return float(ends[-1])
+    found = [0.0, *ends[at_end >= level]]
+    for side in (level, -level):
+        series = signal.series.copy()
+        series[0] -= side
+        at, x = _inside(signal, *real_zeros_of(series))
+        found += _times(signal, at, x).tolist()
+    return float(max(found))
+
+
+def _begin(signal: Signal) -> Floats:
+    durations = signal.flights.durations
+    return np.cumsum(durations) - durations
+
+
+def _ends(signal: Signal) -> Floats:
+    """Ends of the flights, in their last windows."""
+    w = signal.flights._windows
+    ends: Floats = 2.0 * (signal.flights.durations - w.start[w.last]) / w.length - 1.0
+    return ends
+
+
+def _inside(signal: Signal, at: Integers, x: Floats) -> tuple[Integers, Floats]:
+    """Those of the points in windows that are within their flights."""
+    w = signal.flights._windows
+    x = np.clip(x, -1.0, 1.0)
+    since = w.start[at] + w.length * (1.0 + x) / 2.0
+    kept = since <= signal.flights.durations[w.segment[at]]
+    return at[kept], x[kept]
+
+
+def _times(signal: Signal, at: Integers, x: Floats) -> Floats:
+    w = signal.flights._windows
+    times: Floats = _begin(signal)[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
+    return times
+
+
+def _values(series: Floats, windows: Integers, x: Floats | float) -> Floats:
+    return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False), dtype=float)
