@@ -51,6 +51,10 @@ from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design import measure
 from vibroimpact.design.measure import Measure as Measure
 from vibroimpact.design.measure import measure_of as measure_of
+from vibroimpact.design.response import Response as Response
+from vibroimpact.design.response import frequency_response as frequency_response
+from vibroimpact.design.tuned import TunedDamper as TunedDamper
+from vibroimpact.design.tuned import tuned_damper as tuned_damper
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.machine import Scales as Scales

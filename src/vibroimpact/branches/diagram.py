@@ -266,10 +266,10 @@ def branch_diagram(
     check_function("progress", progress)
     orbit = converged(orbit)
     report = progress or (lambda _: None)
-    following = _Following(parameter, steps, stop_when, report)
+    following = Following(parameter, steps, stop_when, report)
     first = continue_orbit(orbit, parameter, bounds, **following.options("branch 0, of the orbit"))
     low, high = first.bounds
-    tree = _Tree((low, high), following)
+    tree = Tree((low, high), following)
     tree.grow(first, depth, most)
     behind = None
     if attractors and not tree.interrupted:
@@ -306,7 +306,7 @@ class _Options(TypedDict):
     progress: CurveProgress
 
 
-class _Following(NamedTuple):
+class Following(NamedTuple):
     """Options for following branches, and the progress callback."""
 
     parameter: str
@@ -336,10 +336,10 @@ class _Waiting(NamedTuple):
         return branches[self.branch].special_points[self.number]
 
 
-class _Tree:
+class Tree:
     """Branches found so far and the junctions between them."""
 
-    def __init__(self, bounds: tuple[float, float], following: _Following) -> None:
+    def __init__(self, bounds: tuple[float, float], following: Following) -> None:
         self.bounds, self.following = bounds, following
         self.branches: list[Branch] = []
         self.reached: list[Reached] = []
@@ -349,7 +349,7 @@ class _Tree:
         self.interrupted = False
 
     def grow(self, first: Branch, depth: int, most: int) -> None:
-        """Switch at every waiting point, the least first."""
+        """Add a branch and switch at every waiting point, the least first."""
         self.interrupted = _interrupted(first)
         self._add(first, 0)
         while self.waiting:

@@ -104,14 +104,18 @@ class Rows:
         """Speed at which an element's force works on the motion."""
         return dual(self._mode(code).elements[element][1])
 
-    def gap_rate(self, code: int, part: int) -> Dual:
-        """Rate of row . x, relative to the stop, of a contact or soft stop."""
+    def gap(self, code: int, part: int) -> Dual:
+        """row . x, relative to the stop, of an open contact or a soft stop."""
         mode, element = self._mode(code), part - len(self.mechanism.contacts)
         if element < 0:
             row, gain = mode.guards[part][:2]
         else:  # the gap is the first watch of a soft stop in each of its states
             row, gain = next(watch[:2] for watch in mode.watches if watch[4] == element)
-        return dual([*row, gain]) @ self.flow(code)
+        return dual([*row, gain])
+
+    def gap_rate(self, code: int, part: int) -> Dual:
+        """Its rate."""
+        return self.gap(code, part) @ self.flow(code)
 
     def embedded(self, states: Floats, by: Floats) -> Dual:
         """Y of states (x, v, theta), shape (m, D + 1), and its derivative from theirs."""
@@ -242,6 +246,20 @@ class Flights:
         u_by = np.einsum("nwd,wd->nw", w.y.by, value) + np.einsum("nwd,wd->nw", w.y.value, by)
         return Signal(self, u, u_by)
 
+    def state_at(self, time: float) -> Floats:
+        """(x, v, theta) at a time since the start of the motion, shape (2n + 1,)."""
+        ends = np.cumsum(self.durations)
+        flight = min(int(np.searchsorted(ends, time)), len(ends) - 1)
+        since = time - (ends[flight] - self.durations[flight])
+        w, n = self._windows, self.rows.mechanism.degrees
+        window = w.first[flight] + min(int(since / w.length), w.last[flight] - w.first[flight])
+        x = 2.0 * (since - w.start[window]) / w.length - 1.0
+        y = chebyshev.chebval(x, w.y.value[:, window])
+        moving = self.rows.moved
+        v = [moving(self.codes[flight], row, 1).value @ y for row in np.eye(n)]
+        phase = self.states[flight, -1] + self.omega.value * since
+        return np.array([*y[0 : 2 * n : 2], *v, phase])
+
     def closing(self) -> Dual:
         """Closing speed of each impact, shape (k,)."""
         w, found = self._windows, []
@@ -311,6 +329,17 @@ class Signal:
 
     def extremes(self) -> tuple[Dual, Dual]:
         """Smallest and largest value, with their derivatives, by (2)."""
+        u, u_by, _ = self._extrema()
+        low, high = int(np.argmin(u)), int(np.argmax(u))
+        return Dual(float(u[low]), float(u_by[low])), Dual(float(u[high]), float(u_by[high]))
+
+    def place(self, *, largest: bool) -> float:
+        """Time since the start of the motion at which it is largest, or smallest."""
+        u, _, times = self._extrema()
+        return float(times[np.argmax(u) if largest else np.argmin(u)])
+
+    def _extrema(self) -> tuple[Floats, Floats, Floats]:
+        """Values at extrema and at ends of flights, their derivatives and times."""
         w, durations = self.flights._windows, self.flights.durations
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
         at, x = real_zeros_of(slope, FLAT)
@@ -324,8 +353,9 @@ class Signal:
         moved[len(at) - len(ends) :] = late * self.flights.durations_by
         u = _values(self.series, at, x)
         u_by = _values(self.series_by, at, x) + moved
-        low, high = int(np.argmin(u)), int(np.argmax(u))
-        return Dual(float(u[low]), float(u_by[low])), Dual(float(u[high]), float(u_by[high]))
+        begun = np.cumsum(durations) - durations
+        times = begun[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
+        return u, u_by, np.asarray(times)
 
     def mean_product(self, other: Signal) -> Dual:
         """Mean of the product of two signals over the motion, by (3)."""

@@ -1,18 +1,40 @@
-"""Linear machines in closed form: the motion without impacts, and the tuned mass damper."""
+"""The motion of a machine without impacts, in closed form.
+
+Method      With all stops open a machine is linear: for every forcing line
+                (K - omega^2 M + i omega C) X = F,      x(t) = x0 + sum of Re X exp(i omega t).    (1)
+            A free mass, along which K and the forces vanish, stands anywhere; it is put where the
+            least gap is largest, a linear programme.                                           (2)
+Accuracy    rounding, times the condition of (1)
+Fails       a sentence: no forcing, an element that acts without being met, a force that nothing
+            holds, resonance of an undamped machine
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.design.flights import Dual, dual
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.design.flights import Dual, Flights, Struck, dual, rows_of
+from vibroimpact.model.elements import SoftStop
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.problem import least_cycles
+from vibroimpact.orbits.problem import forcing_repeats, least_cycles
+
+ZERO = 1e-12  # relative: stiffness and forces that vanish but for rounding
+HELD = 1e-9  # of the fastest rate: a motion that dies out more slowly does not settle
+
+
+class Reach(NamedTuple):
+    """What a motion leaves of the gap at a stop, and its place in the motion of the contact."""
+
+    stop: Stop
+    gap: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +46,8 @@ class FreeMotion:
     system
         The system.
     offset
-        What is added to the coordinates along which nothing holds the machine, shape (n,): a free
-        mass stands anywhere.
+        What is added to coordinates along which nothing holds the machine, shape (n,): a free mass
+        stands anywhere.
     """
 
     system: System
@@ -42,25 +64,75 @@ class FreeMotion:
         return least_cycles(self.mechanism)
 
     @property
+    def symbol(self) -> str:
+        """Symbol n-0-0."""
+        return f"{self.cycles}-0-0"
+
+    @property
     def period(self) -> float:
         """Time until it repeats."""
         return 2.0 * math.pi * self.cycles / self.mechanism.omega
 
-    def state_by(self, varied: Mechanism) -> tuple[Floats, Floats, Dual]:
-        """(x, v, theta) at phase zero, its derivative, and the period, from a mechanism with jets."""
+    def flights(self, parameter: str = "") -> Flights:
+        """The motion as one flight, with its derivatives by a parameter."""
+        rows = rows_of(self.system, parameter)
+        state, by, duration = self._state(rows.varied)
+        none = Struck(np.array([], dtype=np.int64), [])
+        times = np.array([[duration.value], [duration.by]])
+        return Flights(rows, state[None], times[0], (0,), none, by[None], times[1])
+
+    @cached_property
+    def reaches(self) -> list[Reach]:
+        """What is left of the gap at every stop, soft ones included; negative where it is crossed."""
+        flights = self.flights()
+        found = []
+        for number, part in enumerate(self.mechanism.numbered):
+            if isinstance(part, STOP_KINDS):
+                low, high = flights.signal(partial(flights.rows.gap, part=number)).extremes()
+                found.append(Reach(Stop(number, 1), part.upper - high.value))
+                found.append(Reach(Stop(number, -1), low.value - part.lower))
+        return [reach for reach in found if math.isfinite(reach.gap)]
+
+    @property
+    def clearance_to_grazing(self) -> float:
+        """Least gap; infinite without stops."""
+        return min((reach.gap for reach in self.reaches), default=math.inf)
+
+    @property
+    def admissible(self) -> bool:
+        """Whether no stop is crossed."""
+        return self.clearance_to_grazing >= 0.0
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is admissible and motions near it settle on it, free masses apart, which stay."""
+        return self.admissible and self.settles
+
+    @cached_property
+    def settles(self) -> bool:
+        """Whether all motions that something holds die out."""
+        m = self.mechanism
+        by_mass = np.linalg.inv(np.array(m.mass))
+        n = m.degrees
+        matrix = np.zeros((2 * n, 2 * n))
+        matrix[:n, n:] = np.eye(n)
+        matrix[n:, :n], matrix[n:, n:] = -by_mass @ m.stiffness, -by_mass @ m.damping
+        rates = np.linalg.eigvals(matrix)
+        free = 2 * len(loose(m))
+        slow = np.sort(rates.real)[: len(rates) - free] if free else rates.real
+        return bool(np.all(slow < -HELD * np.abs(rates).max()))
+
+    def _state(self, varied: Mechanism) -> tuple[Floats, Floats, Dual]:
+        """(x, v, theta) at phase zero, its derivative, and the period, from numbers or jets."""
         n = self.mechanism.degrees
-        mass, damping, stiffness = (
-            dual(x) for x in (varied.mass, varied.damping, varied.stiffness)
-        )
-        inverse = np.linalg.pinv(stiffness.value)
-        constant = dual(varied.constant_force)
+        mass, damping, stiffness = map(dual, (varied.mass, varied.damping, varied.stiffness))
+        inverse, constant = np.linalg.pinv(stiffness.value), dual(varied.constant_force)
         x0 = inverse @ constant.value
         state, by = np.zeros(2 * n + 1), np.zeros(2 * n + 1)
         state[:n] = x0 + self.offset
         by[:n] = inverse @ (constant.by - stiffness.by @ x0)
         for force in varied.forces:
-            omega = dual(force.omega)
-            w, w_by = float(omega.value), float(omega.by)
+            w, w_by = map(float, dual(force.omega))
             sine, cosine = dual(force.sine), dual(force.cosine)
             matrix = stiffness.value + 1j * w * damping.value - w * w * mass.value
             moved = stiffness.by + 1j * (w_by * damping.value + w * damping.by)
@@ -71,6 +143,67 @@ class FreeMotion:
             by[:n] += x_by.real
             state[n : 2 * n] += (1j * w * x).real
             by[n : 2 * n] += (1j * (w_by * x + w * x_by)).real
-        first = dual(varied.omega)
-        period = 2.0 * math.pi * self.cycles / float(first.value)
-        return state, by, Dual(period, -period * float(first.by) / float(first.value))
+        first = Dual(*map(float, dual(varied.omega)))
+        period = 2.0 * math.pi * self.cycles / first.value
+        return state, by, Dual(period, -period * first.by / first.value)
+
+
+def loose(m: Mechanism) -> Floats:
+    """Directions along which no spring holds the machine, shape (k, n)."""
+    _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
+    found: Floats = directions[sizes <= ZERO * max(float(sizes.max()), 1e-300)]
+    return found
+
+
+def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
+    """Return the steady motion without impacts, admissible or not; a sentence where there is none.
+
+    Parameters
+    ----------
+    system
+        The system.
+    opened
+        Leave all elements out, friction and phase switches too: the linear machine.
+    """
+    m = mechanism_of(system)
+    if not m.forces:
+        return "there is no forcing"
+    if m.massless:
+        return "a coordinate has no mass"
+    if not opened and not all(isinstance(element, SoftStop) for element in m.elements):
+        return "friction or a phase switch acts all the time"
+    if not forcing_repeats(m, least_cycles(m)):
+        return "the forcing frequencies have no common period"
+    free, constant = loose(m), np.array(m.constant_force)
+    if np.any(np.abs(free @ constant) > ZERO * np.abs(constant).max(initial=0.0)):
+        return "a constant force acts on a mass that no spring holds"
+    try:
+        motion = FreeMotion(system, np.zeros(m.degrees))
+        state = motion.flights().states
+        if not np.isfinite(state).all():
+            return "it resonates without damping"
+        return FreeMotion(system, _centred(motion, free)) if len(free) else motion
+    except np.linalg.LinAlgError:
+        return "it resonates without damping"
+
+
+def _centred(motion: FreeMotion, free: Floats) -> Floats:
+    """Offset along free directions with the largest least gap, (2)."""
+    from scipy.optimize import linprog
+
+    m, reaches = motion.mechanism, motion.reaches
+    rows = [np.array(m.numbered[reach.stop.contact].row) for reach in reaches]  # type: ignore[union-attr]
+    across = np.array([reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)])
+    gaps = np.array([reach.gap for reach in reaches])
+    if not gaps.size or not across.any():
+        return np.zeros(m.degrees)
+    k = len(free)
+    least = across[gaps <= gaps.min() + ZERO * np.abs(gaps).max()]
+    if k == 1 and least.min() < 0.0 < least.max():  # it is in the middle
+        return np.zeros(m.degrees)
+    most = float(np.abs(gaps).max()) * 2.0
+    found = linprog(
+        np.append(np.zeros(k), -1.0), A_ub=np.column_stack([across, np.ones(len(gaps))]), b_ub=gaps,
+        bounds=[(None, None)] * k + [(None, most)],
+    )  # fmt: skip
+    return np.asarray(found.x[:k] @ free, dtype=float) if found.success else np.zeros(m.degrees)

@@ -284,6 +284,23 @@ class _OfRow(Measure):
         return flights.signal(partial(_moved, rows, self._coefficients(rows.mechanism), order))
 
 
+def of_row(measure: Measure) -> Row | None:
+    """Row, as text, of a measure of one; None for others."""
+    return measure.text if isinstance(measure, _OfRow) else None
+
+
+def coefficients_of(measure: Measure, m: Mechanism) -> Floats | None:
+    """Coefficients of the row of a measure, shape (n,); None for a measure of no row."""
+    return measure._coefficients(m) if isinstance(measure, _OfRow) else None
+
+
+def with_row(measure: Measure, row: Sequence[float]) -> Measure:
+    """A measure of a row, of another one with a derivative of the same order; others as they are."""
+    if not isinstance(measure, _OfRow):
+        return measure
+    return replace(measure, row=tuple(row), order=measure.derivatives, system=None)
+
+
 def _moved(rows: Rows, row: Floats, order: int, code: int) -> Dual:
     return rows.moved(code, row, order)
 

@@ -33,21 +33,12 @@ def flights_of(motion: Motion, parameter: str = "") -> Flights:
         What is no periodic motion, or one that is not converged.
     """
     if isinstance(motion, FreeMotion):
-        return _of_free(motion, parameter)
+        return motion.flights(parameter)
     if not isinstance(motion, Orbit):
         raise refusal("orbit", motion, "an Orbit, or a motion without impacts")
     if not motion.converged:
         raise InvalidParameterError(f"orbit: must be converged, and is not: {motion.status}.")
     return _of_orbit(motion, parameter)
-
-
-def _of_free(motion: FreeMotion, parameter: str) -> Flights:
-    rows = rows_of(motion.system, parameter)
-    state, by, duration = motion.state_by(rows.varied)
-    return Flights(
-        rows, state[None], np.array([duration.value]), (0,), Struck(np.array([], dtype=int), []),
-        by[None], np.array([duration.by]),
-    )  # fmt: skip
 
 
 def _of_orbit(orbit: Orbit, parameter: str) -> Flights:

@@ -26,6 +26,7 @@ from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
 from vibroimpact.plotting.phase_portrait import plot_phase_portrait
 from vibroimpact.plotting.plane import plot_plane
+from vibroimpact.plotting.response import plot_response
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.style import save
 from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
@@ -49,6 +50,7 @@ __all__ = [
     "plot_multipliers",
     "plot_phase_portrait",
     "plot_plane",
+    "plot_response",
     "plot_section",
     "plot_tongue",
     "save",

@@ -1,0 +1,297 @@
+"""What a machine settles on over a band: simulated up, down and from many starts, equal motions joined.
+
+Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter: one motion followed
+            upwards, then downwards, and one from each random start. Members at one value are one
+            answer where their motions have the same kind and the same ranges of all coordinates,
+            within SAME of the largest for periodic motions, within ALIKE for others, whose ranges in
+            a window scatter; mirror images are one answer.
+Accuracy    of measured numbers, that of the members; extremes of motions that are not periodic grow
+            with the length of the window
+Fails       attractors with small basins are missed; slow transients are answers of their own
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibroimpact._core.types import Floats
+from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_row
+from vibroimpact.design.motions import Motion
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import simulate
+from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
+from vibroimpact.sweeps.analyses.motion_codes import BELOW, flags, motions
+from vibroimpact.sweeps.observers.extremes import Extremes
+from vibroimpact.sweeps.observers.final import Final
+from vibroimpact.sweeps.observers.observer import Observer
+from vibroimpact.sweeps.starts import Many, RandomStarts
+from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAME, ALIKE = 1e-4, 0.1  # of the largest range of a coordinate
+FASTER = 1.5  # random speeds reach so many times those of the linear machine
+OTHERS = ("chaotic", "not periodic", "no impacts")  # kinds that are no symbol
+OBSERVED = ("symbol", "impacts", "lyapunov", "final")
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A steady motion at a value of the parameter, and what is measured of it.
+
+    Attributes
+    ----------
+    parameter, value
+        The value of the parameter, and the measure.
+    motion
+        Symbol n-p-q of a periodic motion; "chaotic", "not periodic", "no impacts".
+    stable, admissible
+        Of an orbit; a motion that was simulated is both.
+    derivative
+        Exact derivative of the measure along the branch; NaN of a motion that is on none.
+    rms, peak
+        Root mean square and largest modulus of the measured row; NaN where no row is measured.
+    members
+        Number of simulated motions that ended there.
+    ways
+        How these were started: "up", "down", "starts".
+    orbit
+        The orbit, or motion without impacts; None of a motion that is on no branch.
+    state
+        A state on a simulated motion, None for others.
+    """
+
+    parameter: float
+    value: float
+    motion: str
+    stable: bool = True
+    admissible: bool = True
+    derivative: float = math.nan
+    rms: float = math.nan
+    peak: float = math.nan
+    members: int = 0
+    ways: tuple[str, ...] = ()
+    orbit: Motion | None = field(default=None, repr=False)
+    state: State | None = field(default=None, repr=False)
+
+    @property
+    def periodic(self) -> bool:
+        """Whether it is a periodic motion with impacts, or an orbit without."""
+        return self.orbit is not None or self.motion not in OTHERS
+
+    def __repr__(self) -> str:
+        kind = "stable" if self.stable else "unstable" if self.admissible else "not admissible"
+        slope = "" if math.isnan(self.derivative) else f", derivative {self.derivative:.6g}"
+        return f"Answer({self.value:.6g} at {self.parameter:.6g}: {self.motion}, {kind}{slope})"
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """How the answers of simulation are found.
+
+    Attributes
+    ----------
+    system, parameter, measure
+        What is measured of which machine.
+    start
+        Start of the motion that is followed up and down.
+    starts
+        Random, or listed, starts of the others; None for none.
+    settle, periods
+        Forcing periods before, and while, members are observed.
+    options
+        Of the sweeps: workers, progress.
+    """
+
+    system: System
+    parameter: str
+    measure: Measure
+    start: State
+    starts: Many | None
+    settle: float
+    periods: float
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def answers(self, values: Floats) -> list[list[Answer]]:
+        """Answers at each value, those with most members first."""
+        over = {self.parameter: values}
+        given: dict[str, Any] = {
+            "over": over, "observe": self._observers(), "settle": self.settle,
+            "periods": self.periods, "progress": False,
+        }  # fmt: skip
+        ways = bifurcation_sweep(
+            self.system, start=self.start, way="both", points=1, at_phase=0.0, **given | self.options
+        )
+        parts = [(str(way), ways.sel(direction=way)) for way in ways["direction"].values]
+        if self.starts is not None:
+            found = sweep(self.system, start=self.starts, **given | self.options)
+            apart = [dim for dim in found["end"].dims if dim != self.parameter]
+            parts += [("starts", found.isel({apart[0]: k})) for k in range(found.sizes[apart[0]])]
+        tables = [_Table(way, part, self) for way, part in parts]
+        return [
+            self._joined(value, [table.row(k) for table in tables])
+            for k, value in enumerate(values.tolist())
+        ]
+
+    def _observers(self) -> list[str | Observer]:
+        measured = [one for measure in self.measures for one in measure.observers]
+        return [*OBSERVED, Extremes(), *(one for one in measured if not isinstance(one, Final))]
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The measure, and of a row its rms and peak."""
+        row = of_row(self.measure)
+        if row is None:
+            return (self.measure,)
+        return self.measure, *(measure_of(kind(row), self.system) for kind in (Rms, Peak))
+
+    @property
+    def observed(self) -> bool:
+        """Whether observers hold all measures."""
+        return not any(isinstance(o, Final) for m in self.measures for o in m.observers)
+
+    def _joined(self, value: float, rows: list[_Row]) -> list[Answer]:
+        """Answers of the members at one value."""
+        rows = [row for row in rows if row.motion]
+        largest = np.max([row.ranges for row in rows], axis=0) if rows else np.zeros(0)
+        largest[largest == 0.0] = 1.0
+        groups: list[list[_Row]] = []
+        for row in sorted(rows, key=lambda r: tuple(-r.ranges)):
+            near = SAME if row.motion not in OTHERS else ALIKE
+            for group in groups:
+                apart = np.abs(group[0].ranges - row.ranges) / largest
+                if group[0].motion == row.motion and apart.max() <= near:
+                    group.append(row)
+                    break
+            else:
+                groups.append([row])
+        groups.sort(key=len, reverse=True)
+        return [self._answer(value, group) for group in groups]
+
+    def _answer(self, value: float, group: list[_Row]) -> Answer:
+        first = group[0]
+        numbers = first.numbers if self.observed else self._measured(value, first.state)
+        known = dict(zip(("value", "rms", "peak"), numbers, strict=False))
+        ways = tuple(dict.fromkeys(row.way for row in group))
+        return Answer(
+            parameter=value, motion=first.motion, members=len(group), ways=ways, state=first.state,
+            **known,
+        )  # fmt: skip
+
+    def _measured(self, value: float, state: State) -> list[float]:
+        """The measures of a motion that is run on for its window."""
+        system = with_parameter(self.system, self.parameter, value)
+        span = self.periods * 2.0 * math.pi / mechanism_of(system).omega
+        run = simulate(system, state, t_max=span, impacts=2**40)
+        return [measure.of_run(run, span) for measure in self.measures]
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """A member: how it was started, its motion, "" where it has none, ranges, numbers, state."""
+
+    way: str
+    motion: str
+    ranges: Floats
+    numbers: list[float]
+    state: State
+
+
+class _Table:
+    """Members of one start over all values."""
+
+    def __init__(self, way: str, members: xr.Dataset, simulation: Simulation) -> None:
+        self.way = way
+        codes = motions(members)
+        words = flags(codes)
+        self.motions = [
+            "" if code <= BELOW - 1 else words[int(code)].replace("_", " ") for code in codes.values
+        ]
+        self.ranges = (members["x_largest"] - members["x_smallest"]).values
+        self.columns = (
+            [measure.of_sweep(members).values for measure in simulation.measures]
+            if simulation.observed
+            else []
+        )
+        self.states = [members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")]
+
+    def row(self, k: int) -> _Row:
+        place, speed, phase = (part[k] for part in self.states)
+        motion = self.motions[k] if np.isfinite(self.ranges[k]).all() else ""
+        state = State(tuple(place), tuple(speed), float(phase)) if motion else State((), ())
+        return _Row(self.way, motion, self.ranges[k], [float(c[k]) for c in self.columns], state)
+
+
+# ---- starts --------------------------------------------------------------------------------------
+
+
+def rest_of(system: System) -> State:
+    """A state away from all stops, the machine's own if it names one."""
+    own = getattr(system, "free_start", None)
+    if own is not None:
+        return own()  # type: ignore[no-any-return]
+    m = mechanism_of(system)
+    place = np.zeros(m.degrees)
+    limits = [(np.array(c.row), c.lower, c.upper) for c in m.contacts]
+    if not all(low <= row @ place <= high for row, low, high in limits):
+        place = _inside(limits, m.degrees)
+    return State(tuple(place.tolist()), (0.0,) * m.degrees)
+
+
+def _inside(limits: list[tuple[Floats, float, float]], n: int) -> Floats:
+    """A place within all contacts, by a linear programme; zero where there is none."""
+    from scipy.optimize import linprog
+
+    rows = [(side * row, side * limit) for row, low, high in limits
+            for side, limit in ((1.0, high), (-1.0, low)) if math.isfinite(limit)]  # fmt: skip
+    across = np.array([np.append(row, 1.0) for row, _ in rows])
+    size = max(abs(limit) for _, limit in rows) or 1.0
+    most = [(None, None)] * n + [(None, size)]
+    found = linprog(np.append(np.zeros(n), -1.0), across, [limit for _, limit in rows], bounds=most)
+    return np.asarray(found.x[:n]) if found.success else np.zeros(n)
+
+
+def random_starts(
+    system: System, values: Sequence[System], count: int, seed: int, start: State
+) -> RandomStarts:
+    """Starts with random speeds and phases, of the size of the linear machine's over the band."""
+    from vibroimpact.design.linear import free_motion
+
+    m = mechanism_of(system)
+    reach = _reach(m)
+    speeds = []
+    for one in values:
+        motion = free_motion(one, opened=True)
+        omega = mechanism_of(one).omega
+        size = reach
+        if not isinstance(motion, str):
+            state = motion.flights().states[0]
+            size += float(np.abs(state[: m.degrees]).max() + np.abs(state[m.degrees : -1]).max() / omega)
+        speeds.append(omega * size)
+    speed = FASTER * float(np.median(speeds)) or 1.0
+    ranges = {f"v{i + 1}": (-speed, speed) for i in range(m.degrees) if i not in m.massless}
+    return RandomStarts(count, seed, ranges | {"phase": (0.0, 2.0 * math.pi)}, start)
+
+
+def _reach(m: Mechanism) -> float:
+    """Largest distance of a stop."""
+    parts = [part for part in m.numbered if isinstance(part, STOP_KINDS)]
+    ends = [abs(limit) for part in parts for limit in (part.lower, part.upper)]
+    return max((end for end in ends if math.isfinite(end)), default=0.0)
+
+
+def explained(answer: Answer, by: Answer) -> Answer:
+    """An answer of a branch with the members of a simulated one."""
+    return replace(
+        by, members=by.members + answer.members, ways=tuple(dict.fromkeys((*by.ways, *answer.ways))),
+        state=answer.state, rms=answer.rms, peak=answer.peak,
+    )  # fmt: skip

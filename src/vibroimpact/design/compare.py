@@ -1,0 +1,157 @@
+"""Linear machines beside a response: with all stops open, and with a tuned mass damper.
+
+The tuned mass damper has the mass of the free masses, on which no spring, dashpot or force acts, and is
+on the one coordinate that springs hold; it is the best for that machine (tuned.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.checks import check_choice
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.design.linear import FreeMotion, free_motion
+from vibroimpact.design.measure import Measure, coefficients_of, with_row
+from vibroimpact.design.tuned import TunedDamper, tuned_damper
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.system import System, mechanism_of
+
+if TYPE_CHECKING:
+    from vibroimpact.design.response import Response
+
+COMPARISONS = ("linear", "tuned")
+POINTS = 400
+FAR = 1e100  # of a stop that is never met
+
+
+class Primary(NamedTuple):
+    """The machine without its free masses: one coordinate on a spring.
+
+    Attributes
+    ----------
+    coordinate
+        Its number.
+    mass, damping, stiffness
+        Of the coordinate.
+    free_mass
+        Sum of the free masses.
+    """
+
+    coordinate: int
+    mass: float
+    damping: float
+    stiffness: float
+    free_mass: float
+
+    @property
+    def zeta(self) -> float:
+        """Damping ratio."""
+        return self.damping / (2.0 * math.sqrt(self.stiffness * self.mass))
+
+
+def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
+    """Values of the parameter, and the measure of a linear machine at each.
+
+    Parameters
+    ----------
+    response
+        The response beside which it is.
+    which
+        "linear", all stops open; or "tuned".
+
+    Raises
+    ------
+    InvalidParameterError
+        A machine without free masses, or with several coordinates on springs; a measure that
+        involves the free masses.
+    """
+    check_choice("compare", which, COMPARISONS)
+    values = response.band.values(POINTS)
+    measure, system = response.measure, response.system
+    machines = [with_parameter(system, response.parameter, value) for value in values.tolist()]
+    if which == "linear":
+        return values, np.array([_opened(measure, one) for one in machines])
+    tuned = _damper_of(primary_of(system))
+    return values, np.array([_with_tuned(measure, one, tuned) for one in machines])
+
+
+def _opened(measure: Measure, system: System) -> float:
+    motion = free_motion(system, opened=True)
+    if isinstance(motion, str):
+        return math.nan
+    return measure.of_orbit(motion)
+
+
+def primary_of(system: System) -> Primary:
+    """The one coordinate that springs hold, and the mass of the free ones.
+
+    Raises
+    ------
+    InvalidParameterError
+        Another machine.
+    """
+    m = mechanism_of(system)
+    mass, damping, stiffness = map(np.array, (m.mass, m.damping, m.stiffness))
+    held = [
+        i for i in range(m.degrees)
+        if stiffness[i].any() or stiffness[:, i].any() or damping[i].any() or damping[:, i].any()
+        or any(force.sine[i] or force.cosine[i] for force in m.forces)
+    ]  # fmt: skip
+    free = [i for i in range(m.degrees) if i not in held]
+    if len(held) != 1 or not free or stiffness[held[0], held[0]] <= 0.0:
+        raise InvalidParameterError(
+            f"compare = 'tuned': needs one mass on a spring and free masses beside it; {len(held)} of "
+            f"{m.degrees} coordinates have springs, dashpots or forces. Take compare = 'linear'."
+        )
+    i = held[0]
+    return Primary(
+        i, float(mass[i, i]), float(damping[i, i]), float(stiffness[i, i]),
+        float(sum(mass[j, j] for j in free)),
+    )  # fmt: skip
+
+
+def _damper_of(primary: Primary) -> TunedDamper:
+    return tuned_damper(primary.free_mass / primary.mass, primary.zeta)
+
+
+def _with_tuned(measure: Measure, system: System, tuned: TunedDamper) -> float:
+    """The measure of a machine with a tuned mass damper."""
+    m, p = mechanism_of(system), primary_of(system)
+    row = coefficients_of(measure, m)
+    if row is None or np.delete(row, p.coordinate).any():
+        raise InvalidParameterError(
+            f"compare = 'tuned': {measure.label} involves more than coordinate x{p.coordinate + 1}. "
+            f"Measure x{p.coordinate + 1}."
+        )
+    mass = tuned.mass_ratio * p.mass
+    rate = tuned.frequency_ratio * math.sqrt(p.stiffness / p.mass)
+    k, c = mass * rate**2, 2.0 * tuned.damping_ratio * rate * mass
+    machine = Mechanism(
+        mass=[[p.mass, 0.0], [0.0, mass]],
+        damping=[[p.damping + c, -c], [-c, c]],
+        stiffness=[[p.stiffness + k, -k], [-k, k]],
+        forces=tuple(
+            Harmonic(f.omega, (f.sine[p.coordinate], 0.0), (f.cosine[p.coordinate], 0.0))
+            for f in m.forces
+        ),
+        contacts=(Contact((-1.0, 1.0), upper=FAR),),
+    )
+    if hasattr(measure, "base") and measure.base is None:
+        machine_measure = replace(measure, base=_static(m, p))  # type: ignore[call-arg]
+    else:
+        machine_measure = measure
+    motion = FreeMotion(machine, np.zeros(2))
+    return with_row(machine_measure, (row[p.coordinate], 0.0)).of_orbit(motion)
+
+
+def _static(m: Mechanism, p: Primary) -> float:
+    """Static deflection of the machine itself, not of the two together."""
+    force = m.forces[0]
+    return math.hypot(force.sine[p.coordinate], force.cosine[p.coordinate]) / p.stiffness

@@ -1,0 +1,547 @@
+"""Frequency response: every steady motion over a band, with one measure of it.
+
+Method      Motions are simulated up, down and from many starts (answers.py). The motion without
+            impacts is known in closed form up to where it grazes (linear.py). Branches of orbits
+            begin at orbits on which simulated motions settle, those first that most of them are on,
+            and at the graze; from each, others are switched to at special points, as in
+            :func:`~vibroimpact.branch_diagram`. A simulated periodic motion that no curve explains is
+            the next start, until all are explained or there are enough branches. Along curves the
+            measure and its derivative are exact (curves.py).
+Fails       attractors with small basins, and branches of unstable orbits that no switching reaches,
+            are missed; motions for which no orbit was found remain as simulated answers
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibroimpact._core.checks import check_count, nonnegative, positive, refusal
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.types import Floats
+from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
+from vibroimpact.branches.same_orbit import loop_of, same_loop
+from vibroimpact.continuation import Steps
+from vibroimpact.continuation.walk import check_steps
+from vibroimpact.design.answers import (
+    Answer,
+    Simulation,
+    explained,
+    random_starts,
+    rest_of,
+)
+from vibroimpact.design.band import Band, Unit, band_of
+from vibroimpact.design.curves import (
+    ResponseCurve,
+    curve_of_branch,
+    curve_without_impacts,
+    names_of,
+)
+from vibroimpact.design.linear import free_motion
+from vibroimpact.design.measure import Measure, measure_of
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.find import SAME, Guess, find_orbit
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.sweeps.listed_starts import ListedStarts
+from vibroimpact.sweeps.starts import GridStarts, RandomStarts
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+ProgressCallback = Callable[[str], None]
+
+NAMED = 8  # motions that a list names
+SAME_VALUE = 1e-3  # of the largest value: a simulated motion on an orbit
+SAMPLED = 9  # machines of the band that tell the size of random speeds
+TRIED = 3  # simulated motions of a kind from which an orbit is looked for
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Steady motions of a machine over a band, measured.
+
+    Attributes
+    ----------
+    system
+        The machine.
+    band
+        :class:`Band`: parameter, range in the system's own units, unit of the user.
+    measure
+        What is measured.
+    curves
+        :class:`ResponseCurve`, the motion without impacts first, if it exists.
+    values
+        Values of the parameter that were simulated, shape (k,).
+    answers
+        At each of them the motions that were simulated, equal ones once, most frequent first.
+    notes
+        Sentences: what was not found or not followed.
+    interrupted
+        Whether ``KeyboardInterrupt`` ended the search for branches; the rest is kept.
+    """
+
+    system: System
+    band: Band
+    measure: Measure
+    curves: tuple[ResponseCurve, ...] = field(repr=False)
+    values: Floats = field(repr=False)
+    answers: tuple[tuple[Answer, ...], ...] = field(repr=False)
+    simulation: Simulation = field(repr=False)
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    @property
+    def parameter(self) -> str:
+        """Name of the parameter."""
+        return self.band.parameter
+
+    @property
+    def size(self) -> float:
+        """Largest value that occurs, in modulus."""
+        found = [abs(a.value) for many in self.answers for a in many]
+        return max((x for x in found if math.isfinite(x)), default=0.0) or 1.0
+
+    @cached_property
+    def unexplained(self) -> tuple[Answer, ...]:
+        """Simulated answers that are on no curve: tori, chaos, orbits that were not found."""
+        return tuple(
+            answer
+            for many in self.answers
+            for answer in many
+            if not any(curve.holds(answer, self.size) for curve in self.curves)
+        )
+
+    @cached_property
+    def worst(self) -> Answer:
+        """The largest value over the band among motions on which the machine settles.
+
+        On branches it is located by the exact derivative, at a maximum, at an end of the band or at
+        the bifurcation where the orbit stops being stable; of other motions it is that of the
+        values simulated.
+        """
+        found = [best for curve in self.curves if (best := curve.largest()) is not None]
+        found += [answer for answer in self.unexplained if math.isfinite(answer.value)]
+        if not found:
+            raise InvalidParameterError(
+                "response: holds no stable motion at all. Raise starts, or settle."
+            )
+        return max(found, key=lambda answer: answer.value)
+
+    def at(self, value: float) -> list[Answer]:
+        """Return every steady motion at one value of the parameter, largest first.
+
+        Parameters
+        ----------
+        value
+            Within the band, in its unit.
+
+        Returns
+        -------
+        list of Answer
+            Orbits of the curves, of any stability, measured exactly; and motions that are
+            simulated there, now, from the same starts, where no stable orbit is their equal.
+
+        Raises
+        ------
+        InvalidParameterError
+            A value outside the band.
+        """
+        own = self.band.own(positive("value", value) if self.band.unit else float(value))
+        low, high = self.band.low, self.band.high
+        slack = 1e-12 * (high - low)
+        if not low - slack <= own <= high + slack:
+            ends = f"[{low * self.band.factor:g}, {high * self.band.factor:g}]"
+            raise refusal("value", value, f"in the band, {ends} {self.band.unit}".rstrip())
+        own = min(max(own, low), high)
+        found = [answer for curve in self.curves for answer in curve.at(own)]
+        for answer in self.simulation.answers(np.array([own]))[0]:
+            equal = [k for k, known in enumerate(found) if _same(known, answer, self.size)]
+            if equal:
+                found[equal[0]] = explained(answer, found[equal[0]])
+            else:
+                found.append(answer)
+        return sorted(found, key=lambda answer: -answer.value)
+
+    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
+        """Convert to a dataset: points of all curves, and simulated answers.
+
+        Parameters
+        ----------
+        si
+            In SI units, where the machine has physical scales; by default in its own.
+
+        Returns
+        -------
+        Dataset
+            Along ``point``: curve (its number), parameter, value, derivative, kind (0 stable,
+            1 unstable, 2 not admissible, of the stretch that begins there); along ``answer``:
+            parameter, value, rms, peak, motion, members, on_curve. Attributes ``units`` where they
+            are SI.
+        """
+        data: xr.Dataset = deferred("design.response_data", "dataset_of")(self, si=si)
+        return data
+
+    def plot(
+        self, *, ax: Axes | None = None, decibel: bool = False,
+        compare: tuple[str, ...] = (), marks: bool = True,
+    ) -> Axes:  # fmt: skip
+        """Draw the response; see :func:`vibroimpact.plotting.plot_response`."""
+        axes: Axes = deferred("plotting.response", "plot_response")(
+            self, ax=ax, decibel=decibel, compare=compare, marks=marks
+        )
+        return axes
+
+    def __repr__(self) -> str:
+        band, factor = self.band, self.band.factor
+        lines = [
+            f"Response: {self.measure.label} over {band.parameter} {band.low * factor:.6g} to "
+            f"{band.high * factor:.6g} {band.unit}".rstrip()
+        ]
+        lines += [f"  {k}: {_line(curve)}" for k, curve in enumerate(self.curves)]
+        others = sorted({answer.motion for answer in self.unexplained}, key=_order)
+        if others:
+            lines.append(f"  simulated, on no branch: {_listed(others)}")
+        if self.answers:
+            lines.append(f"  worst: {self.worst!r}")
+        lines += [f"  {note}" for note in self.notes]
+        return "\n".join(lines)
+
+
+def _order(motion: str) -> tuple[bool, list[int]]:
+    """Motions without a symbol first, then short symbols."""
+    return motion[0].isdigit(), [int(number) for number in re.findall(r"\d+", motion)]
+
+
+def _listed(motions: list[str]) -> str:
+    """A few motions by name, and how many more."""
+    more = len(motions) - NAMED
+    return ", ".join(motions[:NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _line(curve: ResponseCurve) -> str:
+    kind = "without impacts" if curve.branch is None else curve.symbol
+    low, high = float(curve.parameter.min()), float(curve.parameter.max())
+    labels = " ".join(mark.label for mark in curve.marks) or "no special point"
+    return f"{kind}, {low:.6g} to {high:.6g}; {labels}"
+
+
+def _same(known: Answer, simulated: Answer, size: float) -> bool:
+    """Whether a simulated answer is a stable orbit."""
+    if not known.stable or simulated.motion not in names_of(known.motion):
+        return False
+    return abs(known.value - simulated.value) <= SAME_VALUE * size
+
+
+@interruptible("nothing is kept")
+def frequency_response(
+    system: System,
+    parameter: str,
+    band: tuple[float, float],
+    *,
+    measure: Measure | str = "x1",
+    unit: Unit = "",
+    number: int = 200,
+    starts: int | RandomStarts | GridStarts | ListedStarts = 16,
+    start: State | None = None,
+    seed: int = 0,
+    settle: float = 400,
+    periods: float = 100,
+    most: int = 12,
+    depth: int = 1,
+    steps: Steps | None = None,
+    workers: int | None = None,
+    progress: bool | ProgressCallback = True,
+) -> Response:
+    """Compute how a machine answers over a band: every steady motion, with one measure of it.
+
+    Parameters
+    ----------
+    system
+        A forced machine: a :class:`~vibroimpact.Mechanism`, a :class:`~vibroimpact.Family`, or
+        anything with a ``mechanism``.
+    parameter
+        Name of the parameter, usually the forcing frequency, ``"omega"``. Any other real parameter is
+        allowed too: the response is then that over this parameter.
+    band
+        (low, high) of it.
+    measure
+        A measure or its name, such as "x1" (amplitude), "rms v1", "transmissibility x1", "power":
+        see :func:`~vibroimpact.measure_of`.
+    unit
+        "Hz" or "rad/s" if the band is in these; by default it is in the unit of the parameter, scaled
+        for a machine made by ``from_physical``.
+    number
+        Values of the parameter that are simulated, evenly spaced, >= 2.
+    starts
+        Random starts at each of them, >= 0; or starts of :func:`~vibroimpact.sweep`.
+    start
+        Start of the motion that is followed up and down; by default the machine's free start.
+    seed
+        Of the random starts.
+    settle, periods
+        Forcing periods before, and while, motions are observed.
+    most
+        Largest number of branches that are followed, >= 0; with 0 there is simulation, and the motion
+        without impacts, only.
+    depth
+        Switches from the branch of a simulated orbit to others, as for
+        :func:`~vibroimpact.branch_diagram`.
+    steps
+        As for :func:`~vibroimpact.continue_orbit`.
+    workers
+        Threads of the simulation; by default one per core.
+    progress
+        Whether to show it on standard error; or a function that is called with sentences.
+
+    Returns
+    -------
+    Response
+        Ctrl-C while branches are followed keeps what is there.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such parameter, a band that is reversed or that the system refuses, an unknown measure, a
+        system without forcing.
+
+    Notes
+    -----
+    Cost, for the impact damper: a second for 200 values, 16 starts and 500 periods; one to two
+    seconds a branch.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+    ...                          half_clearance=5.0, omega=1.2)
+    >>> response = vi.frequency_response(damper, "omega", (1.1, 1.2), number=5, starts=2,
+    ...                                  progress=False)
+    >>> [answer.motion for answer in response.at(1.15) if answer.stable]
+    ['1-1-1']
+    """
+    asked = band_of(system, parameter, band, unit)
+    first = with_parameter(system, parameter, asked.low)
+    if not mechanism_of(first).forces:
+        raise InvalidParameterError(
+            f"system: has no forcing, so there is no response over {parameter}. Add forces."
+        )
+    measured = measure_of(measure, first)
+    for name, value, least in (("number", number, 2), ("most", most, 0), ("depth", depth, 0)):
+        check_count(name, value, least)
+    nonnegative("settle", settle)
+    positive("periods", periods)
+    check_steps(steps, None)
+    report = _reporter(progress)
+    simulation = Simulation(
+        first, parameter, measured, start if start is not None else rest_of(first),
+        _starts(starts, seed, first, asked, start), float(settle), float(periods),
+        {} if workers is None else {"workers": workers},
+    )  # fmt: skip
+    values = asked.values(number)
+    report.say(f"simulating {number} values of {parameter}")
+    answers = simulation.answers(values)
+    search = _Search(simulation, asked, Following(parameter, steps, STOP_WHEN, report.say), most, depth)
+    try:
+        search.without_impacts(values)
+        search.branches(answers)
+    except KeyboardInterrupt:
+        search.interrupted = True
+    report.close()
+    return Response(
+        first, asked, measured, tuple(search.curves), values, tuple(map(tuple, answers)), simulation,
+        tuple(search.notes), search.interrupted,
+    )  # fmt: skip
+
+
+def _starts(
+    starts: Any, seed: int, system: System, band: Band, start: State | None
+) -> RandomStarts | GridStarts | ListedStarts | None:
+    """Starts beside the one that is followed."""
+    if isinstance(starts, RandomStarts | GridStarts | ListedStarts):
+        return starts
+    check_count("starts", starts, 0)
+    if not starts:
+        return None
+    base = start if start is not None else rest_of(system)
+    sampled = [with_parameter(system, band.parameter, v) for v in band.values(SAMPLED).tolist()]
+    return random_starts(system, sampled, starts, seed, base)
+
+
+class _Reporter:
+    """Progress on standard error, or to a function."""
+
+    def __init__(self, to: ProgressCallback | None, bar: Progress) -> None:
+        self._to, self._bar = to, bar
+        bar.stage("frequency response")
+
+    def say(self, text: str) -> None:
+        """Report a sentence."""
+        if self._to is not None:
+            self._to(text)
+        self._bar.note(text)
+
+    def close(self) -> None:
+        """Remove the live line."""
+        self._bar.close()
+
+
+def _reporter(progress: Any) -> _Reporter:
+    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
+        raise refusal("progress", progress, "True, False or a function")
+    to = progress if callable(progress) else None
+    return _Reporter(to, Progress(1, quiet=progress is not True))
+
+
+class _Search:
+    """Curves found so far."""
+
+    def __init__(
+        self, simulation: Simulation, band: Band, following: Following, most: int, depth: int
+    ) -> None:
+        self.simulation, self.band, self.following = simulation, band, following
+        self.most, self.depth = most, depth
+        self.tree = Tree((band.low, band.high), following)
+        self.curves: list[ResponseCurve] = []
+        self.notes: list[str] = []
+        self.interrupted = False
+        self.failed: dict[str, int] = {}
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The band in the system's own units."""
+        return self.band.low, self.band.high
+
+    def without_impacts(self, values: Floats) -> None:
+        """The curve of the motion without impacts."""
+        s = self.simulation
+        curve = curve_without_impacts(s.system, s.parameter, values, s.measure)
+        if isinstance(curve, str):
+            self.notes.append(f"no motion without impacts: {curve}")
+        else:
+            self.curves.append(curve)
+
+    def branches(self, answers: list[list[Answer]]) -> None:
+        """Branches from simulated orbits, then from the graze of the motion without impacts."""
+        size = max((abs(a.value) for many in answers for a in many if math.isfinite(a.value)), default=1.0)
+        while len(self.tree.branches) < self.most and not self.interrupted:
+            seed = self._next(answers, size or 1.0)
+            if seed is None:
+                break
+            self._follow(seed)
+        for orbit in self._grazing():
+            if len(self.tree.branches) < self.most and not self.interrupted:
+                self._follow(orbit)
+        left = {a.motion for many in answers for a in many if self._open(a, size or 1.0)}
+        if left and not self.interrupted:
+            self.notes.append(f"not followed: {_listed(sorted(left, key=_order))}")
+
+    def _open(self, answer: Answer, size: float) -> bool:
+        """Whether a simulated motion is periodic, with impacts, and on no curve."""
+        return answer.periodic and not any(curve.holds(answer, size) for curve in self.curves)
+
+    def _next(self, answers: list[list[Answer]], size: float) -> Orbit | None:
+        """An orbit of the kind of motion with most members that is on no curve yet."""
+        kinds: dict[str, list[Answer]] = {}
+        for answer in (a for many in answers for a in many if self._open(a, size)):
+            if self.failed.get(answer.motion, 0) < TRIED:
+                kinds.setdefault(answer.motion, []).append(answer)
+        for kind in sorted(kinds, key=lambda k: -sum(a.members for a in kinds[k])):
+            here = kinds[kind]
+            while self.failed.get(kind, 0) < TRIED:
+                share = (0.5, 0.25, 0.75)[self.failed.get(kind, 0)]
+                seed = self._orbit(here[int(share * (len(here) - 1))])
+                if seed is not None:
+                    return seed
+                self.failed[kind] = self.failed.get(kind, 0) + 1
+        return None
+
+    def _orbit(self, answer: Answer) -> Orbit | None:
+        """The orbit on which a simulated motion settled, if it is new."""
+        system = with_parameter(self.simulation.system, self.simulation.parameter, answer.parameter)
+        assert answer.state is not None
+        try:
+            orbit = find_orbit(system, answer.state)
+        except InvalidParameterError as error:
+            self.notes.append(f"{answer.motion}: {error}")
+            self.failed[answer.motion] = TRIED
+            return None
+        return orbit if orbit.converged and orbit.admissible and not self._known(orbit, answer) else None
+
+    def _known(self, orbit: Orbit, answer: Answer) -> bool:
+        loop, m = loop_of(orbit), orbit.mechanism
+        count = len(orbit.signature.impacts)
+        return any(
+            same_loop(loop, loop_of(other), m, SAME)
+            for branch in self.tree.branches
+            if len(branch.family.signature.impacts) == count
+            for other in orbits_at(branch, answer.parameter)
+        )
+
+    def _follow(self, orbit: Orbit) -> None:
+        """Follow the branch of an orbit, and those reached from it."""
+        number = len(self.tree.branches)
+        which = f"branch {number}, {orbit.symbol}"
+        options = self.following.options(which)
+        try:
+            branch = continue_orbit(orbit, self.simulation.parameter, self.bounds, **options)
+        except InvalidParameterError as error:
+            self.notes.append(f"{orbit.symbol} was not followed: {error}")
+            self.failed[orbit.symbol] = TRIED
+            return
+        before = len(self.tree.branches)
+        self.tree.grow(branch, self.depth, self.most)
+        self.interrupted = self.interrupted or self.tree.interrupted
+        for found in self.tree.branches[before:]:
+            self.following.report(f"measuring {found.symbol}, {len(found)} points")
+            self.curves.append(curve_of_branch(found, self.simulation.measure))
+        self.failed[orbit.symbol] = self.failed.get(orbit.symbol, 0) + 1
+
+    def _grazing(self) -> list[Orbit]:
+        """Orbits that begin where the motion without impacts touches a rigid stop."""
+        if not self.curves or self.curves[0].branch is not None:
+            return []
+        return [
+            orbit
+            for mark in self.curves[0].marks
+            if (orbit := self._touching(mark.parameter)) is not None
+        ]
+
+    def _touching(self, value: float) -> Orbit | None:
+        """The orbit with an impact of no speed at a graze, where it is isolated."""
+        system = with_parameter(self.simulation.system, self.simulation.parameter, value)
+        m, motion = mechanism_of(system), free_motion(system)
+        if isinstance(motion, str) or m.elements:
+            return None
+        nearest = min(motion.reaches, key=lambda reach: reach.gap)
+        flights = motion.flights()
+        time = flights.signal(lambda code: flights.rows.gap(code, nearest.stop.contact)).place(
+            largest=nearest.stop.side > 0
+        )
+        state = flights.state_at(time)
+        guess = Guess(state[None], np.array([motion.period]))
+        impacts = [Stop(*nearest.stop)]
+        try:
+            orbit = find_orbit(system, guess, impacts=impacts, cycles=motion.cycles)
+        except InvalidParameterError:
+            return None
+        known = orbit.converged and any(
+            same_loop(loop_of(orbit), loop_of(other), m, math.sqrt(SAME))
+            for branch in self.tree.branches
+            if len(branch.family.signature.impacts) == 1
+            for other in orbits_at(branch, value)
+        )
+        return orbit if orbit.converged and not known else None
+

@@ -1,0 +1,188 @@
+"""Plot of a frequency response: branches, simulated motions, linear machines beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
+from vibroimpact._core.types import Floats
+from vibroimpact.branches.profile import Stability
+from vibroimpact.design.compare import COMPARISONS, comparison
+from vibroimpact.design.response import Response
+from vibroimpact.plotting import style
+from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
+from vibroimpact.plotting.branches import LINES
+from vibroimpact.plotting.units import Units, units_of
+
+BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
+SIMULATED, SEEN = style.VERMILION, style.SILVER
+HIGH = 1.15  # of what settles: values of motions that do not settle are cut off above
+DECIBELS = 60.0  # below the largest value: less is cut off
+
+
+class _Axes(NamedTuple):
+    """Where values go: factors of both axes, whether in decibels."""
+
+    over: float
+    up: float
+    decibel: bool
+    power: bool
+
+    def y(self, values: Any) -> Floats:
+        scaled = np.asarray(values, dtype=float) * self.up
+        if not self.decibel:
+            return scaled
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray((10.0 if self.power else 20.0) * np.log10(scaled))
+
+
+def plot_response(
+    response: Response, *, ax: Axes | None = None, decibel: bool = False,
+    compare: Sequence[str] = (), marks: bool = True,
+) -> Axes:  # fmt: skip
+    """Draw a frequency response: stable solid, unstable dashed, not admissible dotted.
+
+    Motions that are on no branch are points, those of a torus or chaos with their rms where a row
+    is measured; simulated motions on branches are pale points behind these.
+
+    Parameters
+    ----------
+    response
+        A result of :func:`vibroimpact.frequency_response`.
+    ax
+        Axes to draw on; a new figure if not given.
+    decibel
+        Draw 20 lg of the value in the unit shown, 10 lg of a power.
+    compare
+        Draw beside it "linear", the machine with all stops open, and "tuned", with a tuned mass
+        damper of the same mass in place of the free masses.
+    marks
+        Mark special points next to admissible orbits.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on.
+    """
+    check_kind("response", response, Response, "a Response, as vi.frequency_response gives")
+    check_flag("decibel", decibel)
+    check_flag("marks", marks)
+    if isinstance(compare, str) or not isinstance(compare, Iterable):
+        raise refusal("compare", compare, f"several of {', '.join(COMPARISONS)}")
+    for one in compare:
+        check_choice("compare", one, list(COMPARISONS))
+    units = units_of(response.system)
+    quantity = response.measure.dimension
+    axes = _Axes(_across(response, units), units.factor(quantity), decibel, quantity == "power")
+    with style.drawing(ax, width=1.6 * style.WIDTH, height=1.25 * style.HEIGHT) as ax:
+        beside = {one: comparison(response, one) for one in compare}
+        for one, (p, values) in beside.items():
+            colour, text = BESIDE[one]
+            ax.plot(p * axes.over, axes.y(values), color=colour, linewidth=1.0, label=text, zorder=2)
+        _simulated(ax, response, axes)
+        _curves(ax, response, axes)
+        if marks:
+            _marks(ax, response, axes)
+        _limits(ax, response, axes, [values for _, values in beside.values()])
+        ax.set(xlabel=_label(response, units), ylabel=_ordinate(response, units, decibel=decibel))
+        style.legend_outside(ax, columns=3)
+    return ax
+
+
+def _across(response: Response, units: Units) -> float:
+    if response.band.unit:
+        return response.band.factor
+    return units.factor(units.quantity_of(response.parameter))
+
+
+def _label(response: Response, units: Units) -> str:
+    if response.band.unit == "Hz":
+        return "forcing frequency $f$ [Hz]"
+    if response.band.unit:
+        return rf"{parameter_label(response.parameter)} [{response.band.unit}]"
+    return parameter_label(response.parameter, units)
+
+
+def _ordinate(response: Response, units: Units, *, decibel: bool) -> str:
+    text, unit = response.measure.label, units.unit(response.measure.dimension)
+    if not decibel:
+        return units.label(text, response.measure.dimension)
+    return f"{text} [dB{f' re 1 {unit}' if unit else ''}]"
+
+
+def _simulated(ax: Axes, response: Response, axes: _Axes) -> None:
+    """Points: pale for motions on branches, coloured for others, their rms smaller."""
+    off = response.unexplained
+    apart = {id(answer) for answer in off}
+    on = [a for many in response.answers for a in many if id(a) not in apart]
+    style.points(
+        ax, np.array([a.parameter for a in on]) * axes.over, axes.y([a.value for a in on]),
+        color=SEEN, markersize=3.4, zorder=1,
+    )  # fmt: skip
+    if off:
+        p = np.array([a.parameter for a in off]) * axes.over
+        looks = {"color": SIMULATED, "zorder": 3}
+        style.points(ax, p, axes.y([a.value for a in off]), markersize=2.2, **looks,
+                     label="simulated, on no branch")  # fmt: skip
+        rms = np.array([a.rms for a in off])
+        if np.isfinite(rms).any() and not response.measure.label.startswith("rms"):
+            style.points(ax, p, axes.y(rms), marker="_", markersize=3.0, markeredgewidth=0.7, **looks,
+                         label="their rms")  # fmt: skip
+
+
+def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
+    named: set[str] = set()
+    for curve in response.curves:
+        without = curve.branch is None
+        colour = style.BLACK if without else style.BLUE
+        p, y = curve.parameter * axes.over, axes.y(curve.value)
+        for kind in Stability:
+            for begin, end in _runs(curve.stability == kind):
+                text = "without impacts" if without else _named(kind)
+                label = None if text in named or (without and kind) else text
+                named |= {text} if label else set()
+                ax.plot(
+                    p[begin : end + 1], y[begin : end + 1], color=colour, linestyle=LINES[kind],
+                    linewidth=1.4 if kind == Stability.STABLE else 0.8, label=label, zorder=4,
+                )  # fmt: skip
+
+
+def _named(kind: Stability) -> str:
+    words = {0: "stable orbits", 1: "unstable", 2: "not admissible"}
+    return words[int(kind)]
+
+
+def _runs(mask: Any) -> list[tuple[int, int]]:
+    """First and last point of each run of stretches."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _marks(ax: Axes, response: Response, axes: _Axes) -> None:
+    known: set[str] = set()
+    for mark in (mark for curve in response.curves for mark in curve.marks if mark.admissible):
+        label = KINDS[mark.kind] if mark.kind not in known else None
+        known.add(mark.kind)
+        looks = marker_of(mark.kind) | {"markersize": 3.4, "zorder": 5}
+        ax.plot([mark.parameter * axes.over], axes.y([mark.value]), label=label, **looks)
+
+
+def _limits(ax: Axes, response: Response, axes: _Axes, others: list[Floats]) -> None:
+    """The band, and the values that occur: what does not settle does not set the scale."""
+    band = response.band
+    ax.set_xlim(band.low * axes.over, band.high * axes.over)
+    values = [abs(a.value) for many in response.answers for a in many]
+    values += [float(np.nanmax(np.abs(part))) for part in others]
+    values = [x for x in values if np.isfinite(x) and x > 0.0]
+    if not values:
+        return
+    top = float(axes.y([max(values)])[0])
+    if axes.decibel:
+        low = max(float(axes.y([min(values)])[0]), top - DECIBELS)
+        ax.set_ylim(low - 3.0, top + 3.0)
+    else:
+        ax.set_ylim(0.0, HIGH * top)
