@@ -27,7 +27,7 @@ from vibroimpact.design.driven import driven, unforced
 from vibroimpact.design.energy import Energies, energies_of
 from vibroimpact.design.flights import Dual, Flights
 from vibroimpact.design.force_record import ForceRecord
-from vibroimpact.design.measure import Measure, Peak, Rms, measure_of
+from vibroimpact.design.measure import Measure, Peak, Rms, Row, measure_of
 from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of
 from vibroimpact.model.mechanism import Mechanism, element_labels
@@ -160,6 +160,22 @@ class RecordResponse:
         n, s = self._m.degrees, self.scales
         return position[..., :n] * s.length, velocity[..., :n] * s.velocity
 
+    def row_at(self, row: Row, t: ArrayLike) -> Floats:
+        """A row of positions or velocities at any times, as :meth:`at`.
+
+        Parameters
+        ----------
+        row
+            "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
+        t
+            Times on the clock of the record.
+        """
+        measure = Peak(row)
+        if measure.derivatives > 1:
+            raise refusal("row", row, 'a row of coordinates or velocities, such as "x1" or "v1"')
+        found: Floats = self.at(t)[measure.derivatives] @ measure._coefficients(self._m)
+        return found
+
     @cached_property
     def _flights(self) -> Flights:
         return flights_of_run(self.run, self._span)
@@ -183,11 +199,11 @@ class RecordResponse:
         found = measure_of(found, self.run.system)
         return float(found._of(self._flights).value) * self.scales.factor(found.dimension)
 
-    def peak(self, row: str = "x1") -> float:
+    def peak(self, row: Row = "x1") -> float:
         """Largest modulus of a row, such as "x1", "v1", "a1" or "x2 - x1", between impacts, too."""
         return self.measure(Peak(row))
 
-    def rms(self, row: str = "x1") -> float:
+    def rms(self, row: Row = "x1") -> float:
         """Root mean square of a row over the duration."""
         return self.measure(Rms(row))
 
