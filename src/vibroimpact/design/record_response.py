@@ -108,16 +108,11 @@ class RecordResponse:
         """Mask of the events of ``run`` that are the machine's own: none at corners of the record."""
         run = self.run
         corner = run.status == Status.HORIZON
-        late = np.concatenate([[False], corner[:-1]]) & np.concatenate(
-            [[False], np.diff(run.time) == 0.0]
-        )
-        closed = np.zeros(len(run), dtype=bool)
-        for k in np.flatnonzero(
-            late & (run.status == Status.STICK)
-        ):  # at rest before the corner, too
-            before = run.all_states[k - 1] if k else run.all_states[0]
-            closed[k] = before[run.contact[k]] != 0
-        return np.asarray(~corner & ~closed)
+        first = np.append(True, corner)[:-1] & (np.diff(run.time, prepend=0.0) == 0.0)
+        held = run.all_states[np.maximum(np.arange(len(run)) - 1, 0)]  # before the corner
+        contact = np.maximum(run.contact, 0)
+        again = first & (run.status == Status.STICK) & (held[np.arange(len(run)), contact] != 0)
+        return np.asarray(~corner & ~again)
 
     @property
     def impact_times(self) -> Floats:

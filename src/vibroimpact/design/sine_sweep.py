@@ -14,6 +14,7 @@ Reference   Lewis, ASME J. Appl. Mech. 54 (1932) 253: passing through a resonanc
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,7 +24,7 @@ from vibroimpact._core.checks import check_choice, check_count, check_kind, posi
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.band import Band, Unit, band_of
+from vibroimpact.design.band import Band, Unit, band_of, is_frequency
 from vibroimpact.design.measure import Peak, Row
 from vibroimpact.machines.machine import Scales, scales_of
 from vibroimpact.model.parameters import with_parameter
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
 STEPS = 200
-MOST_STEPS = 1_000_000
+MOST_STEPS = 100_000
 LABEL = "swept"
 OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step."
 
@@ -231,7 +232,7 @@ def sine_sweep(
     ------
     InvalidParameterError
         A band outside of what the system allows, both ``steps`` and ``rate``, a row of velocities,
-        more than 10^6 steps.
+        more than 10^5 steps.
 
     Notes
     -----
@@ -300,19 +301,22 @@ def _values(
     scales = scales_of(system) or Scales()
     if band.unit:  # per second
         own *= scales.time if spacing == "log" else scales.time / band.factor
+    lasting = _lasting(system, band.parameter, periods)
+    change = math.log2(band.high / band.low) if spacing == "log" else band.high - band.low
     found = [band.low]
+    most = change / (own * min(lasting(band.low), lasting(band.high)))
+    if not most <= MOST_STEPS:
+        raise refusal("rate", rate, f"so fast that there are at most {MOST_STEPS} steps")
     while found[-1] < band.high:
-        if len(found) > MOST_STEPS:
-            raise refusal("rate", rate, f"so fast that there are at most {MOST_STEPS} steps")
-        found.append(_next(system, band.parameter, found[-1], own, spacing, periods))
+        change = own * lasting(found[-1])
+        found.append(found[-1] * 2.0**change if spacing == "log" else found[-1] + change)
     return np.array([*found[:-1], band.high])
 
 
-def _next(
-    system: System, parameter: str, value: float, rate: float, spacing: Spacing, periods: int
-) -> float:
-    omega = mechanism_of(with_parameter(system, parameter, value)).omega
-    lasting = periods * 2.0 * math.pi / omega
-    if spacing == "log":
-        return float(value * 2.0 ** (rate * lasting))
-    return value + rate * lasting
+def _lasting(system: System, parameter: str, periods: int) -> Callable[[float], float]:
+    """How long a step lasts, by the value of the parameter."""
+    if is_frequency(system, parameter):
+        return lambda value: periods * 2.0 * math.pi / value
+    return lambda value: (
+        periods * 2.0 * math.pi / mechanism_of(with_parameter(system, parameter, value)).omega
+    )
