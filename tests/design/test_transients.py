@@ -24,6 +24,12 @@ FRAME = vi.ImpactDamper.from_physical(
 )
 
 
+LARGEST = vi.Mechanism(
+    mass=np.eye(20), damping=np.eye(20), stiffness=np.eye(20),
+    contacts=(vi.Contact((1.0,) * 20, upper=1.0),),
+)  # fmt: skip
+
+
 def noise(samples: int, step: float, seed: int = 3, size: float = 1.0) -> tuple[Any, Any]:
     rng = np.random.default_rng(seed)
     return step * np.arange(samples), size * rng.normal(size=samples)
@@ -271,6 +277,7 @@ def test_bad_tables_are_refused_with_file_line_and_value(
     (lambda: vi.simulate_record(DAMPER, vi.ForceRecord([0, 1], [0, 1]), vi.State((0,), (0,))), "start"),
     (lambda: vi.simulate_record(DAMPER, [0, 1]), "a ForceRecord"),  # type: ignore[arg-type]
     (lambda: vi.simulate_record(DAMPER, vi.ForceRecord([0, 1], [0, 1])).at(2.0), r"\[0.0, 1.0\]"),
+    (lambda: vi.simulate_record(LARGEST, vi.ForceRecord([0, 1], [0, 1])), "at most 19"),
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1.0, 0.0]), "> 0"),
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1.0], 1.0), r"zeta = 1.0: .*\[0, 1\)"),
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1], clearance=0.0), "> 0"),
@@ -371,6 +378,28 @@ def test_decay_in_si_units_is_the_scaled_one() -> None:
     assert decay.time == pytest.approx(plain.time * scales.time, rel=1e-12)
     assert decay.reference == pytest.approx(plain.reference * scales.length, rel=1e-12)
     assert decay.energies.start == pytest.approx(120.0 * 0.5**2 / 2.0, rel=1e-12)
+
+
+def test_a_machine_that_comes_to_rest_on_a_stop_is_measured_from_there() -> None:
+    """A preloaded mass on a soft and one on a rigid stop, both with their rest known."""
+    rigid = oscillator(vi.RigidStop((1.0,), lower=0.0, restitution=0.3), constant_force=(-1.0,))
+    soft = oscillator(vi.SoftStop((1.0,), lower=0.0, stiffness=9.0), constant_force=(-1.0,))
+    for machine, rest in ((rigid, 0.0), (soft, -0.1)):
+        decay = vi.free_decay(machine, {"x1": 0.5})
+        assert decay.rest == pytest.approx(rest, abs=1e-12)
+        assert decay.reference == pytest.approx(1.5, rel=1e-12)  # from -1 without stops
+        assert decay.time < decay.time_without < math.inf
+
+
+@pytest.mark.parametrize("machine", [
+    oscillator(vi.RigidStop((1.0,), -1.0, 1.0, restitution=0.3), zeta=-0.01),
+    oscillator(vi.RigidStop((1.0,), lower=0.0, restitution=0.5), damping=[[0.0]], stiffness=[[0.0]],
+               constant_force=(-1.0,)),
+])  # fmt: skip
+def test_what_grows_or_falls_without_stops_is_compared_with_itself(machine: vi.Mechanism) -> None:
+    decay = vi.free_decay(machine, {"x1": 0.5})
+    assert math.isnan(decay.time_without)
+    assert 0.5 <= decay.reference <= 1.0 + 1e-12
 
 
 @pytest.mark.parametrize(("machine", "start"), [

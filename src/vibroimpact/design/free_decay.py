@@ -6,8 +6,9 @@ Method      With the harmonic forces left out the motion is simulated (simulate.
             machine without impacts; extrema and instants are located by instants.py.
 Assumes     stops that stand still: others go on to excite the machine
 Accuracy    rounding
-Fails       a machine that does not exist without its friction, or grows without its stops: nothing
-            to compare with
+Fails       a machine that does not exist without its friction, a row that grows without stops, or
+            that no spring holds: nothing to compare with; the largest |u - rest| is then that of
+            the motion itself
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 from vibroimpact._core.checks import check_kind, positive, real, refusal, share
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Codes, Floats
 from vibroimpact.design.driven import linear, unforced
 from vibroimpact.design.energy import Energies, energies_of
 from vibroimpact.design.flights import Flights, Signal, Struck, rows_of
@@ -32,7 +33,8 @@ from vibroimpact.design.instants import Extrema, extrema, last_beyond
 from vibroimpact.design.measure import Peak, Row
 from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of
-from vibroimpact.model.mechanism import Mechanism, element_labels
+from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
+from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
@@ -50,6 +52,9 @@ LONGEST = 2e5  # radians of the fastest rate
 UNDAMPED = 1e-9  # of the fastest rate: what decays more slowly does not
 CYCLES = 200  # of the slowest vibration of a machine that does not decay
 ZERO = 1e-12
+GROWS = (
+    1e-7  # of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +105,7 @@ class FreeDecay:
 
     @property
     def reference(self) -> float:
-        """Largest distance of the row from rest, of the machine without impacts."""
+        """Largest distance of the row from rest: without impacts, if there is such a motion to compare."""
         return self._reference * self.scales.factor(self._unit)
 
     @cached_property
@@ -119,7 +124,7 @@ class FreeDecay:
 
     @cached_property
     def time_without(self) -> float:
-        """The same of the machine without impacts; NaN where there is no such machine."""
+        """The same of the machine without impacts; NaN where that cannot be compared."""
         return math.nan if self._without is None else self._fall(self._without)
 
     def _fall(self, signal: Signal) -> float:
@@ -253,7 +258,8 @@ def free_decay(
     to
         Part of the largest value without impacts, in (0, 1).
     rest
-        Value of the row at rest, from which it is measured; by default that without impacts.
+        Value of the row at rest, from which it is measured; by default that of equilibrium, with the
+        stops that are pressed at the end, friction left out.
     t_max
         Length of the simulation, > 0, in seconds where the system has ``scales``; by default long
         enough for the machine without impacts, at most 2 10^5 radians of its fastest rate.
@@ -286,14 +292,18 @@ def free_decay(
     chosen, order = measure._coefficients(m), measure.derivatives
     plain = _without_impacts(m)
     unit = scales.factor(measure.dimension)
-    level = _at_rest(m, chosen, order) if rest is None else real("rest", rest) / unit
+    given = None if rest is None else real("rest", rest) / unit
     wanted, cycle = _long_enough(plain or m, part)
     span = wanted if t_max is None else positive("t_max", t_max) / scales.time
     run = simulate(m, state, impacts=MANY_IMPACTS, t_max=span)
     covered = float(run.time[-1]) if len(run) else 0.0
     flights = flights_of_run(run, covered)
+    level = _at_rest(m, chosen, order, run.all_states[-1]) if given is None else given
     signal = _row_of(flights, chosen, order, level)
-    without = None if plain is None else _row_of(_flown(plain, state, span), chosen, order, level)
+    without = None
+    if plain is not None and _dies_out(plain, chosen, order):
+        its = _at_rest(plain, chosen, order) if given is None else given
+        without = _row_of(_flown(plain, state, span), chosen, order, its)
     found = FreeDecay(
         system, measure.text, part, level * unit, run, signal, without, measure.dimension, cycle,
     )  # fmt: skip
@@ -327,12 +337,36 @@ def _without_impacts(m: Mechanism) -> Mechanism | None:
         return None
 
 
-def _at_rest(m: Mechanism, row: Floats, order: int) -> float:
-    """Value of a row at rest, free masses at zero."""
+def _at_rest(m: Mechanism, row: Floats, order: int, states: Codes | None = None) -> float:
+    """Value of a row in equilibrium with stops in these states, without friction, free masses at zero."""
     if order:
         return 0.0
-    place = np.linalg.lstsq(np.array(m.stiffness), np.array(m.constant_force), rcond=None)[0]
+    n = m.degrees
+    stiffness, force = np.array(m.stiffness), np.array(m.constant_force)
+    closed, limits = [], []
+    for part, state in zip(m.numbered, [] if states is None else states, strict=False):
+        upper = state == RigidStopState.UPPER  # 1 and 2 are pressed at the upper and the lower stop
+        if isinstance(part, Contact) and state:
+            closed.append(part.row)
+            limits.append(part.upper if upper else part.lower)
+        elif isinstance(part, SoftStop) and state in (SoftStopState.UPPER, SoftStopState.LOWER):
+            limit, k, _ = part.law(1 if upper else -1)
+            stiffness = stiffness + k * np.outer(part.row, part.row)
+            force = force + k * limit * np.array(part.row)
+    rows = np.array(closed).reshape(-1, n)
+    whole = np.block([[stiffness, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    place = np.linalg.lstsq(whole, np.append(force, limits), rcond=None)[0][:n]
     return float(row @ place)
+
+
+def _dies_out(m: Mechanism, row: Floats, order: int) -> bool:
+    """Whether a row of the linear motion is held by springs, and does not grow."""
+    rates = np.linalg.eigvals(rows_of(m).flow(0).value[:-1, :-1])
+    fastest = float(np.abs(rates).max(initial=0.0))
+    _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
+    loose = directions[sizes <= ZERO * sizes.max(initial=0.0)]
+    held = order > 0 or bool(np.all(np.abs(loose @ row) <= ZERO * np.abs(row).max()))
+    return held and bool(np.all(rates.real <= GROWS * fastest))
 
 
 def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from vibroimpact._core.checks import check_flag, check_kind, nonnegative, number
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
+from vibroimpact._kernel import MAX_DEGREES
 from vibroimpact.design.driven import driven, unforced
 from vibroimpact.design.energy import Energies, energies_of
 from vibroimpact.design.flights import Dual, Flights
@@ -352,6 +353,11 @@ def simulate_record(
     check_kind("record", record, ForceRecord, "a ForceRecord")
     check_flag("own_forces", own_forces)
     whole = mechanism_of(system)
+    if whole.degrees + RECORD_ROOM > MAX_DEGREES:
+        raise InvalidParameterError(
+            f"system: has {whole.degrees} coordinates; must be at most {MAX_DEGREES - RECORD_ROOM}, as "
+            "the record takes one. Remove a coordinate."
+        )
     m = whole if own_forces else unforced(whole)
     scales = scales_of(system) or Scales()
     row = record.influence(m)
