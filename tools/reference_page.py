@@ -76,6 +76,13 @@ GROUPS = {
         *("sweep", "RandomStarts", "GridStarts", "ListedStarts", "plane", "bifurcation_sweep"),
         *("basins", "attractor_state", "multistability", "rerun_sweep"),
     ],
+    "Design": [
+        *("frequency_response", "Response", "Answer", "ResponseCurve", "measure_of", "Measure"),
+        *(f"measures.{name}" for name in ("Amplitude", "Peak", "Rms", "Harmonic")),
+        *(f"measures.{name}" for name in ("Transmissibility", "DissipatedPower", "ContactForce")),
+        *(f"measures.{name}" for name in ("Impulse", "ImpactSpeed", "ImpactRate")),
+        *("tuned_damper", "TunedDamper"),
+    ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
     "Errors": [
         *("VibroImpactError", "InvalidParameterError", "StoreError", "ClusterLostError"),

@@ -22,6 +22,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 TUTORIALS = {
     "tutorial": "tutorial_",
     "describe-your-machine": "machine_",
+    "design": "design_",
 }  # names of pictures begin
 BLOCK = re.compile(r"^```py\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 

@@ -49,6 +49,8 @@ from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as Symmetri
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design import measure
+from vibroimpact.design.answers import Answer as Answer
+from vibroimpact.design.curves import ResponseCurve as ResponseCurve
 from vibroimpact.design.energy import Energies as Energies
 from vibroimpact.design.force_record import ForceRecord as ForceRecord
 from vibroimpact.design.free_decay import FreeDecay as FreeDecay

@@ -1,1 +1,1 @@
-"""What an engineer asks of a machine: how it answers over a band, in which measure, and the best machine."""
+"""What an engineer asks of a machine: how it answers over a band, and in which measure."""

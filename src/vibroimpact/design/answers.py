@@ -1,4 +1,4 @@
-"""What a machine settles on over a band: simulated up, down and from many starts, equal motions joined.
+"""What a machine settles on over a band: simulated up, down, from many starts; equal motions joined.
 
 Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter: one motion followed
             upwards, then downwards, and one from each random start. Members at one value are one
@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_row
+from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_row, of_run
 from vibroimpact.design.motions import Motion
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
 from vibroimpact.model.parameters import with_parameter
@@ -39,9 +39,22 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAME, ALIKE = 1e-4, 0.1  # of the largest range of a coordinate
+COMPARED = 12  # coordinates whose ranges tell motions apart, at most
 FASTER = 1.5  # random speeds reach so many times those of the linear machine
 OTHERS = ("chaotic", "not periodic", "no impacts")  # kinds that are no symbol
 OBSERVED = ("symbol", "impacts", "lyapunov", "final")
+
+
+class Shown(NamedTuple):
+    """Factors from the units of a system to those that are shown, and these units in words."""
+
+    across: float = 1.0
+    unit_across: str = ""
+    up: float = 1.0
+    unit: str = ""
+
+
+PLAIN = Shown()
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +72,8 @@ class Answer:
     derivative
         Exact derivative of the measure along the branch; NaN of a motion that is on none.
     rms, peak
-        Root mean square and largest modulus of the measured row; NaN where no row is measured.
+        Root mean square and largest modulus of the measured row, in its unit; NaN where no row is
+        measured, and of orbits that are not looked up by ``response.at``.
     members
         Number of simulated motions that ended there.
     ways
@@ -68,6 +82,13 @@ class Answer:
         The orbit, or motion without impacts; None of a motion that is on no branch.
     state
         A state on a simulated motion, None for others.
+    shown
+        :class:`Shown`: factors to the units in which it is printed.
+
+    Notes
+    -----
+    Numbers are in the units of the system; ``parameter_shown`` and ``value_shown`` in those of the
+    shop.
     """
 
     parameter: float
@@ -82,6 +103,17 @@ class Answer:
     ways: tuple[str, ...] = ()
     orbit: Motion | None = field(default=None, repr=False)
     state: State | None = field(default=None, repr=False)
+    shown: Shown = field(default=PLAIN, repr=False)
+
+    @property
+    def parameter_shown(self) -> float:
+        """The value of the parameter in the unit of the response: hertz, SI, or its own."""
+        return self.parameter * self.shown.across
+
+    @property
+    def value_shown(self) -> float:
+        """The measure in SI units where the machine has physical scales, else in its own."""
+        return self.value * self.shown.up
 
     @property
     def periodic(self) -> bool:
@@ -90,8 +122,9 @@ class Answer:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable" if self.admissible else "not admissible"
-        slope = "" if math.isnan(self.derivative) else f", derivative {self.derivative:.6g}"
-        return f"Answer({self.value:.6g} at {self.parameter:.6g}: {self.motion}, {kind}{slope})"
+        value = f"{self.value_shown:.6g} {self.shown.unit}".rstrip()
+        place = f"{self.parameter_shown:.6g} {self.shown.unit_across}".rstrip()
+        return f"Answer({value} at {place}: {self.motion}, {kind})"
 
 
 @dataclass(frozen=True)
@@ -129,13 +162,21 @@ class Simulation:
             "periods": self.periods, "progress": False,
         }  # fmt: skip
         ways = bifurcation_sweep(
-            self.system, start=self.start, way="both", points=1, at_phase=0.0, **given | self.options
+            self.system,
+            start=self.start,
+            way="both",
+            points=1,
+            at_phase=0.0,
+            **given | self.options,
         )
         parts = [(str(way), ways.sel(direction=way)) for way in ways["direction"].values]
         if self.starts is not None:
             found = sweep(self.system, start=self.starts, **given | self.options)
-            apart = [dim for dim in found["end"].dims if dim != self.parameter]
-            parts += [("starts", found.isel({apart[0]: k})) for k in range(found.sizes[apart[0]])]
+            apart = {
+                str(dim): found.sizes[dim] for dim in found["end"].dims if dim != self.parameter
+            }
+            places = np.ndindex(*apart.values())
+            parts += [("starts", found.isel(dict(zip(apart, k, strict=True)))) for k in places]
         tables = [_Table(way, part, self) for way, part in parts]
         return [
             self._joined(value, [table.row(k) for table in tables])
@@ -144,7 +185,10 @@ class Simulation:
 
     def _observers(self) -> list[str | Observer]:
         measured = [one for measure in self.measures for one in measure.observers]
-        return [*OBSERVED, Extremes(), *(one for one in measured if not isinstance(one, Final))]
+        n = mechanism_of(self.system).degrees
+        units = np.eye(n)[:COMPARED].tolist()
+        ranges = [Extremes(row=tuple(row), label=f"range{i}") for i, row in enumerate(units)]
+        return [*OBSERVED, *ranges, *(one for one in measured if not isinstance(one, Final))]
 
     @property
     def measures(self) -> tuple[Measure, ...]:
@@ -179,20 +223,20 @@ class Simulation:
 
     def _answer(self, value: float, group: list[_Row]) -> Answer:
         first = group[0]
-        numbers = first.numbers if self.observed else self._measured(value, first.state)
-        known = dict(zip(("value", "rms", "peak"), numbers, strict=False))
+        numbers = first.numbers if self.observed else self._measured(value, first)
+        measured, rms, peak = (*numbers, math.nan, math.nan)[:3]
         ways = tuple(dict.fromkeys(row.way for row in group))
         return Answer(
-            parameter=value, motion=first.motion, members=len(group), ways=ways, state=first.state,
-            **known,
+            value, measured, first.motion, rms=rms, peak=peak, members=len(group), ways=ways,
+            state=first.state,
         )  # fmt: skip
 
-    def _measured(self, value: float, state: State) -> list[float]:
-        """The measures of a motion that is run on for its window."""
+    def _measured(self, value: float, row: _Row) -> list[float]:
+        """The measures of a motion that is run on, for its own period or for the window."""
         system = with_parameter(self.system, self.parameter, value)
-        span = self.periods * 2.0 * math.pi / mechanism_of(system).omega
-        run = simulate(system, state, t_max=span, impacts=2**40)
-        return [measure.of_run(run, span) for measure in self.measures]
+        cycles = self.periods if row.motion in OTHERS else float(row.motion.partition("-")[0])
+        span = cycles * 2.0 * math.pi / mechanism_of(system).omega
+        return of_run(self.measures, simulate(system, row.state, t_max=span, impacts=2**40), span)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,13 +260,22 @@ class _Table:
         self.motions = [
             "" if code <= BELOW - 1 else words[int(code)].replace("_", " ") for code in codes.values
         ]
-        self.ranges = (members["x_largest"] - members["x_smallest"]).values
+        count = sum(str(name).startswith("range") for name in members) // 2
+        self.ranges = np.stack(
+            [
+                (members[f"range{i}_largest"] - members[f"range{i}_smallest"]).values
+                for i in range(count)
+            ],
+            axis=-1,
+        )
         self.columns = (
             [measure.of_sweep(members).values for measure in simulation.measures]
             if simulation.observed
             else []
         )
-        self.states = [members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")]
+        self.states = [
+            members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")
+        ]
 
     def row(self, k: int) -> _Row:
         place, speed, phase = (part[k] for part in self.states)
@@ -275,7 +328,9 @@ def random_starts(
         size = reach
         if not isinstance(motion, str):
             state = motion.flights().states[0]
-            size += float(np.abs(state[: m.degrees]).max() + np.abs(state[m.degrees : -1]).max() / omega)
+            size += float(
+                np.abs(state[: m.degrees]).max() + np.abs(state[m.degrees : -1]).max() / omega
+            )
         speeds.append(omega * size)
     speed = FASTER * float(np.median(speeds)) or 1.0
     ranges = {f"v{i + 1}": (-speed, speed) for i in range(m.degrees) if i not in m.massless}
@@ -291,7 +346,5 @@ def _reach(m: Mechanism) -> float:
 
 def explained(answer: Answer, by: Answer) -> Answer:
     """An answer of a branch with the members of a simulated one."""
-    return replace(
-        by, members=by.members + answer.members, ways=tuple(dict.fromkeys((*by.ways, *answer.ways))),
-        state=answer.state, rms=answer.rms, peak=answer.peak,
-    )  # fmt: skip
+    ways = tuple(dict.fromkeys((*by.ways, *answer.ways)))
+    return replace(by, members=by.members + answer.members, ways=ways, state=answer.state)

@@ -71,9 +71,9 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     """
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
-    check_choice("unit", unit, ["", *CYCLES])
     factor = 1.0
-    if unit:
+    if unit != "":
+        check_choice("unit", unit, [*CYCLES])
         _check_frequency(system, parameter, unit)
         factor = (scales_of(system) or Scales()).frequency / CYCLES[unit]
     for value in (low, high):
@@ -98,8 +98,8 @@ def is_frequency(system: System, parameter: str) -> bool:
 def _check_frequency(system: System, parameter: str, unit: str) -> None:
     if not is_frequency(system, parameter):
         raise InvalidParameterError(
-            f"unit = {unit!r}: {parameter} is not the forcing frequency. Leave unit out; the band is in "
-            "the unit of the parameter then."
+            f"unit = {unit!r}: {parameter} is not the forcing frequency. Leave unit out; the band is "
+            "in the unit of the parameter then."
         )
 
 

@@ -1,7 +1,7 @@
 """Linear machines beside a response: with all stops open, and with a tuned mass damper.
 
-The tuned mass damper has the mass of the free masses, on which no spring, dashpot or force acts, and is
-on the one coordinate that springs hold; it is the best for that machine (tuned.py).
+The tuned mass damper has the mass of the free masses, on which no spring, dashpot or force acts, and
+is on the one coordinate that springs hold; it is the best for that machine (tuned.py).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vibroimpact.design.response import Response
 
 COMPARISONS = ("linear", "tuned")
-POINTS = 400
+POINTS = 200
 FAR = 1e100  # of a stop that is never met
 
 
@@ -107,8 +107,8 @@ def primary_of(system: System) -> Primary:
     free = [i for i in range(m.degrees) if i not in held]
     if len(held) != 1 or not free or stiffness[held[0], held[0]] <= 0.0:
         raise InvalidParameterError(
-            f"compare = 'tuned': needs one mass on a spring and free masses beside it; {len(held)} of "
-            f"{m.degrees} coordinates have springs, dashpots or forces. Take compare = 'linear'."
+            f"compare = 'tuned': needs one mass on a spring and free masses beside it; {len(held)} "
+            f"of {m.degrees} coordinates have springs, dashpots or forces. Take compare = 'linear'."
         )
     i = held[0]
     return Primary(
@@ -127,7 +127,7 @@ def _with_tuned(measure: Measure, system: System, tuned: TunedDamper) -> float:
     row = coefficients_of(measure, m)
     if row is None or np.delete(row, p.coordinate).any():
         raise InvalidParameterError(
-            f"compare = 'tuned': {measure.label} involves more than coordinate x{p.coordinate + 1}. "
+            f"compare = 'tuned': {measure.label} involves more than x{p.coordinate + 1}. "
             f"Measure x{p.coordinate + 1}."
         )
     mass = tuned.mass_ratio * p.mass

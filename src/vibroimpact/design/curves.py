@@ -9,10 +9,12 @@ Accuracy    of maxima, that of the derivative: some 1e-12 of the value
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,11 +32,12 @@ from vibroimpact.orbits.find import Guess, solve
 from vibroimpact.orbits.orbit import Orbit
 
 STEEP = 1e-13  # of the range: a zero of the derivative is located so well
+TOUCHED = 1e-14  # relative: a zero of the gap
 ON_CURVE = 1e-3  # of its size: a simulated answer on a branch
 
 
 class Mark(NamedTuple):
-    """A special point on a curve: its label and kind, parameter, value, and whether it is admissible."""
+    """A special point on a curve: label and kind, parameter, value, whether it is admissible."""
 
     label: str
     kind: str
@@ -120,7 +123,10 @@ class ResponseCurve:
             return False
         for k in self.stretches(answer.parameter):
             stable = self.stability[k] == Stability.STABLE
-            if stable and abs(self.between(int(k), answer.parameter) - answer.value) <= ON_CURVE * size:
+            if (
+                stable
+                and abs(self.between(int(k), answer.parameter) - answer.value) <= ON_CURVE * size
+            ):
                 return True
         return False
 
@@ -166,7 +172,7 @@ class ResponseCurve:
 
         low, high = sorted((float(self.parameter[k]), float(self.parameter[k + 1])))
         try:
-            return float(brentq(slope, low, high, xtol=STEEP * (high - low), rtol=1e-15))
+            return float(brentq(slope, low, high, xtol=STEEP * (high - low), rtol=STEEP))
         except (ArithmeticError, ValueError):
             return None
 
@@ -184,12 +190,16 @@ def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:
     points, name, family = profile(branch), branch.parameter, branch.family
     along = []
     for z, value, special in zip(points.z, points.parameter, points.special, strict=True):
-        point = branch.special_points[special].orbit if special >= 0 else family.orbit(z, float(value))
+        point = (
+            branch.special_points[special].orbit if special >= 0 else family.orbit(z, float(value))
+        )
         along.append(measure.along(point, name) if point.converged else (math.nan, math.nan))
     values, slopes = (np.array(part) for part in zip(*along, strict=True))
     marks = tuple(
         Mark(found.label, found.kind, found.parameter, float(values[k]), found.admissible)
-        for k, found in ((k, branch.special_points[s]) for k, s in enumerate(points.special) if s >= 0)
+        for k, found in (
+            (k, branch.special_points[s]) for k, s in enumerate(points.special) if s >= 0
+        )
     )
 
     def near(k: int, value: float) -> Orbit | None:
@@ -211,6 +221,7 @@ def curve_without_impacts(
 ) -> ResponseCurve | str:
     """Measure the motion without impacts at values of the parameter and where it grazes."""
 
+    @cache
     def motion(value: float) -> FreeMotion | str:
         return free_motion(with_parameter(system, name, value))
 
@@ -264,7 +275,7 @@ def _touches(gap: Callable[[float], float], values: Floats) -> list[float]:
             pairs.append((float(found.x), float(found.fun)))
     pairs.sort()
     found_at = []
-    for (a, low), (b, high) in zip(pairs, pairs[1:], strict=False):
+    for (a, low), (b, high) in itertools.pairwise(pairs):
         if low * high < 0.0 and math.isfinite(low) and math.isfinite(high):
-            found_at.append(float(brentq(gap, a, b, xtol=1e-15 * abs(b), rtol=1e-15)))
+            found_at.append(float(brentq(gap, a, b, xtol=TOUCHED * (b - a), rtol=TOUCHED)))
     return found_at

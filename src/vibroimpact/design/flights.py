@@ -37,6 +37,7 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
 FLAT = 1e-9  # of the largest u' in a window: terms below it do not move an extremum's value
+POLISHED = 1e-5  # of a window: longer steps are those of two extrema about to merge
 WHOLE = 1e-9  # a number of turns this near to a whole one is one
 SPARE = 12  # points of Gauss's rule beyond those that resolve an oscillation
 
@@ -105,7 +106,7 @@ class Rows:
         return dual(self._mode(code).elements[element][1])
 
     def gap(self, code: int, part: int) -> Dual:
-        """row . x, relative to the stop, of an open contact or a soft stop."""
+        """Row . x, relative to the stop, of an open contact or a soft stop."""
         mode, element = self._mode(code), part - len(self.mechanism.contacts)
         if element < 0:
             row, gain = mode.guards[part][:2]
@@ -292,7 +293,7 @@ class _Windows(NamedTuple):
 
 
 def _propagated(flow: Dual, begun: Floats, counts: Integers, times: Floats) -> list[Floats]:
-    """(Y, dY/dp) at times in each window of flights in one mode, those that have so many windows."""
+    """(Y, dY/dp) at times in each window of flights in one mode, of those that have it."""
     from scipy.linalg import expm
 
     size = len(flow.value)
@@ -343,7 +344,7 @@ class Signal:
         w, durations = self.flights._windows, self.flights.durations
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
         at, x = real_zeros_of(slope, FLAT)
-        x = np.clip(x, -1.0, 1.0)
+        x = np.clip(_polished(slope, at, x), -1.0, 1.0)
         inside = w.start[at] + w.length * (1.0 + x) / 2.0 <= durations[w.segment[at]]
         ends: Floats = 2.0 * (durations - w.start[w.last]) / w.length - 1.0
         at = np.concatenate([at[inside], w.first, w.last])
@@ -417,6 +418,14 @@ class _Points(NamedTuple):
 
     x: Floats
     weights: Floats
+
+
+def _polished(series: Floats, windows: Integers, x: Floats) -> Floats:
+    """Zeros of series after a step of Newton's method, where it is as small as FLAT makes it."""
+    curved = _values(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = _values(series, windows, x) / curved
+    return x - np.where(np.abs(step) <= POLISHED, step, 0.0)
 
 
 def _values(series: Floats, windows: Integers, x: Floats) -> Floats:

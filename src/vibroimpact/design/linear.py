@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class FreeMotion:
 
     @cached_property
     def reaches(self) -> list[Reach]:
-        """What is left of the gap at every stop, soft ones included; negative where it is crossed."""
+        """What is left of the gap at every stop, soft ones included; negative beyond it."""
         flights = self.flights()
         found = []
         for number, part in enumerate(self.mechanism.numbered):
@@ -105,7 +105,7 @@ class FreeMotion:
 
     @property
     def stable(self) -> bool:
-        """Whether it is admissible and motions near it settle on it, free masses apart, which stay."""
+        """Whether it is admissible and motions near it settle on it, but for free masses."""
         return self.admissible and self.settles
 
     @cached_property
@@ -182,7 +182,8 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
         state = motion.flights().states
         if not np.isfinite(state).all():
             return "it resonates without damping"
-        return FreeMotion(system, _centred(motion, free)) if len(free) else motion
+        offset = _centred(motion, free) if len(free) else motion.offset
+        return FreeMotion(system, offset) if offset.any() else motion
     except np.linalg.LinAlgError:
         return "it resonates without damping"
 
@@ -192,13 +193,17 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
     from scipy.optimize import linprog
 
     m, reaches = motion.mechanism, motion.reaches
-    rows = [np.array(m.numbered[reach.stop.contact].row) for reach in reaches]  # type: ignore[union-attr]
-    across = np.array([reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)])
+    parts: Any = m.numbered
+    rows = [np.array(parts[reach.stop.contact].row) for reach in reaches]
+    across = np.array(
+        [reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)]
+    )
     gaps = np.array([reach.gap for reach in reaches])
     if not gaps.size or not across.any():
         return np.zeros(m.degrees)
     k = len(free)
-    least = across[gaps <= gaps.min() + ZERO * np.abs(gaps).max()]
+    limits = [abs(reach.stop.limit(m.numbered)) for reach in reaches]
+    least = across[gaps <= gaps.min() + ZERO * max(*limits, np.abs(gaps).max())]
     if k == 1 and least.min() < 0.0 < least.max():  # it is in the middle
         return np.zeros(m.degrees)
     most = float(np.abs(gaps).max()) * 2.0

@@ -28,7 +28,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.simulate import simulate
+from vibroimpact.simulation.simulate import Run, simulate
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.dissipation import Dissipation
 from vibroimpact.sweeps.observers.extremes import Extremes
@@ -189,17 +189,23 @@ class Measure(ABC):
         found = self._of(flights)
         return float(found.value), float(found.by) if parameter else math.nan
 
-    def of_run(self, run: Any, span: float) -> float:
+    def of_run(self, run: Run, span: float) -> float:
         """Of a simulated motion from its start to a time that it has reached."""
-        return float(self._of(flights_of_run(run, span)).value)
+        return of_run([self], run, span)[0]
 
     @property
     def _bound(self) -> Mechanism:
         if self.system is None:
             raise InvalidParameterError(
-                "observers: depend on the system. Bind the measure to it: vi.measure_of(measure, system)."
+                "observers: depend on the system. Bind the measure: vi.measure_of(measure, system)."
             )
         return mechanism_of(self.system)
+
+
+def of_run(measures: Sequence[Measure], run: Run, span: float) -> list[float]:
+    """Several measures of a simulated motion from its start to a time that it has reached."""
+    flights = flights_of_run(run, span)
+    return [float(measure._of(flights).value) for measure in measures]
 
 
 # ---- of a row ------------------------------------------------------------------------------------
@@ -295,7 +301,7 @@ def coefficients_of(measure: Measure, m: Mechanism) -> Floats | None:
 
 
 def with_row(measure: Measure, row: Sequence[float]) -> Measure:
-    """A measure of a row, of another one with a derivative of the same order; others as they are."""
+    """A measure of a row, of another one of the same order; other measures as they are."""
     if not isinstance(measure, _OfRow):
         return measure
     return replace(measure, row=tuple(row), order=measure.derivatives, system=None)
@@ -872,10 +878,9 @@ def measure_of(what: Measure | str, system: System) -> Measure:
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> orbit = vi.symmetric_orbits(damper)[0]
-    >>> amplitude = vi.measure_of("x1", damper)
-    >>> round(amplitude.of_orbit(vi.find_orbit(damper, orbit)), 6)
-    0.0
+    >>> orbit = vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0)))
+    >>> round(vi.measure_of("x1", damper).of_orbit(orbit), 6)
+    0.497832
     """
     mechanism = mechanism_of(system)
     if isinstance(what, str):

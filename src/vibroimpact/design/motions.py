@@ -64,7 +64,9 @@ def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
 
 def _variation(orbit: Orbit, parameter: str) -> tuple[Floats, Floats]:
     """Derivatives of states and flight times along the branch, by the implicit function theorem."""
-    problem = OrbitProblem(orbit.system, orbit.signature, parameter)
+    problem = orbit.problem
+    if orbit.parameter != parameter:
+        problem = OrbitProblem(orbit.system, orbit.signature, parameter)
     z = problem.packed(orbit.states, orbit.durations)
     _, by_z, by_parameter = problem.expanded(z, parameter_value(orbit.system, parameter))
     moved: Floats = np.full(len(z), math.nan)

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +34,7 @@ from vibroimpact.continuation import Steps
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.design.answers import (
     Answer,
+    Shown,
     Simulation,
     explained,
     random_starts,
@@ -48,6 +49,7 @@ from vibroimpact.design.curves import (
 )
 from vibroimpact.design.linear import free_motion
 from vibroimpact.design.measure import Measure, measure_of
+from vibroimpact.model.elements import Friction
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -63,9 +65,11 @@ if TYPE_CHECKING:
 
 ProgressCallback = Callable[[str], None]
 
+STEPS = Steps(first=0.05, largest=2.0, points=600)
 NAMED = 8  # motions that a list names
 SAME_VALUE = 1e-3  # of the largest value: a simulated motion on an orbit
 SAMPLED = 9  # machines of the band that tell the size of random speeds
+TOUCH = 1e-6  # of the band: touches at one value
 TRIED = 3  # simulated motions of a kind from which an orbit is looked for
 
 
@@ -138,7 +142,7 @@ class Response:
             raise InvalidParameterError(
                 "response: holds no stable motion at all. Raise starts, or settle."
             )
-        return max(found, key=lambda answer: answer.value)
+        return self._shown(self._complete(max(found, key=lambda answer: answer.value)))
 
     def at(self, value: float) -> list[Answer]:
         """Return every steady motion at one value of the parameter, largest first.
@@ -163,17 +167,39 @@ class Response:
         low, high = self.band.low, self.band.high
         slack = 1e-12 * (high - low)
         if not low - slack <= own <= high + slack:
-            ends = f"[{low * self.band.factor:g}, {high * self.band.factor:g}]"
+            ends = f"[{low * self.band.factor:.6g}, {high * self.band.factor:.6g}]"
             raise refusal("value", value, f"in the band, {ends} {self.band.unit}".rstrip())
         own = min(max(own, low), high)
-        found = [answer for curve in self.curves for answer in curve.at(own)]
+        found = [self._complete(answer) for curve in self.curves for answer in curve.at(own)]
         for answer in self.simulation.answers(np.array([own]))[0]:
             equal = [k for k, known in enumerate(found) if _same(known, answer, self.size)]
             if equal:
                 found[equal[0]] = explained(answer, found[equal[0]])
             else:
                 found.append(answer)
-        return sorted(found, key=lambda answer: -answer.value)
+        return sorted(map(self._shown, found), key=lambda answer: -answer.value)
+
+    @cached_property
+    def shown(self) -> Shown:
+        """Factors to the units in which numbers are printed and drawn."""
+        units: Any = deferred("plotting.units", "units_of")(self.system)
+        across = units.quantity_of(self.parameter)
+        factor, unit = units.factor(across), units.unit(across)
+        if self.band.unit:
+            factor, unit = self.band.factor, self.band.unit
+        quantity = self.measure.dimension
+        return Shown(factor, unit, units.factor(quantity), units.unit(quantity))
+
+    def _shown(self, answer: Answer) -> Answer:
+        return replace(answer, shown=self.shown)
+
+    def _complete(self, answer: Answer) -> Answer:
+        """An answer with the rms and peak of its orbit, where a row is measured."""
+        others = self.simulation.measures[1:]
+        if answer.orbit is None or not others:
+            return answer
+        rms, peak = (measure.of_orbit(answer.orbit) for measure in others)
+        return replace(answer, rms=rms, peak=peak)
 
     def to_dataset(self, *, si: bool = False) -> xr.Dataset:
         """Convert to a dataset: points of all curves, and simulated answers.
@@ -188,8 +214,8 @@ class Response:
         Dataset
             Along ``point``: curve (its number), parameter, value, derivative, kind (0 stable,
             1 unstable, 2 not admissible, of the stretch that begins there); along ``answer``:
-            parameter, value, rms, peak, motion, members, on_curve. Attributes ``units`` where they
-            are SI.
+            parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
+            ``units`` where they are SI.
         """
         data: xr.Dataset = deferred("design.response_data", "dataset_of")(self, si=si)
         return data
@@ -205,12 +231,11 @@ class Response:
         return axes
 
     def __repr__(self) -> str:
-        band, factor = self.band, self.band.factor
-        lines = [
-            f"Response: {self.measure.label} over {band.parameter} {band.low * factor:.6g} to "
-            f"{band.high * factor:.6g} {band.unit}".rstrip()
-        ]
-        lines += [f"  {k}: {_line(curve)}" for k, curve in enumerate(self.curves)]
+        across, unit = self.shown[:2]
+        low, high = (end * across for end in (self.band.low, self.band.high))
+        what = f"{self.measure.label} over {self.parameter}"
+        lines = [f"Response: {what} {low:.6g} to {high:.6g} {unit}".rstrip()]
+        lines += [f"  {k}: {_line(curve, across)}" for k, curve in enumerate(self.curves)]
         others = sorted({answer.motion for answer in self.unexplained}, key=_order)
         if others:
             lines.append(f"  simulated, on no branch: {_listed(others)}")
@@ -220,9 +245,9 @@ class Response:
         return "\n".join(lines)
 
 
-def _order(motion: str) -> tuple[bool, list[int]]:
+def _order(motion: str) -> tuple[list[int], str]:
     """Motions without a symbol first, then short symbols."""
-    return motion[0].isdigit(), [int(number) for number in re.findall(r"\d+", motion)]
+    return [int(number) for number in re.findall(r"\d+", motion)], motion
 
 
 def _listed(motions: list[str]) -> str:
@@ -231,9 +256,9 @@ def _listed(motions: list[str]) -> str:
     return ", ".join(motions[:NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _line(curve: ResponseCurve) -> str:
+def _line(curve: ResponseCurve, across: float) -> str:
     kind = "without impacts" if curve.branch is None else curve.symbol
-    low, high = float(curve.parameter.min()), float(curve.parameter.max())
+    low, high = (float(end) * across for end in (curve.parameter.min(), curve.parameter.max()))
     labels = " ".join(mark.label for mark in curve.marks) or "no special point"
     return f"{kind}, {low:.6g} to {high:.6g}; {labels}"
 
@@ -259,7 +284,7 @@ def frequency_response(
     seed: int = 0,
     settle: float = 400,
     periods: float = 100,
-    most: int = 12,
+    most: int = 8,
     depth: int = 1,
     steps: Steps | None = None,
     workers: int | None = None,
@@ -300,7 +325,7 @@ def frequency_response(
         Switches from the branch of a simulated orbit to others, as for
         :func:`~vibroimpact.branch_diagram`.
     steps
-        As for :func:`~vibroimpact.continue_orbit`.
+        As for :func:`~vibroimpact.continue_orbit`; by default longer ones.
     workers
         Threads of the simulation; by default one per core.
     progress
@@ -319,8 +344,8 @@ def frequency_response(
 
     Notes
     -----
-    Cost, for the impact damper: a second for 200 values, 16 starts and 500 periods; one to two
-    seconds a branch.
+    Cost, for the impact damper on two cores: three seconds for 200 values, 16 starts and 500 periods;
+    one to three seconds a branch.
 
     Examples
     --------
@@ -330,7 +355,7 @@ def frequency_response(
     >>> response = vi.frequency_response(damper, "omega", (1.1, 1.2), number=5, starts=2,
     ...                                  progress=False)
     >>> [answer.motion for answer in response.at(1.15) if answer.stable]
-    ['1-1-1']
+    ['1-0-0', '1-1-1']
     """
     asked = band_of(system, parameter, band, unit)
     first = with_parameter(system, parameter, asked.low)
@@ -353,7 +378,9 @@ def frequency_response(
     values = asked.values(number)
     report.say(f"simulating {number} values of {parameter}")
     answers = simulation.answers(values)
-    search = _Search(simulation, asked, Following(parameter, steps, STOP_WHEN, report.say), most, depth)
+    search = _Search(
+        simulation, asked, Following(parameter, steps or STEPS, STOP_WHEN, report.say), most, depth
+    )
     try:
         search.without_impacts(values)
         search.branches(answers)
@@ -418,6 +445,8 @@ class _Search:
         self.notes: list[str] = []
         self.interrupted = False
         self.failed: dict[str, int] = {}
+        elements = mechanism_of(simulation.system).elements
+        self.rubs = any(isinstance(element, Friction) for element in elements)
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -435,7 +464,9 @@ class _Search:
 
     def branches(self, answers: list[list[Answer]]) -> None:
         """Branches from simulated orbits, then from the graze of the motion without impacts."""
-        size = max((abs(a.value) for many in answers for a in many if math.isfinite(a.value)), default=1.0)
+        size = max(
+            (abs(a.value) for many in answers for a in many if math.isfinite(a.value)), default=1.0
+        )
         while len(self.tree.branches) < self.most and not self.interrupted:
             seed = self._next(answers, size or 1.0)
             if seed is None:
@@ -449,8 +480,9 @@ class _Search:
             self.notes.append(f"not followed: {_listed(sorted(left, key=_order))}")
 
     def _open(self, answer: Answer, size: float) -> bool:
-        """Whether a simulated motion is periodic, with impacts, and on no curve."""
-        return answer.periodic and not any(curve.holds(answer, size) for curve in self.curves)
+        """Whether a simulated motion may be an orbit, of impacts or friction, on no curve."""
+        rubs = answer.motion == "no impacts" and self.rubs
+        return (answer.periodic or rubs) and not any(c.holds(answer, size) for c in self.curves)
 
     def _next(self, answers: list[list[Answer]], size: float) -> Orbit | None:
         """An orbit of the kind of motion with most members that is on no curve yet."""
@@ -478,7 +510,11 @@ class _Search:
             self.notes.append(f"{answer.motion}: {error}")
             self.failed[answer.motion] = TRIED
             return None
-        return orbit if orbit.converged and orbit.admissible and not self._known(orbit, answer) else None
+        return (
+            orbit
+            if orbit.converged and orbit.admissible and not self._known(orbit, answer)
+            else None
+        )
 
     def _known(self, orbit: Orbit, answer: Answer) -> bool:
         loop, m = loop_of(orbit), orbit.mechanism
@@ -509,18 +545,22 @@ class _Search:
             self.curves.append(curve_of_branch(found, self.simulation.measure))
         self.failed[orbit.symbol] = self.failed.get(orbit.symbol, 0) + 1
 
-    def _grazing(self) -> list[Orbit]:
+    def _grazing(self) -> Iterator[Orbit]:
         """Orbits that begin where the motion without impacts touches a rigid stop."""
         if not self.curves or self.curves[0].branch is not None:
-            return []
-        return [
-            orbit
-            for mark in self.curves[0].marks
-            if (orbit := self._touching(mark.parameter)) is not None
-        ]
+            return
+        touches = [mark.parameter for mark in self.curves[0].marks]
+        yield from (orbit for value in touches if (orbit := self._touching(value)) is not None)
 
     def _touching(self, value: float) -> Orbit | None:
-        """The orbit with an impact of no speed at a graze, where it is isolated."""
+        """The orbit with an impact of no speed at a graze, where it is isolated and new."""
+        near = TOUCH * (self.band.high - self.band.low)
+        if any(
+            mark.kind in ("ZERO", "GR") and abs(mark.parameter - value) <= near
+            for curve in self.curves[1:]
+            for mark in curve.marks
+        ):
+            return None
         system = with_parameter(self.simulation.system, self.simulation.parameter, value)
         m, motion = mechanism_of(system), free_motion(system)
         if isinstance(motion, str) or m.elements:
@@ -537,11 +577,4 @@ class _Search:
             orbit = find_orbit(system, guess, impacts=impacts, cycles=motion.cycles)
         except InvalidParameterError:
             return None
-        known = orbit.converged and any(
-            same_loop(loop_of(orbit), loop_of(other), m, math.sqrt(SAME))
-            for branch in self.tree.branches
-            if len(branch.family.signature.impacts) == 1
-            for other in orbits_at(branch, value)
-        )
-        return orbit if orbit.converged and not known else None
-
+        return orbit if orbit.converged else None

@@ -36,9 +36,11 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
     kinds = [np.append(curve.stability, END) for curve in curves]
     answers = [answer for many in response.answers for answer in many]
     off = {id(answer) for answer in response.unexplained}
-    measured = {"value": attrs(response.measure.label, quantity)}
-    measured |= {
-        kind: attrs(f"{kind} of {response.measure.label}", quantity) for kind in ("rms", "peak")
+    measures = response.simulation.measures  # the others are those of its row
+    names = ("value", "rms", "peak")[: len(measures)]
+    measured = {
+        kind: (units.factor(one.dimension) if si else 1.0, attrs(one.label, one.dimension))
+        for kind, one in zip(names, measures, strict=True)
     }
 
     def joined(parts: list[Floats]) -> Floats:
@@ -50,7 +52,7 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
             f"{name}_of_point": (
                 "point", joined([c.parameter for c in curves]) * over, attrs(name, across),
             ),
-            "value_of_point": ("point", joined([c.value for c in curves]) * up, measured["value"]),
+            "value_of_point": ("point", joined([c.value for c in curves]) * up, measured["value"][1]),
             "derivative": (
                 "point", joined([c.derivative for c in curves]) * (up / over),
                 {"long_name": f"derivative of {response.measure.label} by {name}"},
@@ -69,9 +71,9 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
             ),
             **{
                 f"{kind}_of_answer": (
-                    "answer", np.array([getattr(a, kind) for a in answers]) * up, measured[kind],
+                    "answer", np.array([getattr(a, kind) for a in answers]) * factor, known,
                 )
-                for kind in ("value", "rms", "peak")
+                for kind, (factor, known) in measured.items()
             },
             "motion": ("answer", np.array([a.motion for a in answers], dtype=object)),
             "members": ("answer", np.array([a.members for a in answers], dtype=np.int32)),

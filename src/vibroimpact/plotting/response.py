@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -9,17 +10,19 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.profile import Stability
 from vibroimpact.design.compare import COMPARISONS, comparison
+from vibroimpact.design.curves import ResponseCurve
 from vibroimpact.design.response import Response
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
-from vibroimpact.plotting.branches import LINES
+from vibroimpact.plotting.branches import LINES, WORDS
 from vibroimpact.plotting.units import Units, units_of
 
 BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
 SIMULATED, SEEN = style.VERMILION, style.SILVER
+SHARES = (0.0, 0.25, 0.5, 0.75)  # of a stretch
 HIGH = 1.15  # of what settles: values of motions that do not settle are cut off above
 DECIBELS = 60.0  # below the largest value: less is cut off
 
@@ -77,26 +80,22 @@ def plot_response(
         check_choice("compare", one, list(COMPARISONS))
     units = units_of(response.system)
     quantity = response.measure.dimension
-    axes = _Axes(_across(response, units), units.factor(quantity), decibel, quantity == "power")
-    with style.drawing(ax, width=1.6 * style.WIDTH, height=1.25 * style.HEIGHT) as ax:
+    axes = _Axes(response.shown.across, response.shown.up, decibel, quantity == "power")
+    with style.drawing(ax, width=1.9 * style.WIDTH, height=1.4 * style.HEIGHT) as ax:
         beside = {one: comparison(response, one) for one in compare}
         for one, (p, values) in beside.items():
             colour, text = BESIDE[one]
-            ax.plot(p * axes.over, axes.y(values), color=colour, linewidth=1.0, label=text, zorder=2)
+            ax.plot(
+                p * axes.over, axes.y(values), color=colour, linewidth=1.0, label=text, zorder=2
+            )
         _simulated(ax, response, axes)
         _curves(ax, response, axes)
         if marks:
             _marks(ax, response, axes)
         _limits(ax, response, axes, [values for _, values in beside.values()])
         ax.set(xlabel=_label(response, units), ylabel=_ordinate(response, units, decibel=decibel))
-        style.legend_outside(ax, columns=3)
+        style.legend_outside(ax, columns=4)
     return ax
-
-
-def _across(response: Response, units: Units) -> float:
-    if response.band.unit:
-        return response.band.factor
-    return units.factor(units.quantity_of(response.parameter))
 
 
 def _label(response: Response, units: Units) -> str:
@@ -108,7 +107,8 @@ def _label(response: Response, units: Units) -> str:
 
 
 def _ordinate(response: Response, units: Units, *, decibel: bool) -> str:
-    text, unit = response.measure.label, units.unit(response.measure.dimension)
+    unit = units.unit(response.measure.dimension)
+    text = re.sub(r"\b([xva])(\d+)", r"$\1_{\2}$", response.measure.label)
     if not decibel:
         return units.label(text, response.measure.dimension)
     return f"{text} [dB{f' re 1 {unit}' if unit else ''}]"
@@ -129,7 +129,12 @@ def _simulated(ax: Axes, response: Response, axes: _Axes) -> None:
         style.points(ax, p, axes.y([a.value for a in off]), markersize=2.2, **looks,
                      label="simulated, on no branch")  # fmt: skip
         rms = np.array([a.rms for a in off])
-        if np.isfinite(rms).any() and not response.measure.label.startswith("rms"):
+        both = {one.dimension for one in response.simulation.measures}
+        if (
+            np.isfinite(rms).any()
+            and len(both) == 1
+            and not response.measure.label.startswith("rms")
+        ):
             style.points(ax, p, axes.y(rms), marker="_", markersize=3.0, markeredgewidth=0.7, **looks,
                          label="their rms")  # fmt: skip
 
@@ -139,9 +144,12 @@ def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
     for curve in response.curves:
         without = curve.branch is None
         colour = style.BLACK if without else style.BLUE
-        p, y = curve.parameter * axes.over, axes.y(curve.value)
+        p, values, stability = (
+            _drawn(curve) if without else (curve.parameter, curve.value, curve.stability)
+        )
+        p, y = p * axes.over, axes.y(values)
         for kind in Stability:
-            for begin, end in _runs(curve.stability == kind):
+            for begin, end in _runs(stability == kind):
                 text = "without impacts" if without else _named(kind)
                 label = None if text in named or (without and kind) else text
                 named |= {text} if label else set()
@@ -151,9 +159,17 @@ def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
                 )  # fmt: skip
 
 
+def _drawn(curve: ResponseCurve) -> tuple[Floats, Floats, Integers]:
+    """A curve with points between its own, by its derivatives: a resonance is sharp."""
+    p = curve.parameter
+    inner = [(k, p[k] + share * (p[k + 1] - p[k])) for k in range(len(p) - 1) for share in SHARES]
+    places = np.append([place for _, place in inner], p[-1])
+    values = np.append([curve.between(k, float(place)) for k, place in inner], curve.value[-1])
+    return places, values, np.repeat(curve.stability, len(SHARES))
+
+
 def _named(kind: Stability) -> str:
-    words = {0: "stable orbits", 1: "unstable", 2: "not admissible"}
-    return words[int(kind)]
+    return "stable orbits" if kind == Stability.STABLE else WORDS[kind]
 
 
 def _runs(mask: Any) -> list[tuple[int, int]]:

@@ -1,0 +1,249 @@
+"""Frequency responses against closed forms, brute force and each other."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact import plotting
+from vibroimpact.design import compare
+from vibroimpact.design.compare import comparison
+from vibroimpact.model.parameters import with_parameter
+
+BAND = (1.1, 1.7)
+OSCILLATOR = vi.ImpactOscillator(zeta=0.05, omega=1.0, restitution=0.7, clearance=1.5)
+FRAME = vi.ImpactDamper.from_physical(
+    M1=120.0, M2=6.0, K=120.0 * (16.0 * math.pi) ** 2, C=0.04 * 120.0 * 16.0 * math.pi, F0=400.0,
+    Omega=16.0 * math.pi, D=0.02, restitution=0.6,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def response() -> vi.Response:
+    return vi.frequency_response(
+        OSCILLATOR, "omega", BAND, number=20, starts=6, most=1, depth=0, progress=False
+    )
+
+
+@pytest.fixture(scope="module")
+def frame() -> vi.Response:
+    """A frame of 120 kg, 8 Hz, 2 % damping, 400 N, with a ball of 6 kg; nothing is chaotic."""
+    return vi.frequency_response(
+        FRAME, "omega", (6.0, 6.8), unit="Hz", number=5, starts=6, most=1, depth=0, progress=False
+    )
+
+
+def amplitude(omega: float) -> float:
+    """Of the linear oscillator."""
+    return 1.0 / abs(complex(1.0 - omega**2, 0.1 * omega))
+
+
+# ---- branches ------------------------------------------------------------------------------------
+
+
+def test_the_motion_without_impacts_begins_where_it_touches_the_stop(
+    response: vi.Response,
+) -> None:
+    free = response.curves[0]
+    # 1 / 1.5^2 = (1 - w^2)^2 + 0.01 w^2, a quadratic in w^2
+    square = max(np.roots([1.0, 0.01 - 2.0, 1.0 - 1.0 / 1.5**2]))
+    (touch,) = [mark.parameter for mark in free.marks]
+    assert touch == pytest.approx(math.sqrt(square), rel=1e-10)
+    assert free.value == pytest.approx([amplitude(w) for w in free.parameter], rel=1e-12)
+    assert (free.stability == np.where(free.parameter[1:] <= touch, 2, 0)).all()
+
+
+def test_the_branch_from_a_simulated_orbit_ends_at_the_touch(response: vi.Response) -> None:
+    (branch,) = response.curves[1:]
+    assert branch.symbol == "1-1-0"
+    (zero,) = [mark for mark in branch.marks if mark.kind == "ZERO"]
+    assert zero.parameter == pytest.approx(response.curves[0].marks[0].parameter, rel=1e-7)
+    assert zero.value == pytest.approx(OSCILLATOR.clearance, rel=1e-6)
+
+
+def test_the_worst_is_a_maximum_of_orbits_that_brute_force_finds(response: vi.Response) -> None:
+    worst = response.worst
+    assert worst.motion == "1-1-0"
+    assert worst.stable
+    assert worst.derivative == pytest.approx(0.0, abs=1e-9)
+    near = worst.parameter + np.linspace(-2e-3, 2e-3, 41)
+    state = worst.orbit.state if worst.orbit else None
+    assert isinstance(state, vi.State)
+    members = vi.sweep(OSCILLATOR, over={"omega": near}, start=state, settle=400, progress=False,
+                       observe=vi.measure_of("x1", OSCILLATOR).observers)  # fmt: skip
+    found = vi.measure_of("x1", OSCILLATOR).of_sweep(members)
+    assert worst.value >= float(found.max()) - 1e-12
+    assert worst.value == pytest.approx(float(found.max()), rel=1e-6)  # (1e-4)^2 u'' / 2
+
+
+def test_every_steady_motion_at_a_frequency_is_listed(response: vi.Response) -> None:
+    found = response.at(1.5)
+    assert [(a.motion, a.stable, a.admissible) for a in found] == [
+        ("1-1-0", True, True), ("1-1-0", False, True), ("1-0-0", True, True)
+    ]  # fmt: skip
+    for answer in found:
+        assert answer.orbit is not None
+        system = with_parameter(OSCILLATOR, "omega", 1.5)
+        assert vi.measure_of("x1", system).of_orbit(answer.orbit) == pytest.approx(answer.value)
+    assert [a.members > 0 for a in found] == [True, False, True]
+    assert response.at(1.69)[0].value == pytest.approx(amplitude(1.69), rel=1e-12)
+
+
+def test_between_two_points_the_derivatives_lead_to_the_orbit_there(response: vi.Response) -> None:
+    branch = response.curves[1]
+    stable = np.flatnonzero(branch.stability == 0)
+    k = int(stable[len(stable) // 4])  # away from the fold
+    middle = float(branch.parameter[k : k + 2].mean())
+    motion = branch.motion_near(k, middle)
+    assert motion is not None
+    step = abs(float(np.diff(branch.parameter[k : k + 2])[0]))
+    value = response.measure.of_orbit(motion)
+    assert branch.between(k, middle) == pytest.approx(value, abs=100.0 * step**4 + 1e-12)
+
+
+def test_a_soft_stop_has_the_contact_force_of_its_response() -> None:
+    def stopped(w: float) -> vi.Mechanism:
+        return vi.Mechanism(
+            mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(w, (1.0,)),),
+            elements=(vi.SoftStop((1.0,), upper=1.5, stiffness=10.0, damping=0.2),),
+        )  # fmt: skip
+
+    found = vi.frequency_response(
+        vi.Family(stopped, w=1.0), "w", (1.15, 1.2), measure="contact force", number=3, starts=2,
+        most=1, depth=0, progress=False,
+    )  # fmt: skip
+    system = with_parameter(found.system, "w", 1.2)
+    state = found.at(1.2)[0].state
+    assert state is not None
+    run = vi.simulate(system, state, t_max=4.0 * math.pi / 1.2)
+    force = -run.forces(np.linspace(0.0, 4.0 * math.pi / 1.2, 40_001))[:, 0]
+    assert found.at(1.2)[0].value == pytest.approx(force.max(), rel=1e-6)
+    assert found.worst.parameter == pytest.approx(1.2)
+
+
+# ---- simulation ----------------------------------------------------------------------------------
+
+
+def test_chaos_is_an_answer_of_its_own_with_rms_below_peak() -> None:
+    damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                             half_clearance=5.0, omega=0.35)  # fmt: skip
+    found = vi.frequency_response(
+        damper, "omega", (0.345, 0.35), number=2, starts=3, most=0, progress=False
+    )
+    assert {answer.motion for answer in found.unexplained} == {"chaotic"}
+    for answer in found.unexplained:
+        assert 0.0 < answer.rms < answer.value <= answer.peak
+        assert answer.members <= 5
+    assert found.worst in found.unexplained or found.worst.motion == "chaotic"
+
+
+def test_starts_on_a_grid_are_joined_to_the_same_answers() -> None:
+    base = vi.State((0.0,), (0.0,))
+    grid = vi.GridStarts({"x1": [-1.0, 0.0], "v1": [0.0, 2.0]}, base)
+    found = vi.frequency_response(
+        OSCILLATOR, "omega", (1.5, 1.55), number=2, starts=grid, most=0, progress=False
+    )
+    for answers in found.answers:
+        assert sorted(answer.motion for answer in answers) == ["1-1-0", "no impacts"]
+        assert sum(answer.members for answer in answers) == 2 + 4  # up and down, and the grid
+
+
+def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Response) -> None:
+    silent, striking = sorted(
+        (a for a in frame.at(6.4) if a.stable), key=lambda answer: answer.value
+    )
+    assert (silent.motion, striking.motion) == ("1-0-0", "1-1-1")
+    w, wn = 12.8 * math.pi, 16.0 * math.pi
+    metres = 400.0 / 120.0 / abs(complex(wn**2 - w**2, 0.04 * wn * w))
+    assert silent.value_shown == pytest.approx(metres, rel=1e-9)
+    assert silent.parameter_shown == pytest.approx(6.4)
+    data = frame.to_dataset(si=True)
+    assert data["value_of_point"].attrs["units"] == "m"
+    assert float(data["omega_of_point"].max()) == pytest.approx(2.0 * math.pi * 6.8)
+    own = frame.to_dataset()
+    assert own["value_of_point"].attrs["quantity"] == "length"
+    assert float(data["value_of_point"].max() / own["value_of_point"].max()) == pytest.approx(
+        FRAME.scales.length
+    )
+
+
+# ---- pictures and comparisons --------------------------------------------------------------------
+
+
+def test_linear_machines_beside_a_response_are_the_closed_forms(
+    frame: vi.Response, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compare, "POINTS", 12)
+    p, opened = comparison(frame, "linear")
+    g = p / FRAME.omega_n
+    static = 1.0 / FRAME.omega_n**2
+    assert opened == pytest.approx(static / np.abs(1.0 - g**2 + 0.04j * g), rel=1e-10)
+    _, tuned = comparison(frame, "tuned")
+    damper = vi.tuned_damper(0.05, 0.02)
+    assert tuned == pytest.approx(static * damper.amplification(g), rel=1e-9)
+
+
+@pytest.mark.usefixtures("no_windows")
+def test_the_picture_has_si_units_and_lines_by_stability(
+    frame: vi.Response, response: vi.Response, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compare, "POINTS", 12)
+    ax = frame.plot(compare=("linear", "tuned"))
+    assert ax.get_xlabel() == "forcing frequency $f$ [Hz]"
+    assert ax.get_ylabel() == "amplitude of $x_{1}$ [m]"
+    assert ax.get_xlim() == pytest.approx((6.0, 6.8))
+    decibel = frame.plot(decibel=True)
+    assert decibel.get_ylabel() == "amplitude of $x_{1}$ [dB re 1 m]"
+    ax = plotting.plot_response(response, marks=False)
+    styles = {line.get_linestyle() for line in ax.get_lines()}
+    assert {"-", "--", ":"} <= styles
+    assert mpl.rcParams["font.family"] != ["STIXGeneral"]  # the user's again
+
+
+# ---- misuse and interruption ---------------------------------------------------------------------
+
+
+def test_an_interruption_keeps_the_curves_found() -> None:
+    def stop(text: str) -> None:
+        if text.startswith("branch 0"):
+            raise KeyboardInterrupt
+
+    found = vi.frequency_response(
+        OSCILLATOR, "omega", (0.9, 1.1), number=3, starts=1, progress=stop
+    )
+    assert found.interrupted
+    assert found.curves[0].symbol == "1-0-0"
+    assert len(found.answers) == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"band": (1.0, 0.5)}, "low < high"), ({"band": (0.0, 1.0)}, "must be > 0"),
+        ({"parameter": "omeg"}, "one of zeta, omega"), ({"measure": "loudness"}, "'impact rate'"),
+        ({"unit": "kHz"}, "Hz, rad/s"), ({"parameter": "zeta", "unit": "Hz"}, "not the forcing"),
+        ({"number": 1}, ">= 2"), ({"starts": -1}, ">= 0"), ({"progress": 3}, "True, False"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_response_is_refused(changes: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"parameter": "omega", "band": (0.5, 1.0)} | changes
+    with pytest.raises(vi.InvalidParameterError, match=words):
+        vi.frequency_response(OSCILLATOR, **given)
+
+
+def test_a_place_outside_the_band_and_a_missing_free_mass_are_refused(
+    response: vi.Response,
+) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=r"in the band, \[1.1, 1.7\]"):
+        response.at(2.0)
+    with pytest.raises(vi.InvalidParameterError, match="free masses beside it"):
+        comparison(response, "tuned")
+    ball = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
+                        contacts=(vi.Contact((1.0,), upper=1.0),))  # fmt: skip
+    with pytest.raises(vi.InvalidParameterError, match="no forcing"):
+        vi.frequency_response(ball, "stiffness[0][0]", (1.0, 2.0))
