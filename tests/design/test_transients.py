@@ -254,7 +254,7 @@ def test_tables_of_every_kind_are_read(tmp_path: Path, text: str, options: dict[
     ("0;1,5\n1;2\n", {}, r"line 1, column 1: '1,5'.*a point, not a comma"),
     ("0,1\n1\n2,3\n", {}, r"line 2: has 1 columns; column 1"),
     ("1\n2\n", {}, r"has 1 columns, 0 to 0"),
-    ("t,f\n0,1\n1,2\n", {"values": "g"}, r"columns 't', 'f'"),
+    ("t,f\n0,1\n1,2\n", {"values": "g"}, r"column = 'g': .* by name: 't', 'f'"),
     ("0,1\n", {}, r"1 samples"),
     ("# nothing\n", {}, r"holds no samples"),
 ])  # fmt: skip

@@ -19,6 +19,7 @@ from functools import partial
 
 import numpy as np
 
+from vibroimpact._core.checks import real
 from vibroimpact._core.types import Floats
 from vibroimpact.design.flights import Dual, Flights, Signal
 from vibroimpact.model.elements import PhaseSwitch
@@ -61,6 +62,7 @@ class Energies:
 
     def scaled(self, factor: float) -> Energies:
         """The same in another unit."""
+        factor = real("factor", factor)
         start, end, put_in, dashpots, *parts = (
             factor * x for x in (self.start, self.end, self.input, self.dashpots, *self.parts)
         )

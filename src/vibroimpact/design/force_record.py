@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import (
     check_choice,
-    check_index,
     nonnegative,
     numbers,
     path_of,
     positive,
     real,
+    shown,
     vector,
 )
 from vibroimpact._core.deferred import deferred
@@ -171,10 +171,11 @@ class ForceRecord:
             values = 1 if spacing is None else 0
         found = table.column(values)
         count = np.arange(len(found), dtype=float)
-        times: Floats = table.times(time) if spacing is None else spacing * count
         if len(found) < 2:
             raise InvalidParameterError(f"{name}: {len(found)} samples; a record has 2 or more.")
-        return cls(times * clock, found * scale, row, kind)
+        with np.errstate(over="ignore"):  # what is infinite is refused
+            times: Floats = table.times(time) if spacing is None else spacing * count
+            return cls(times * clock, found * scale, row, kind)
 
     def __len__(self) -> int:
         return int(self.time.size)
@@ -333,22 +334,17 @@ class _Table(NamedTuple):
         return found
 
     def _number(self, wanted: str | int) -> int:
-        if isinstance(wanted, str):
-            if wanted in self.names:
-                return self.names.index(wanted)
-            listed = ", ".join(map(repr, self.names)) or "none: the file has no line of names"
-            raise InvalidParameterError(
-                f"column = {wanted!r}: {self.file} has the columns {listed}. Columns can be given by "
-                "number from 0, too."
-            )
         count = max(map(len, [self.names, *self.rows[:1]]))
-        if wanted >= count and not isinstance(wanted, bool):
-            raise InvalidParameterError(
-                f"column = {wanted}: {self.file} has {count} columns, 0 to {count - 1}. A file of "
-                "values alone is read with values=0, step=..."
-            )
-        check_index("column", wanted, count)
-        return wanted % count
+        if isinstance(wanted, str) and wanted in self.names:
+            return self.names.index(wanted)
+        whole = isinstance(wanted, int | np.integer) and not isinstance(wanted, bool)
+        if whole and -count <= int(wanted) < count:
+            return int(wanted) % count
+        listed = f", or by name: {', '.join(map(repr, self.names))}" if self.names else ""
+        raise InvalidParameterError(
+            f"column = {shown(wanted)}: {self.file} has {count} columns, 0 to {count - 1}{listed}. A "
+            "file of values alone is read with values=0, step=..."
+        )
 
 
 def _table(name: str) -> _Table:

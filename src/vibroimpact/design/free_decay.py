@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact._core.checks import check_kind, positive, real, refusal, share
+from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.design.driven import linear, unforced
 from vibroimpact.design.energy import Energies, energies_of
 from vibroimpact.design.flights import Flights, Signal, Struck, rows_of
-from vibroimpact.design.instants import Extrema, extrema, last_beyond
+from vibroimpact.design.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
 from vibroimpact.design.measure import Peak, Row
 from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of
@@ -52,6 +52,7 @@ LONGEST = 2e5  # radians of the fastest rate
 UNDAMPED = 1e-9  # of the fastest rate: what decays more slowly does not
 CYCLES = 200  # of the slowest vibration of a machine that does not decay
 ZERO = 1e-12
+MOST_SAMPLES = 10**7
 GROWS = (
     1e-7  # of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
 )
@@ -110,8 +111,7 @@ class FreeDecay:
 
     @cached_property
     def _reference(self) -> float:
-        low, high = (self._without or self._signal).extremes()
-        return float(max(high.value, -low.value))
+        return largest_modulus(self._without or self._signal)
 
     @cached_property
     def time(self) -> float:
@@ -171,6 +171,7 @@ class FreeDecay:
 
     def histories(self, count: int = 4000) -> tuple[Floats, Floats, Floats | None]:
         """Times, the row less its value at rest, and the same of the machine without impacts."""
+        check_count("count", count, 2, MOST_SAMPLES)
         span = float(self._signal.flights.durations.sum())
         t = np.linspace(0.0, span, count)
         unit = self.scales.factor(self._unit)
@@ -182,7 +183,7 @@ class FreeDecay:
         return (
             f"FreeDecay: {self.row} stays below {percent} of {self.reference:.6g} after "
             f"{self.time:.6g}, without impacts after {self.time_without:.6g}; {self.impacts} impacts"
-            f"{f', the last at {self.last_impact:.6g}' if self.impacts else ''}"
+            f"{f', last at {self.last_impact:.6g}' if self.impacts else ''}"
         )
 
     def to_dataset(self, count: int = 4000) -> xr.Dataset:
@@ -281,8 +282,8 @@ def free_decay(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.01, restitution=0.6,
     ...                          half_clearance=0.3, omega=1.0)
     >>> decay = vi.free_decay(damper, {"v1": 1.0})
-    >>> 5.0 * decay.time < decay.time_without < 231.0
-    True
+    >>> round(decay.time, 1), round(decay.time_without, 1)
+    (71.9, 231.0)
     """
     part = share("to", to)
     m = unforced(mechanism_of(system))
@@ -295,8 +296,13 @@ def free_decay(
     given = None if rest is None else real("rest", rest) / unit
     wanted, cycle = _long_enough(plain or m, part)
     span = wanted if t_max is None else positive("t_max", t_max) / scales.time
+    check_span("t_max", t_max, rows_of(m), span)
     run = simulate(m, state, impacts=MANY_IMPACTS, t_max=span)
     covered = float(run.time[-1]) if len(run) else 0.0
+    if not covered > 0.0:
+        raise InvalidParameterError(
+            f"start = {shown(start)}: no motion begins there: {run.end.sentence}. Start elsewhere."
+        )
     flights = flights_of_run(run, covered)
     level = _at_rest(m, chosen, order, run.all_states[-1]) if given is None else given
     signal = _row_of(flights, chosen, order, level)
@@ -309,7 +315,7 @@ def free_decay(
     )  # fmt: skip
     if not found._reference > 0.0:
         raise InvalidParameterError(
-            f"start = {start}: must move {measure.text} away from rest. Give a position or a velocity."
+            f"start = {shown(start)}: must move {measure.text} away from rest. Give a position or a velocity."
         )
     return found
 

@@ -15,9 +15,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibroimpact._core.chebyshev import real_zeros_of
+from vibroimpact._core.checks import memory_of_machine, refusal
 from vibroimpact._core.types import Floats, Integers
-from vibroimpact.design.flights import FLAT, Signal
+from vibroimpact.compile.prescribed import NODES, WINDOW
+from vibroimpact.design.flights import FLAT, Rows, Signal
 
+BYTES = 64  # of a coefficient, with its derivative, kept twice while series are made
 SAME = 1e-6  # of a window: instants so near to each other are one
 
 
@@ -26,6 +29,39 @@ class Extrema(NamedTuple):
 
     time: Floats
     value: Floats
+
+
+def check_span(name: str, value: object, rows: Rows, span: float) -> None:
+    """Refuse a time over which the series of a motion would exceed the memory of this machine."""
+    windows = span * rows.rate / WINDOW
+    needed = windows * BYTES * NODES * (rows.pieces.size + 1)
+    if not needed <= memory_of_machine():
+        raise refusal(
+            name,
+            value,
+            f"shorter: the motion needs {needed / 1e9:.3g} GB, more than this machine has",
+        )
+
+
+def largest_modulus(signal: Signal) -> float:
+    """Largest modulus of a signal.
+
+    Extrema are searched for only in windows whose series may reach beyond the largest value at an
+    end of a window or a flight.
+    """
+    w = signal.flights._windows
+    inner = np.setdiff1d(np.arange(len(w.segment)), w.last)
+    known = [
+        np.abs(_values(signal.series, w.last, _ends(signal))),
+        np.abs(_values(signal.series, np.arange(len(w.segment)), -1.0)),
+        np.abs(_values(signal.series, inner, 1.0)),
+    ]
+    largest = max(float(part.max(initial=0.0)) for part in known)
+    some = np.flatnonzero(np.abs(signal.series).sum(axis=0) > largest)
+    slope = np.asarray(chebyshev.chebder(signal.series[:, some], axis=0), dtype=float)
+    at, x = real_zeros_of(slope, FLAT)
+    at, x = _inside(signal, some[at], x)
+    return float(max(largest, np.abs(_values(signal.series, at, x)).max(initial=0.0)))
 
 
 def extrema(signal: Signal) -> Extrema:

@@ -26,8 +26,9 @@ from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
 from vibroimpact.design.driven import driven, unforced
 from vibroimpact.design.energy import Energies, energies_of
-from vibroimpact.design.flights import Dual, Flights
+from vibroimpact.design.flights import Dual, Flights, rows_of
 from vibroimpact.design.force_record import ForceRecord
+from vibroimpact.design.instants import check_span, largest_modulus
 from vibroimpact.design.measure import Measure, Peak, Rms, Row, measure_of
 from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of
@@ -197,7 +198,11 @@ class RecordResponse:
 
     def peak(self, row: Row = "x1") -> float:
         """Largest modulus of a row, such as "x1", "v1", "a1" or "x2 - x1", between impacts, too."""
-        return self.measure(Peak(row))
+        measure = Peak(row)
+        chosen = np.append(measure._coefficients(self._m), 0.0)
+        rows, order = self._flights.rows, measure.derivatives
+        signal = self._flights.signal(lambda code: rows.moved(code, chosen, order))
+        return largest_modulus(signal) * self.scales.factor(measure.dimension)
 
     def rms(self, row: Row = "x1") -> float:
         """Root mean square of a row over the duration."""
@@ -226,8 +231,7 @@ class RecordResponse:
             base = self._flights.rows.moved(code, record * (carried / self._factor), 0)
             return Dual(moved.value + base.value, moved.by + base.by)
 
-        low, high = self._flights.signal(absolute).extremes()
-        return float(max(-low.value, high.value)) * self.scales.acceleration
+        return largest_modulus(self._flights.signal(absolute)) * self.scales.acceleration
 
     @cached_property
     def energies(self) -> Energies:
@@ -261,7 +265,9 @@ class RecordResponse:
             known = self.record.time[self.record.time <= latest(last)]
             t = np.minimum(known, last)
         else:
-            t = numbers("samples", samples)
+            t = np.atleast_1d(numbers("samples", samples, "times"))
+            if t.ndim != 1:
+                raise refusal("samples", samples, "times, shape (k,)")
         position, velocity = self.at(t)
         n, hit, scales = self._m.degrees, self.run.impacts, self.scales
         names = [f"x{i + 1}" for i in range(n)]
@@ -291,7 +297,7 @@ class RecordResponse:
             },
         )  # fmt: skip
 
-    def plot(self, row: str = "x1", *, ax: Axes | None = None) -> Axes:
+    def plot(self, row: Row = "x1", *, ax: Axes | None = None) -> Axes:
         """Draw a row over time with the record above it."""
         axes: Axes = deferred("plotting.transients", "plot_record_response")(self, row, ax=ax)
         return axes
@@ -348,7 +354,7 @@ def simulate_record(
     >>> pulse = vi.ForceRecord([0.0, 1.0, 2.0], [0.0, 1.0, 0.0])
     >>> response = vi.simulate_record(damper, pulse, after=60.0)
     >>> response.complete, bool(response.energies.parts[0] > response.energies.dashpots)
-    (True, False)
+    (True, True)
     """
     check_kind("record", record, ForceRecord, "a ForceRecord")
     check_flag("own_forces", own_forces)
@@ -366,7 +372,9 @@ def simulate_record(
     length = pieces.length / scales.time
     unit = scales.acceleration if record.kind == "base" else scales.force
     value, slope = pieces.value / unit, pieces.slope / unit * scales.time
-    wider, factor = driven(m, row, 1.0 / float(begin[-1] + length[-1]))
+    span = float(begin[-1] + length[-1])
+    wider, factor = driven(m, row, 1.0 / span)
+    check_span("after", after, rows_of(wider), span)
     if start is None:
         start = State((0.0,) * m.degrees, (0.0,) * m.degrees)
     check_kind("start", start, State, "a State, or None for rest")

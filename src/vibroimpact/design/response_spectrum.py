@@ -49,6 +49,7 @@ TURN = {"rad/s": 1.0, "Hz": 2.0 * math.pi}
 BLOCK = 2**18  # responses that are examined together
 HALVINGS = 60  # of a bracket: to the last bit
 CYCLE = 2.0 * math.pi
+HIGHEST = 1e50  # frequency: its square and cube stay finite
 KEPT = 256  # lengths of pieces
 
 
@@ -199,8 +200,8 @@ def response_spectrum(
     check_choice("unit", unit, list(TURN))
     check_flag("progress", progress)
     given = np.atleast_1d(numbers("frequencies", frequencies))
-    if given.ndim != 1 or not given.size or np.any(given <= 0.0):
-        raise refusal("frequencies", frequencies, "numbers > 0, shape (k,)")
+    if given.ndim != 1 or not given.size or np.any((given <= 0.0) | (given > HIGHEST)):
+        raise refusal("frequencies", frequencies, f"numbers > 0, at most {HIGHEST:g}, shape (k,)")
     ratio = nonnegative("zeta", zeta)
     if ratio >= 1.0:
         raise refusal("zeta", zeta, "in [0, 1)", "An overdamped oscillator has no frequency.")

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal
+from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
@@ -250,6 +250,7 @@ def sine_sweep(
     """
     if not mechanism_of(system).forces:
         raise InvalidParameterError("system: has no harmonic force to be swept. Give it forces.")
+    check_kind("unit", unit, str, '"Hz", "rad/s" or "" for the unit of the parameter')
     chosen = band_of(system, parameter, band, unit)
     check_choice("spacing", spacing, ("linear", "log"))
     check_choice("way", way, WAYS)
@@ -290,7 +291,7 @@ def _values(
     """Values of the steps in the system's own units, (1)."""
     if steps is not None and rate is not None:
         raise InvalidParameterError(
-            f"steps = {steps}, rate = {rate}: give one of them. With a rate the number of steps follows."
+            f"steps = {shown(steps)}, rate = {shown(rate)}: give one of them. With a rate the number of steps follows."
         )
     if rate is None:
         count = STEPS if steps is None else steps

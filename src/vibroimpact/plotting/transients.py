@@ -11,6 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.design.force_record import ForceRecord
 from vibroimpact.design.free_decay import FreeDecay
+from vibroimpact.design.measure import Peak, Row
 from vibroimpact.design.record_response import RecordResponse
 from vibroimpact.design.response_spectrum import ResponseSpectrum
 from vibroimpact.design.sine_sweep import SineSweep
@@ -154,7 +155,7 @@ def plot_record(record: ForceRecord, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_record_response(
-    response: RecordResponse, row: str = "x1", *, ax: Axes | None = None
+    response: RecordResponse, row: Row = "x1", *, ax: Axes | None = None
 ) -> Axes:
     """Draw the response to a record over time, the impacts, and the record above them.
 
@@ -194,7 +195,9 @@ def plot_record_response(
                     label=f"impact at {name}", zorder=3, markeredgewidth=0.0, rasterized=small,
                 )  # fmt: skip
         ax.set(
-            xlabel=units.label("time $t$", "time"), xlim=(first, last), ylabel=_of_row(units, row)
+            xlabel=units.label("time $t$", "time"),
+            xlim=(first, last),
+            ylabel=_of_row(units, Peak(row).text),
         )
         if hits.size:
             style.legend_outside(ax)

@@ -14,7 +14,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.simulate import Run, RunEnd, assembled, begin
+from vibroimpact.simulation.simulate import Run, RunEnd, assembled, begin, phases_of, settled
 
 MANY = 2**40  # events: as many as there are
 
@@ -53,23 +53,21 @@ def simulate_pieces(system: System, state: State, lines: Lines) -> Run:
     m = mechanism_of(system)
     compiled = compile_mechanism(m)
     n = m.degrees - 1
-    position, velocity = list(state.position[:n]), list(state.velocity[:n])
+    position, velocity = state.position[:n], state.velocity[:n]
     parts: list[Any] = []
     starts: list[tuple[list[float], int]] = []
-    first = state
-    why = RunEnd.HORIZON
+    first = State((*position, lines.value[0]), (*velocity, lines.slope[0]), state.phase)
+    at, why = begin(compiled, first), RunEnd.HORIZON
     for time, value, slope, length in zip(*(part.tolist() for part in lines), strict=True):
-        phase = state.phase + m.omega * time
-        now = State((*position, value), (*velocity, slope), phase)
-        at = begin(compiled, now)
-        if not parts:
-            first = now
+        if parts:
+            phases = phases_of(m, state.phase + m.omega * time)
+            after = parts[-1]["after"][-1].tolist()
+            place, speed = [*after[:n], value], [*after[n + 1 : 2 * n + 1], slope]
+            at = settled(compiled, compiled.kernel.start(place, speed, phases)["at"])
         starts.append((at.y, at.mode))
         why = _piece(compiled, at, time, length, parts)
         if why is not RunEnd.HORIZON:
             break
-        after = parts[-1]["after"][-1].tolist()
-        position, velocity = after[:n], after[n + 1 : 2 * n + 1]
     _hand_over(parts, starts, lines)
     y, mode = starts[0]
     return assembled(system, first, compiled, np.array(y), mode, parts, why)
