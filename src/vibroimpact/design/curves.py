@@ -33,7 +33,7 @@ from vibroimpact.orbits.orbit import Orbit
 
 STEEP = 1e-13  # of the range: a zero of the derivative is located so well
 TOUCHED = 1e-14  # relative: a zero of the gap
-ON_CURVE = 1e-3  # of its size: a simulated answer on a branch
+ON_CURVE, ARRIVING = 1e-3, 1e-4  # of all values: a simulated motion on an orbit, or nearly so
 
 
 class Mark(NamedTuple):
@@ -119,14 +119,10 @@ class ResponseCurve:
 
     def holds(self, answer: Answer, size: float) -> bool:
         """Whether a simulated answer is one of its stable motions; ``size`` is that of values."""
-        if answer.motion not in names_of(self.symbol):
-            return False
+        near = likeness(answer.motion, self.symbol) * size
         for k in self.stretches(answer.parameter):
             stable = self.stability[k] == Stability.STABLE
-            if (
-                stable
-                and abs(self.between(int(k), answer.parameter) - answer.value) <= ON_CURVE * size
-            ):
+            if stable and abs(self.between(int(k), answer.parameter) - answer.value) < near:
                 return True
         return False
 
@@ -175,6 +171,16 @@ class ResponseCurve:
             return float(brentq(slope, low, high, xtol=STEEP * (high - low), rtol=STEEP))
         except (ArithmeticError, ValueError):
             return None
+
+
+def likeness(motion: str, symbol: str) -> float:
+    """How near, relative to all values, a simulated motion must be to an orbit that it is; 0: never.
+
+    One that is not periodic may be on its way to the orbit.
+    """
+    if motion in names_of(symbol):
+        return ON_CURVE
+    return ARRIVING if motion == "not periodic" else 0.0
 
 
 def names_of(symbol: str) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ from vibroimpact.design.curves import (
     ResponseCurve,
     curve_of_branch,
     curve_without_impacts,
-    names_of,
+    likeness,
 )
 from vibroimpact.design.linear import free_motion
 from vibroimpact.design.measure import Measure, measure_of
@@ -67,7 +67,6 @@ ProgressCallback = Callable[[str], None]
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 NAMED = 8  # motions that a list names
-SAME_VALUE = 1e-3  # of the largest value: a simulated motion on an orbit
 SAMPLED = 9  # machines of the band that tell the size of random speeds
 TOUCH = 1e-6  # of the band: touches at one value
 TRIED = 3  # simulated motions of a kind from which an orbit is looked for
@@ -265,9 +264,8 @@ def _line(curve: ResponseCurve, across: float) -> str:
 
 def _same(known: Answer, simulated: Answer, size: float) -> bool:
     """Whether a simulated answer is a stable orbit."""
-    if not known.stable or simulated.motion not in names_of(known.motion):
-        return False
-    return abs(known.value - simulated.value) <= SAME_VALUE * size
+    near = likeness(simulated.motion, known.motion) * size
+    return known.stable and abs(known.value - simulated.value) < near
 
 
 @interruptible("nothing is kept")
