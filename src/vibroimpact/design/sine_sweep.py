@@ -8,7 +8,7 @@ Method      The frequency changes in steps. Each step lasts whole forcing period
             n periods a step: the frequency at the begin of a step is that of a steady change.
 Assumes     n small against the number of periods in which the response changes; vary it to see
 Accuracy    of the motion with these steps, rounding
-Reference   Lewis, ASME J. Appl. Mech. 54 (1932) 253: passing through a resonance
+Reference   Lewis, Trans. ASME 54 (1932) 253: passing through a resonance
 """
 
 from __future__ import annotations
