@@ -43,6 +43,7 @@ RESULTS = {  # made by functions, not by hand
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
     "StroboscopicSection", "SymmetricOrbit", "Tongue",
+    "Energies", "FreeDecay", "RecordResponse", "ResponseSpectrum", "SineSweep",
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
@@ -51,7 +52,7 @@ ENUMS_AND_ERRORS = {
 }  # fmt: skip
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
-    ("impact_section", "settle"), ("stroboscopic_section", "settle"),
+    ("sine_sweep", "periods_per_step"), ("impact_section", "settle"), ("stroboscopic_section", "settle"),
     ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
     ("lyapunov_spectrum", "settle"), ("lyapunov_spectrum", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
@@ -529,6 +530,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         f"observe.{kind.__name__}": observed(kind)
         for kind in OBSERVERS.values() if fields(cast(Any, kind))
     }  # fmt: skip
+    calls |= _transient_calls(damper, folder)
     ours = {
         "a contact": contact,
         "a damper": damper,
@@ -537,6 +539,84 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "a curve": curve,
     }
     return calls, ours
+
+
+def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
+    """The same of free decay, sine sweeps and records."""
+    record = vi.ForceRecord([0.0, 0.5, 1.0], [0.0, 1.0, 0.0])
+    response = vi.simulate_record(damper, record)
+    decay = vi.free_decay(damper, {"v1": 1.0}, t_max=50.0)
+    spectrum = vi.response_spectrum(record, [1.0, 2.0])
+    swept = vi.sine_sweep(damper, "omega", (1.1, 1.2), steps=2, progress=False)
+    path = folder / "record.csv"
+    path.write_text("0,0\n1,2\n2,1\n", encoding="utf-8")
+    drawn = {"row": "x1", "ax": None}
+    return {
+        "ForceRecord": (
+            vi.ForceRecord, {"time": [0.0, 1.0], "values": [0.0, 1.0], "row": "x1", "kind": "force"},
+        ),
+        "ForceRecord.from_csv": (
+            vi.ForceRecord.from_csv,
+            {"path": path, "time": 0, "values": 1, "step": None, "factor": 1.0, "time_factor": 1.0,
+             "row": None, "kind": "base"},
+        ),
+        "ForceRecord.at": (record.at, {"t": [0.5]}),
+        "ForceRecord.scaled": (record.scaled, {"factor": 2.0}),
+        "ForceRecord.pieces": (record.pieces, {"after": 2.0}),
+        "ForceRecord.plot": (record.plot, {"ax": None}),
+        "simulate_record": (
+            vi.simulate_record,
+            {"system": damper, "record": record, "start": None, "after": 1.0, "own_forces": False},
+        ),
+        "RecordResponse.at": (response.at, {"t": [0.5]}),
+        "RecordResponse.row_at": (response.row_at, {"row": "x1", "t": [0.5]}),
+        "RecordResponse.measure": (response.measure, {"what": "peak x1"}),
+        "RecordResponse.peak": (response.peak, {"row": "x1"}),
+        "RecordResponse.peak_acceleration": (response.peak_acceleration, {"row": "a1"}),
+        "RecordResponse.to_dataset": (response.to_dataset, {"samples": [0.5]}),
+        "RecordResponse.plot": (response.plot, drawn),
+        "free_decay": (
+            vi.free_decay,
+            {"system": damper, "start": {"v1": 1.0}, "row": "x1", "to": 0.1, "rest": None,
+             "t_max": 20.0},
+        ),
+        "free_decay, start": (
+            lambda v1: vi.free_decay(damper, {"v1": v1}, t_max=20.0), {"v1": 1.0},
+        ),
+        "FreeDecay.to_dataset": (decay.to_dataset, {"count": 10}),
+        "FreeDecay.plot": (decay.plot, {"ax": None}),
+        "sine_sweep": (
+            vi.sine_sweep,
+            {"system": damper, "parameter": "omega", "band": (1.1, 1.2), "row": "x1", "unit": "",
+             "steps": 2, "rate": None, "spacing": "linear", "periods_per_step": 1, "way": "up",
+             "start": None, "observe": "speeds", "progress": False},
+        ),
+        "sine_sweep, rate": (
+            lambda rate: vi.sine_sweep(damper, "omega", (1.1, 1.2), rate=rate, progress=False),
+            {"rate": 0.01},
+        ),
+        "SineSweep.quantity": (swept.quantity, {"name": "peak"}),
+        "SineSweep.plot": (swept.plot, {"quantity": "peak", "ax": None}),
+        "response_spectrum": (
+            vi.response_spectrum,
+            {"record": record, "frequencies": [1.0, 2.0], "zeta": 0.05, "unit": "Hz",
+             "clearance": 0.1, "lower_clearance": None, "restitution": 0.5, "progress": False},
+        ),
+        "ResponseSpectrum.plot": (spectrum.plot, {"quantity": "displacement", "ax": None}),
+        "Energies.scaled": (decay.energies.scaled, {"factor": 2.0}),
+        "plot_free_decay": (plotting.plot_free_decay, {"decay": decay, "ax": None}),
+        "plot_sine_sweep": (
+            plotting.plot_sine_sweep, {"swept": swept, "quantity": "rms", "ax": None},
+        ),
+        "plot_record": (plotting.plot_record, {"record": record, "ax": None}),
+        "plot_record_response": (
+            plotting.plot_record_response, {"response": response} | drawn,
+        ),
+        "plot_response_spectrum": (
+            plotting.plot_response_spectrum,
+            {"spectrum": spectrum, "quantity": "impulse", "ax": None},
+        ),
+    }  # fmt: skip
 
 
 NONSENSE = {
@@ -575,6 +655,14 @@ NAMES = [
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
+    "ForceRecord", "ForceRecord.from_csv", "ForceRecord.at", "ForceRecord.scaled",
+    "ForceRecord.pieces", "ForceRecord.plot", "simulate_record", "RecordResponse.at",
+    "RecordResponse.row_at", "RecordResponse.measure", "RecordResponse.peak",
+    "RecordResponse.peak_acceleration", "RecordResponse.to_dataset", "RecordResponse.plot",
+    "free_decay", "free_decay, start", "FreeDecay.to_dataset", "FreeDecay.plot", "sine_sweep",
+    "sine_sweep, rate", "SineSweep.quantity", "SineSweep.plot", "response_spectrum",
+    "ResponseSpectrum.plot", "Energies.scaled", "plot_free_decay", "plot_sine_sweep",
+    "plot_record", "plot_record_response", "plot_response_spectrum",
 ]  # fmt: skip
 
 

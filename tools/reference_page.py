@@ -83,6 +83,11 @@ GROUPS = {
         *(f"measures.{name}" for name in ("Impulse", "ImpactSpeed", "ImpactRate")),
         *("tuned_damper", "TunedDamper"),
     ],
+    "Transients": [
+        *("free_decay", "FreeDecay", "sine_sweep", "SineSweep"),
+        *("ForceRecord", "simulate_record", "RecordResponse", "Energies"),
+        *("response_spectrum", "ResponseSpectrum"),
+    ],
     "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
     "Errors": [
         *("VibroImpactError", "InvalidParameterError", "StoreError", "ClusterLostError"),

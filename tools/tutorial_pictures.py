@@ -23,6 +23,7 @@ TUTORIALS = {
     "tutorial": "tutorial_",
     "describe-your-machine": "machine_",
     "design": "design_",
+    "transients": "transients_",
 }  # names of pictures begin
 BLOCK = re.compile(r"^```py\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 

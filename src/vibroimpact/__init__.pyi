@@ -51,10 +51,20 @@ from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design import measure
 from vibroimpact.design.answers import Answer as Answer
 from vibroimpact.design.curves import ResponseCurve as ResponseCurve
+from vibroimpact.design.energy import Energies as Energies
+from vibroimpact.design.force_record import ForceRecord as ForceRecord
+from vibroimpact.design.free_decay import FreeDecay as FreeDecay
+from vibroimpact.design.free_decay import free_decay as free_decay
 from vibroimpact.design.measure import Measure as Measure
 from vibroimpact.design.measure import measure_of as measure_of
+from vibroimpact.design.record_response import RecordResponse as RecordResponse
+from vibroimpact.design.record_response import simulate_record as simulate_record
 from vibroimpact.design.response import Response as Response
 from vibroimpact.design.response import frequency_response as frequency_response
+from vibroimpact.design.response_spectrum import ResponseSpectrum as ResponseSpectrum
+from vibroimpact.design.response_spectrum import response_spectrum as response_spectrum
+from vibroimpact.design.sine_sweep import SineSweep as SineSweep
+from vibroimpact.design.sine_sweep import sine_sweep as sine_sweep
 from vibroimpact.design.tuned import TunedDamper as TunedDamper
 from vibroimpact.design.tuned import tuned_damper as tuned_damper
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper

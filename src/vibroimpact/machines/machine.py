@@ -57,9 +57,34 @@ class Scales:
         return 1.0 / self.time
 
     @property
+    def acceleration(self) -> float:
+        """Metres per second squared per unit of acceleration."""
+        return self.length / self.time**2
+
+    @property
     def force(self) -> float:
         """Newtons per unit of force."""
-        return self.mass * self.length / self.time**2
+        return self.mass * self.acceleration
+
+    @property
+    def impulse(self) -> float:
+        """Newton seconds per unit of impulse."""
+        return self.mass * self.velocity
+
+    @property
+    def energy(self) -> float:
+        """Joules per unit of energy."""
+        return self.mass * self.velocity**2
+
+    @property
+    def power(self) -> float:
+        """Watts per unit of power."""
+        return self.energy / self.time
+
+    def factor(self, quantity: str) -> float:
+        """SI units per unit of a quantity: "length", "rate", ...; 1 for a plain number, ""."""
+        name = "frequency" if quantity == "rate" else quantity
+        return float(getattr(self, name)) if name else 1.0
 
 
 class Machine:

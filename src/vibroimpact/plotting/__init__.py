@@ -30,6 +30,13 @@ from vibroimpact.plotting.response import plot_response
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.style import save
 from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
+from vibroimpact.plotting.transients import (
+    plot_free_decay,
+    plot_record,
+    plot_record_response,
+    plot_response_spectrum,
+    plot_sine_sweep,
+)
 
 __all__ = [
     "plot_along",
@@ -43,6 +50,7 @@ __all__ = [
     "plot_circles",
     "plot_curves",
     "plot_forces",
+    "plot_free_decay",
     "plot_history",
     "plot_hysteresis",
     "plot_invariant_circle",
@@ -50,8 +58,12 @@ __all__ = [
     "plot_multipliers",
     "plot_phase_portrait",
     "plot_plane",
+    "plot_record",
+    "plot_record_response",
     "plot_response",
+    "plot_response_spectrum",
     "plot_section",
+    "plot_sine_sweep",
     "plot_tongue",
     "save",
 ]

@@ -502,10 +502,10 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
             if not compiled.add_code(part["code"]):
                 break
             remaining -= int(np.isin(part["status"], COUNTED).sum())
-    return _assemble(system, state, compiled, first, first_mode, parts, why)
+    return assembled(system, state, compiled, first, first_mode, parts, why)
 
 
-def _assemble(
+def assembled(
     system: System,
     state: State,
     compiled: Compiled,
@@ -514,6 +514,8 @@ def _assemble(
     parts: list[Any],
     why: RunEnd,
 ) -> Run:
+    """The run whose record comes in parts, in order, on one clock."""
+
     def joined(name: str) -> Any:
         arrays = [part[name] for part in parts]
         array = arrays[0] if len(arrays) == 1 else np.concatenate(arrays)

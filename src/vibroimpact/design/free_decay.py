@@ -1,0 +1,419 @@
+"""Free decay after a shock, with impacts and without: how soon the vibration is small.
+
+Method      With the harmonic forces left out the motion is simulated (simulate.py), and beside it the
+            machine without its stops and elements, x(t) by exponential matrices (flights.py). A
+            row u of it has fallen when |u - rest| stays below a part of the largest |u - rest| of the
+            machine without impacts; extrema and instants are located by instants.py.
+Assumes     stops that stand still: others go on to excite the machine
+Accuracy    rounding
+Fails       a machine that does not exist without its friction, a row that grows without stops, or
+            that no spring holds: nothing to compare with; the largest |u - rest| is then that of
+            the motion itself
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Codes, Floats
+from vibroimpact.design.driven import linear, unforced
+from vibroimpact.design.energy import Energies, energies_of
+from vibroimpact.design.flights import Flights, Signal, Struck, rows_of
+from vibroimpact.design.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
+from vibroimpact.design.measure import Peak, Row
+from vibroimpact.design.motions import flights_of_run
+from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
+from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.simulate import Run, RunEnd, simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+NAME = re.compile(r"([xv])([1-9]\d*)")
+MANY_IMPACTS = 2**40
+SPARE = (
+    20.0  # by default until the slowest part of the linear motion is this part of what is asked for
+)
+LONGEST = 2e5  # radians of the fastest rate
+UNDAMPED = 1e-9  # of the fastest rate: what decays more slowly does not
+CYCLES = 200  # of the slowest vibration of a machine that does not decay
+ZERO = 1e-12
+MOST_SAMPLES = 10**7
+GROWS = (
+    1e-7  # of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDecay:
+    """Free decay of a machine with impacts, and without.
+
+    Times and values are in SI units where the system has ``scales``, otherwise in those of the
+    system.
+
+    Attributes
+    ----------
+    system
+        The machine.
+    row
+        What decays, such as "x1".
+    to
+        Part of :attr:`reference` below which it has to stay.
+    rest
+        Value of the row at rest.
+    run
+        The motion with impacts, in the units of the system.
+    """
+
+    system: System
+    row: str
+    to: float
+    rest: float
+    run: Run = field(repr=False)
+    _signal: Signal = field(repr=False)
+    _without: Signal | None = field(repr=False)
+    _unit: str = field(repr=False)
+    _cycle: float = field(repr=False)
+
+    @property
+    def scales(self) -> Scales:
+        """Units of the system; ones where it has none."""
+        return scales_of(self.system) or Scales()
+
+    @property
+    def end(self) -> RunEnd:
+        """Why the simulation ended: HORIZON at ``t_max``, SILENT where no impact is to come."""
+        return self.run.end
+
+    @property
+    def duration(self) -> float:
+        """Time that was simulated."""
+        return float(self._signal.flights.durations.sum()) * self.scales.time
+
+    @property
+    def reference(self) -> float:
+        """Largest distance of the row from rest: without impacts, if there is such a motion to compare."""
+        return self._reference * self.scales.factor(self._unit)
+
+    @cached_property
+    def _reference(self) -> float:
+        return largest_modulus(self._without or self._signal)
+
+    @cached_property
+    def time(self) -> float:
+        """Time after which the row stays below ``to * reference``.
+
+        Infinite where it does not do so for one cycle of the slowest vibration at least, before the
+        end of the simulation.
+        """
+        return self._fall(self._signal)
+
+    @cached_property
+    def time_without(self) -> float:
+        """The same of the machine without impacts; NaN where that cannot be compared."""
+        return math.nan if self._without is None else self._fall(self._without)
+
+    def _fall(self, signal: Signal) -> float:
+        last = last_beyond(signal, self.to * self._reference)
+        fallen = last <= float(signal.flights.durations.sum()) - self._cycle
+        return last * self.scales.time if fallen else math.inf
+
+    @property
+    def impacts(self) -> int:
+        """Number of impacts."""
+        return int(self.run.impacts.sum())
+
+    @property
+    def last_impact(self) -> float:
+        """Time of the last impact; NaN without any."""
+        hit = self.run.time[self.run.impacts]
+        return float(hit[-1]) * self.scales.time if hit.size else math.nan
+
+    @property
+    def resting(self) -> tuple[int, ...]:
+        """Contacts that rest on a stop at the end."""
+        contacts = len(mechanism_of(self.run.system).contacts)
+        return tuple(int(i) for i in np.flatnonzero(self.run.all_states[-1, :contacts]))
+
+    @cached_property
+    def envelope(self) -> Extrema:
+        """Times and values of the local extrema of the row, less its value at rest."""
+        return self._extrema(self._signal)
+
+    @cached_property
+    def envelope_without(self) -> Extrema | None:
+        """The same of the machine without impacts."""
+        return None if self._without is None else self._extrema(self._without)
+
+    def _extrema(self, signal: Signal) -> Extrema:
+        found, scales = extrema(signal), self.scales
+        return Extrema(found.time * scales.time, scales.factor(self._unit) * found.value)
+
+    @cached_property
+    def energies(self) -> Energies:
+        """Energy at the start and at the end, and what dashpots, contacts and elements have taken."""
+        m = mechanism_of(self.run.system)
+        return energies_of(self.run, self._signal.flights, m).scaled(self.scales.energy)
+
+    def histories(self, count: int = 4000) -> tuple[Floats, Floats, Floats | None]:
+        """Times, the row less its value at rest, and the same of the machine without impacts."""
+        check_count("count", count, 2, MOST_SAMPLES)
+        span = float(self._signal.flights.durations.sum())
+        t = np.linspace(0.0, span, count)
+        unit = self.scales.factor(self._unit)
+        without = None if self._without is None else unit * _sampled(self._without, t)
+        return t * self.scales.time, unit * _sampled(self._signal, t), without
+
+    def __repr__(self) -> str:
+        percent = f"{100.0 * self.to:g} %"
+        return (
+            f"FreeDecay: {self.row} stays below {percent} of {self.reference:.6g} after "
+            f"{self.time:.6g}, without impacts after {self.time_without:.6g}; {self.impacts} impacts"
+            f"{f', last at {self.last_impact:.6g}' if self.impacts else ''}"
+        )
+
+    def to_dataset(self, count: int = 4000) -> xr.Dataset:
+        """Histories, envelopes and energies as an xarray dataset.
+
+        Parameters
+        ----------
+        count
+            Number of samples of the histories.
+        """
+        import xarray as xr
+
+        t, with_impacts, without = self.histories(count)
+        energies, m = self.energies, mechanism_of(self.run.system)
+        hit, scales = self.run.impacts, self.scales
+        variables = {
+            "row": ("time", with_impacts),
+            "extremum_time": ("extremum", self.envelope.time),
+            "extremum": ("extremum", self.envelope.value),
+            "impact_time": ("impact", self.run.time[hit] * scales.time),
+            "impact_speed": ("impact", -self.run.rate_before[hit] * scales.velocity),
+            "time_to_fall": self.time,
+            "time_to_fall_without": self.time_without,
+            "reference": self.reference,
+            "energy_start": energies.start,
+            "energy_end": energies.end,
+            "energy_dashpots": energies.dashpots,
+            "energy_taken": ("part", list(energies.parts)),
+        }
+        if without is not None and self.envelope_without is not None:
+            variables |= {
+                "row_without": ("time", without),
+                "extremum_time_without": ("extremum_without", self.envelope_without.time),
+                "extremum_without": ("extremum_without", self.envelope_without.value),
+            }
+        return xr.Dataset(
+            variables,
+            coords={"time": t, "part": element_labels(m)},
+            attrs={
+                "system": repr(self.system), "start": repr(self.run.start), "of": self.row,
+                "to": self.to, "end": self.end.name, "end_reason": self.end.sentence,
+                "units": "SI" if scales_of(self.system) else "of the system",
+            },
+        )  # fmt: skip
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the row with and without impacts, and when each has fallen."""
+        axes: Axes = deferred("plotting.transients", "plot_free_decay")(self, ax=ax)
+        return axes
+
+
+def free_decay(
+    system: System,
+    start: State | Mapping[str, float],
+    *,
+    row: Row = "x1",
+    to: float = 0.1,
+    rest: float | None = None,
+    t_max: float | None = None,
+) -> FreeDecay:
+    """Simulate the decay after a shock, and find when a row has fallen to a part and stays there.
+
+    Parameters
+    ----------
+    system
+        A :class:`Mechanism`, or anything with a ``mechanism``. Its harmonic forces and phase switches
+        do not act; a constant force does.
+    start
+        A state, in units of the system; or coordinates and velocities by name, the others zero,
+        ``{"v1": 0.5}``: in SI units where the system has ``scales``.
+    row
+        What has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
+    to
+        Part of the largest value without impacts, in (0, 1).
+    rest
+        Value of the row at rest, from which it is measured; by default that of equilibrium, with the
+        stops that are pressed at the end, friction left out.
+    t_max
+        Length of the simulation, > 0, in seconds where the system has ``scales``; by default long
+        enough for the machine without impacts, at most 2 10^5 radians of its fastest rate.
+
+    Returns
+    -------
+    FreeDecay
+        ``time`` and ``time_without``, envelopes, energies. A motion that chatters, comes to rest on a
+        stop or has no impact is a result like others.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such coordinate, a start behind a stop or without any motion of the row.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.01, restitution=0.6,
+    ...                          half_clearance=0.3, omega=1.0)
+    >>> decay = vi.free_decay(damper, {"v1": 1.0})
+    >>> round(decay.time, 1), round(decay.time_without, 1)
+    (71.9, 231.0)
+    """
+    part = share("to", to)
+    m = unforced(mechanism_of(system))
+    scales = scales_of(system) or Scales()
+    state = _state(start, m.degrees, scales)
+    measure = Peak(row)
+    chosen, order = measure._coefficients(m), measure.derivatives
+    plain = _without_impacts(m)
+    unit = scales.factor(measure.dimension)
+    given = None if rest is None else real("rest", rest) / unit
+    wanted, cycle = _long_enough(plain or m, part)
+    span = wanted if t_max is None else positive("t_max", t_max) / scales.time
+    check_span("t_max", t_max, rows_of(m), span)
+    run = simulate(m, state, impacts=MANY_IMPACTS, t_max=span)
+    covered = float(run.time[-1]) if len(run) else 0.0
+    if not covered > 0.0:
+        raise InvalidParameterError(
+            f"start = {shown(start)}: no motion begins there: {run.end.sentence}. Start elsewhere."
+        )
+    flights = flights_of_run(run, covered)
+    level = _at_rest(m, chosen, order, run.all_states[-1]) if given is None else given
+    signal = _row_of(flights, chosen, order, level)
+    without = None
+    if plain is not None and _dies_out(plain, chosen, order):
+        its = _at_rest(plain, chosen, order) if given is None else given
+        without = _row_of(_flown(plain, state, span), chosen, order, its)
+    found = FreeDecay(
+        system, measure.text, part, level * unit, run, signal, without, measure.dimension, cycle,
+    )  # fmt: skip
+    if not found._reference > 0.0:
+        raise InvalidParameterError(
+            f"start = {shown(start)}: must move {measure.text} away from rest. Give a position or a velocity."
+        )
+    return found
+
+
+def _state(start: State | Mapping[str, float], n: int, scales: Scales) -> State:
+    """The start as a state; coordinates and velocities by name."""
+    check_kind("start", start, (State, Mapping), 'a State, or values by name such as {"v1": 0.5}')
+    if isinstance(start, State):
+        return start
+    parts = {"x": [0.0] * n, "v": [0.0] * n}
+    units = {"x": scales.length, "v": scales.velocity}
+    for name, value in start.items():
+        found = NAME.fullmatch(str(name))
+        if not found or int(found[2]) > n:
+            raise refusal("start", name, f"x1 to x{n} and v1 to v{n}, such as {{'v1': 0.5}}")
+        parts[found[1]][int(found[2]) - 1] = real(f"start[{name!r}]", value) / units[found[1]]
+    return State(tuple(parts["x"]), tuple(parts["v"]))
+
+
+def _without_impacts(m: Mechanism) -> Mechanism | None:
+    """The machine without stops and elements; none where these hold a coordinate without mass."""
+    try:
+        return linear(m)
+    except InvalidParameterError:
+        return None
+
+
+def _at_rest(m: Mechanism, row: Floats, order: int, states: Codes | None = None) -> float:
+    """Value of a row in equilibrium with stops in these states, without friction, free masses at zero."""
+    if order:
+        return 0.0
+    n = m.degrees
+    stiffness, force = np.array(m.stiffness), np.array(m.constant_force)
+    closed, limits = [], []
+    for part, state in zip(m.numbered, [] if states is None else states, strict=False):
+        upper = state == RigidStopState.UPPER  # 1 and 2 are pressed at the upper and the lower stop
+        if isinstance(part, Contact) and state:
+            closed.append(part.row)
+            limits.append(part.upper if upper else part.lower)
+        elif isinstance(part, SoftStop) and state in (SoftStopState.UPPER, SoftStopState.LOWER):
+            limit, k, _ = part.law(1 if upper else -1)
+            stiffness = stiffness + k * np.outer(part.row, part.row)
+            force = force + k * limit * np.array(part.row)
+    rows = np.array(closed).reshape(-1, n)
+    whole = np.block([[stiffness, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    place = np.linalg.lstsq(whole, np.append(force, limits), rcond=None)[0][:n]
+    return float(row @ place)
+
+
+def _dies_out(m: Mechanism, row: Floats, order: int) -> bool:
+    """Whether a row of the linear motion is held by springs, and does not grow."""
+    rates = np.linalg.eigvals(rows_of(m).flow(0).value[:-1, :-1])
+    fastest = float(np.abs(rates).max(initial=0.0))
+    _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
+    loose = directions[sizes <= ZERO * sizes.max(initial=0.0)]
+    held = order > 0 or bool(np.all(np.abs(loose @ row) <= ZERO * np.abs(row).max()))
+    return held and bool(np.all(rates.real <= GROWS * fastest))
+
+
+def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
+    """Time in which the slowest part of the linear motion falls far below a part, and its cycle."""
+    rows = rows_of(m)
+    rates = np.linalg.eigvals(rows.flow(0).value[:-1, :-1])
+    fastest = float(np.abs(rates).max(initial=0.0)) or rows.rate
+    decaying = -rates.real[rates.real < -UNDAMPED * fastest]
+    turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO * fastest])
+    cycle = 2.0 * math.pi / float(turning.min()) if turning.size else 0.0
+    if decaying.size:
+        wanted = math.log(SPARE / to) / float(decaying.min()) + cycle
+    else:
+        wanted = CYCLES * (cycle or 1.0 / fastest)
+    return min(wanted, LONGEST / fastest), cycle
+
+
+def _flown(m: Mechanism, state: State, span: float) -> Flights:
+    """One flight with all stops out of reach."""
+    rows = rows_of(m)
+    first = np.array([[*state.position, *state.velocity, 0.0]])
+    none = Struck(np.array([], dtype=np.int64), [])
+    still = np.zeros_like(first), np.zeros(1)
+    return Flights(rows, first, np.array([span]), (0,), none, *still, periodic=False)
+
+
+def _row_of(flights: Flights, row: Floats, order: int, level: float) -> Signal:
+    """A row less its value at rest, along flights."""
+    found = flights.signal(lambda code: flights.rows.moved(code, row, order))
+    found.series[0] -= level
+    return found
+
+
+def _sampled(signal: Signal, t: Floats) -> Floats:
+    """Values of a signal at rising times."""
+    from numpy.polynomial import chebyshev
+
+    w, durations = signal.flights._windows, signal.flights.durations
+    begin = np.cumsum(durations) - durations
+    flight = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(begin) - 1)
+    since = np.minimum(t - begin[flight], durations[flight])
+    window = np.minimum(w.first[flight] + (since / w.length).astype(int), w.last[flight])
+    x = 2.0 * (since - w.start[window]) / w.length - 1.0
+    return np.asarray(chebyshev.chebval(x, signal.series[:, window], tensor=False), dtype=float)

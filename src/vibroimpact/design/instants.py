@@ -1,0 +1,134 @@
+"""Instants of a signal: its local extrema, and when it is large for the last time.
+
+Method      In each window a signal is a Chebyshev series (flights.py). Its extrema are the zeros of
+            the derivative, eigenvalues of a colleague matrix, and ends of flights at which the
+            derivative changes its sign, as it does in impacts; levels are reached at zeros of the
+            series less the level, or jumped over at the end of a flight.
+Accuracy    of values, rounding; of instants of extrema, its square root, as values are flat there
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from vibroimpact._core.chebyshev import real_zeros_of
+from vibroimpact._core.checks import memory_of_machine, refusal
+from vibroimpact._core.types import Floats, Integers
+from vibroimpact.compile.prescribed import NODES, WINDOW
+from vibroimpact.design.flights import FLAT, Rows, Signal
+
+BYTES = 64  # of a coefficient, with its derivative, kept twice while series are made
+SAME = 1e-6  # of a window: instants so near to each other are one
+
+
+class Extrema(NamedTuple):
+    """Local extrema of a signal in order, shape (k,) each."""
+
+    time: Floats
+    value: Floats
+
+
+def check_span(name: str, value: object, rows: Rows, span: float) -> None:
+    """Refuse a time over which the series of a motion would exceed the memory of this machine."""
+    windows = span * rows.rate / WINDOW
+    needed = windows * BYTES * NODES * (rows.pieces.size + 1)
+    if not needed <= memory_of_machine():
+        raise refusal(
+            name,
+            value,
+            f"shorter: the motion needs {needed / 1e9:.3g} GB, more than this machine has",
+        )
+
+
+def largest_modulus(signal: Signal) -> float:
+    """Largest modulus of a signal.
+
+    Extrema are searched for only in windows whose series may reach beyond the largest value at an
+    end of a window or a flight.
+    """
+    w = signal.flights._windows
+    inner = np.setdiff1d(np.arange(len(w.segment)), w.last)
+    known = [
+        np.abs(_values(signal.series, w.last, _ends(signal))),
+        np.abs(_values(signal.series, np.arange(len(w.segment)), -1.0)),
+        np.abs(_values(signal.series, inner, 1.0)),
+    ]
+    largest = max(float(part.max(initial=0.0)) for part in known)
+    some = np.flatnonzero(np.abs(signal.series).sum(axis=0) > largest)
+    slope = np.asarray(chebyshev.chebder(signal.series[:, some], axis=0), dtype=float)
+    at, x = real_zeros_of(slope, FLAT)
+    at, x = _inside(signal, some[at], x)
+    return float(max(largest, np.abs(_values(signal.series, at, x)).max(initial=0.0)))
+
+
+def extrema(signal: Signal) -> Extrema:
+    """Local maxima and minima of a signal, its first and last value not included."""
+    w = signal.flights._windows
+    slope = np.asarray(chebyshev.chebder(signal.series, axis=0), dtype=float)
+    at, x = _inside(signal, *real_zeros_of(slope, FLAT))
+    times, values = _times(signal, at, x), _values(signal.series, at, x)
+    before, after = (
+        _values(slope, w.last[:-1], _ends(signal)[:-1]),
+        _values(slope, w.first[1:], -1.0),
+    )
+    corner = np.flatnonzero(before * after < 0.0)
+    begin = _begin(signal)[1:][corner]
+    corners = _values(signal.series, w.first[1:][corner], -1.0)
+    times, values = np.append(times, begin), np.append(values, corners)
+    order = np.argsort(times, kind="stable")
+    times, values = times[order], values[order]
+    apart = np.diff(times, prepend=-np.inf) > SAME * w.length
+    return Extrema(times[apart], values[apart])
+
+
+def last_beyond(signal: Signal, level: float) -> float:
+    """Latest time at which the modulus of a signal is not below a level.
+
+    The end of the motion where it is not below then; 0 where it is below all the time.
+    """
+    durations, w = signal.flights.durations, signal.flights._windows
+    ends = _begin(signal) + durations
+    at_end = np.abs(_values(signal.series, w.last, _ends(signal)))
+    if at_end[-1] >= level:
+        return float(ends[-1])
+    found = [0.0, *ends[at_end >= level]]
+    for side in (level, -level):
+        series = signal.series.copy()
+        series[0] -= side
+        at, x = _inside(signal, *real_zeros_of(series))
+        found += _times(signal, at, x).tolist()
+    return float(max(found))
+
+
+def _begin(signal: Signal) -> Floats:
+    durations = signal.flights.durations
+    return np.cumsum(durations) - durations
+
+
+def _ends(signal: Signal) -> Floats:
+    """Ends of the flights, in their last windows."""
+    w = signal.flights._windows
+    ends: Floats = 2.0 * (signal.flights.durations - w.start[w.last]) / w.length - 1.0
+    return ends
+
+
+def _inside(signal: Signal, at: Integers, x: Floats) -> tuple[Integers, Floats]:
+    """Those of the points in windows that are within their flights."""
+    w = signal.flights._windows
+    x = np.clip(x, -1.0, 1.0)
+    since = w.start[at] + w.length * (1.0 + x) / 2.0
+    kept = since <= signal.flights.durations[w.segment[at]]
+    return at[kept], x[kept]
+
+
+def _times(signal: Signal, at: Integers, x: Floats) -> Floats:
+    w = signal.flights._windows
+    times: Floats = _begin(signal)[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
+    return times
+
+
+def _values(series: Floats, windows: Integers, x: Floats | float) -> Floats:
+    return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False), dtype=float)

@@ -1,0 +1,323 @@
+"""Sine sweeps in time: a slow change of the frequency, up and down, and the response on the way.
+
+Method      The frequency changes in steps. Each step lasts whole forcing periods, and the state is handed
+            over at the phase with which it began, where the force sin is continuous and only its rate
+            jumps: by bifurcation_sweep without settling. Peaks and averages are those of each step,
+            between impacts, too. With a rate r steps follow each other by
+                w' = w + r n T(w),    T = 2 pi / w;      logarithmic:  w' = w 2^(r n T(w)),         (1)
+            n periods a step: the frequency at the begin of a step is that of a steady change.
+Assumes     n small against the number of periods in which the response changes; vary it to see
+Accuracy    of the motion with these steps, rounding
+Reference   Lewis, Trans. ASME 54 (1932) 253: passing through a resonance
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.design.band import Band, Unit, band_of, is_frequency
+from vibroimpact.design.measure import Peak, Row
+from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.analyses.diagram import WAYS, Way, bifurcation_sweep
+from vibroimpact.sweeps.observers.extremes import Extremes
+from vibroimpact.sweeps.observers.impacts import Impacts
+from vibroimpact.sweeps.observers.rms import Rms
+from vibroimpact.sweeps.options import check_options, refuse, together
+from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+Spacing = Literal["linear", "log"]
+QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
+STEPS = 200
+MOST_STEPS = 100_000
+LABEL = "swept"
+OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step."
+
+
+@dataclass(frozen=True, eq=False)
+class SineSweep:
+    """Response to a sine sweep: one number a step, dims "direction" and "step".
+
+    In SI units where the system has ``scales``, otherwise in those of the system.
+
+    Attributes
+    ----------
+    system
+        The machine.
+    band
+        The parameter, its range and unit.
+    row
+        What was observed, such as "x1".
+    periods_per_step
+        Forcing periods of a step.
+    members
+        What :func:`~vibroimpact.bifurcation_sweep` gave, in the units of the system: final states,
+        statuses and further observers.
+    """
+
+    system: System
+    band: Band
+    row: str
+    periods_per_step: int
+    members: xr.Dataset = field(repr=False)
+
+    @property
+    def scales(self) -> Scales:
+        """Units of the system; ones where it has none."""
+        return scales_of(self.system) or Scales()
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """The ways: "up", "down"."""
+        return tuple(self.members["direction"].values.tolist())
+
+    @property
+    def values(self) -> Floats:
+        """Values of the parameter, rising, in the unit of the band, shape (k,)."""
+        values: Floats = self.members[self.band.parameter].values * self.band.factor
+        return values
+
+    @property
+    def duration(self) -> float:
+        """Time of the sweep in one direction."""
+        return float(self.members["time"].values[0].sum()) * self.scales.time
+
+    def quantity(self, name: str) -> xr.DataArray:
+        """One of "peak", "amplitude", "rms", "mean", "impacts", of each step.
+
+        Dims are "direction" and the parameter. Impacts are per forcing period; NaN where a step could
+        not be simulated to its end.
+        """
+        check_choice("quantity", name, QUANTITIES)
+        m, unit = self.members, self.scales.length
+        if name == "impacts":
+            found = m["impacts_a"] + m["impacts_b"]
+        elif name in ("rms", "mean"):
+            found = m[f"{LABEL}_{name}"] * unit
+        else:
+            low, high = (m[f"{LABEL}_{end}"] * unit for end in ("smallest", "largest"))
+            found = (high - low) / 2.0 if name == "amplitude" else high.where(high > -low, -low)
+        return found.assign_coords({self.band.parameter: self.values}).rename(name)
+
+    @property
+    def peak(self) -> Floats:
+        """Largest modulus of the row in each step, shape (directions, k)."""
+        return np.asarray(self.quantity("peak").values)
+
+    @property
+    def rms(self) -> Floats:
+        """Its root mean square in each step."""
+        return np.asarray(self.quantity("rms").values)
+
+    @property
+    def hysteresis(self) -> Floats:
+        """Peak upwards less peak downwards at each value; there must be both ways."""
+        if len(self.directions) < 2:
+            raise InvalidParameterError(
+                f'way = {self.directions[0]!r}: hysteresis needs way="both".'
+            )
+        difference: Floats = self.peak[0] - self.peak[1]
+        return difference
+
+    def __repr__(self) -> str:
+        parts = []
+        for way, peak in zip(self.directions, self.peak, strict=True):
+            if np.isfinite(peak).any():
+                k = int(np.nanargmax(peak))
+                parts.append(f"{way} {peak[k]:.6g} at {self.values[k]:.6g}")
+        unit = f" {self.band.unit}" if self.band.unit else ""
+        return (
+            f"SineSweep: {self.values.size} steps of {self.periods_per_step} periods from "
+            f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}; largest {self.row}: "
+            f"{', '.join(parts)}"
+        )
+
+    def to_dataset(self) -> xr.Dataset:
+        """All quantities as an xarray dataset, with the time at which each step begins."""
+        import xarray as xr
+
+        lasting = self.members["time"] * self.scales.time
+        order = {"up": slice(None), "down": slice(None, None, -1)}
+        begin = np.array(
+            [
+                _begins(row[order[way]])[order[way]]
+                for way, row in zip(self.directions, lasting.values, strict=True)
+            ]
+        )
+        found = xr.Dataset({name: self.quantity(name) for name in QUANTITIES})
+        return found.assign(time=(("direction", self.band.parameter), begin)).assign_attrs(
+            system=repr(self.system), of=self.row, unit=self.band.unit,
+            periods_per_step=self.periods_per_step,
+            units="SI" if scales_of(self.system) else "of the system",
+        )  # fmt: skip
+
+    def plot(self, quantity: str = "peak", *, ax: Axes | None = None) -> Axes:
+        """Draw a quantity over the parameter, up and down."""
+        axes: Axes = deferred("plotting.transients", "plot_sine_sweep")(self, quantity, ax=ax)
+        return axes
+
+
+def _begins(lasting: Floats) -> Floats:
+    begins: Floats = np.cumsum(lasting) - lasting
+    return begins
+
+
+def sine_sweep(
+    system: System,
+    parameter: str,
+    band: tuple[float, float],
+    *,
+    row: Row = "x1",
+    unit: Unit = "",
+    steps: int | None = None,
+    rate: float | None = None,
+    spacing: Spacing = "linear",
+    periods_per_step: int = 10,
+    way: Way = "both",
+    start: State | None = None,
+    **options: Any,
+) -> SineSweep:
+    """Sweep the forcing frequency slowly, up and down, and observe the response on the way.
+
+    Parameters
+    ----------
+    system
+        System with a harmonic force.
+    parameter
+        Name of the forcing frequency; another parameter may be swept as well.
+    band
+        (low, high), low < high.
+    row
+        What is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
+    unit
+        "Hz" or "rad/s", of the band; by default that of the parameter, scaled for a machine made
+        by ``from_physical``.
+    steps
+        Number of values from low to high, 200 where neither it nor ``rate`` is given.
+    rate
+        Change of the parameter per time, > 0, instead of ``steps``: in the unit of the band and seconds
+        where one is given, otherwise in units of the system. Octaves per time for ``spacing="log"``.
+    spacing
+        "linear" or "log".
+    periods_per_step
+        Forcing periods at each value, >= 1.
+    way
+        "up", "down", or "both": down from where up ended.
+    start
+        State at the first value, in units of the system; by default at rest.
+    **options
+        Of :func:`~vibroimpact.sweep`: observe, most_impacts, backend, workers, progress.
+
+    Returns
+    -------
+    SineSweep
+        Peak, amplitude, rms, mean of the row and impacts in each step; ``hysteresis``.
+
+    Raises
+    ------
+    InvalidParameterError
+        A band outside of what the system allows, both ``steps`` and ``rate``, a row of velocities,
+        more than 10^5 steps.
+
+    Notes
+    -----
+    This is a transient: a step begins with the motion of the one before. With more periods per step the
+    response comes near the steady one.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
+    ...                          half_clearance=8.0, omega=1.0)
+    >>> swept = vi.sine_sweep(damper, "omega", (0.8, 1.2), steps=41, progress=False)
+    >>> swept.peak.shape, bool(swept.peak.max() < 25.0)
+    ((2, 41), True)
+    """
+    if not mechanism_of(system).forces:
+        raise InvalidParameterError("system: has no harmonic force to be swept. Give it forces.")
+    check_kind("unit", unit, str, '"Hz", "rad/s" or "" for the unit of the parameter')
+    chosen = band_of(system, parameter, band, unit)
+    check_choice("spacing", spacing, ("linear", "log"))
+    check_choice("way", way, WAYS)
+    check_count("periods_per_step", periods_per_step, 1)
+    check_kind("start", start, (State, type(None)), "a State, or None for rest")
+    check_options("sine_sweep", options, sine_sweep, sweep)
+    for name in ("over", "follow", "settle", "periods", "store"):
+        refuse(options, name, OWN)
+    measure = Peak(row)
+    if measure.derivatives:
+        raise refusal("row", row, 'a row of coordinates, such as "x1" or "x2 - x1"')
+    m = mechanism_of(system)
+    coefficients = tuple(measure._coefficients(m).tolist())
+    if spacing == "log" and chosen.low <= 0.0:
+        raise refusal("band", band, "above 0 for spacing = 'log'")
+    values = _values(system, chosen, steps, rate, spacing, periods_per_step)
+    own = [Extremes(row=coefficients, label=LABEL), Rms(row=coefficients, label=LABEL), Impacts()]
+    observers = together(own, options.pop("observe", ()))
+    members = bifurcation_sweep(
+        system, over={parameter: values}, start=start or _rest(m.degrees), way=way, at_phase=0.0,
+        points=1, observe=observers, settle=0, periods=periods_per_step, **options,
+    )  # fmt: skip
+    return SineSweep(system, chosen, measure.text, int(periods_per_step), members)
+
+
+def _rest(n: int) -> State:
+    return State((0.0,) * n, (0.0,) * n)
+
+
+def _values(
+    system: System,
+    band: Band,
+    steps: int | None,
+    rate: float | None,
+    spacing: Spacing,
+    periods: int,
+) -> Floats:
+    """Values of the steps in the system's own units, (1)."""
+    if steps is not None and rate is not None:
+        raise InvalidParameterError(
+            f"steps = {shown(steps)}, rate = {shown(rate)}: give one of them. With a rate the number of steps follows."
+        )
+    if rate is None:
+        count = STEPS if steps is None else steps
+        check_count("steps", count, 2, MOST_STEPS)
+        space = np.geomspace if spacing == "log" else np.linspace
+        return np.asarray(space(band.low, band.high, count))
+    own = positive("rate", rate)
+    scales = scales_of(system) or Scales()
+    if band.unit:  # per second
+        own *= scales.time if spacing == "log" else scales.time / band.factor
+    lasting = _lasting(system, band.parameter, periods)
+    change = math.log2(band.high / band.low) if spacing == "log" else band.high - band.low
+    found = [band.low]
+    most = change / (own * min(lasting(band.low), lasting(band.high)))
+    if not most <= MOST_STEPS:
+        raise refusal("rate", rate, f"so fast that there are at most {MOST_STEPS} steps")
+    while found[-1] < band.high:
+        change = own * lasting(found[-1])
+        found.append(found[-1] * 2.0**change if spacing == "log" else found[-1] + change)
+    return np.array([*found[:-1], band.high])
+
+
+def _lasting(system: System, parameter: str, periods: int) -> Callable[[float], float]:
+    """How long a step lasts, by the value of the parameter."""
+    if is_frequency(system, parameter):
+        return lambda value: periods * 2.0 * math.pi / value
+    return lambda value: (
+        periods * 2.0 * math.pi / mechanism_of(with_parameter(system, parameter, value)).omega
+    )
