@@ -43,7 +43,8 @@ RESULTS = {  # made by functions, not by hand
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
     "StroboscopicSection", "SymmetricOrbit", "Tongue",
-    "Energies", "FreeDecay", "RecordResponse", "ResponseSpectrum", "SineSweep",
+    "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
+    "ResponseSpectrum", "SineSweep", "TunedDamper",
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
@@ -57,6 +58,8 @@ LONG = {
     ("lyapunov_spectrum", "settle"), ("lyapunov_spectrum", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
     ("find_circle", "settle"), ("find_circle, formula", "settle"),
+    ("frequency_response", "number"), ("frequency_response", "starts"),
+    ("frequency_response", "settle"), ("frequency_response", "periods"),
     ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
 }  # fmt: skip
 
@@ -530,7 +533,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         f"observe.{kind.__name__}": observed(kind)
         for kind in OBSERVERS.values() if fields(cast(Any, kind))
     }  # fmt: skip
-    calls |= _transient_calls(damper, folder)
+    calls |= _response_calls(damper) | _transient_calls(damper, folder)
     ours = {
         "a contact": contact,
         "a damper": damper,
@@ -539,6 +542,44 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "a curve": curve,
     }
     return calls, ours
+
+
+def _response_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
+    """The same of responses over a band, and of measures."""
+    few: dict[str, Any] = {"number": 2, "starts": 1, "settle": 2, "periods": 2, "most": 0}
+    response = vi.frequency_response(damper, "omega", (1.1, 1.2), **few, progress=False)
+    closed = vi.find_orbit(damper, vi.simulate(damper, damper.free_start(), impacts=900).last)
+    amplitude = vi.measure_of("x1", damper)
+    measures = {
+        "Amplitude": {"row": "x1", "order": 0}, "Peak": {"row": "x1", "order": 0},
+        "Rms": {"row": "x1", "order": 0}, "Harmonic": {"row": "x1", "order": 0, "harmonic": 1},
+        "Transmissibility": {"row": "x1", "order": 0, "base": None},
+        "DissipatedPower": {"part": None}, "ContactForce": {"part": 0}, "Impulse": {"part": None},
+        "ImpactSpeed": {"kind": "largest"},
+    }  # fmt: skip
+    return {
+        "frequency_response": (
+            vi.frequency_response,
+            few | {"system": damper, "parameter": "omega", "band": (1.1, 1.2), "measure": "x1",
+                   "unit": "", "start": None, "seed": 0, "depth": 0, "steps": None, "workers": 1,
+                   "progress": False},
+        ),
+        "Response.at": (response.at, {"value": 1.15}),
+        "Response.to_dataset": (response.to_dataset, {"si": False}),
+        "Response.plot": (response.plot, {"decibel": False, "compare": (), "marks": True, "ax": None}),
+        "measure_of": (vi.measure_of, {"what": "x1", "system": damper}),
+        **{f"measures.{name}": (getattr(vi.measures, name), v) for name, v in measures.items()},
+        "Measure.of_orbit": (amplitude.of_orbit, {"orbit": closed}),
+        "Measure.derivative": (amplitude.derivative, {"orbit": closed, "parameter": "omega"}),
+        "Measure.along": (amplitude.along, {"orbit": closed, "parameter": "omega"}),
+        "tuned_damper": (
+            vi.tuned_damper, {"mass_ratio": 0.05, "zeta": 0.01, "optimum": "minimax"},
+        ),
+        "plot_response": (
+            plotting.plot_response,
+            {"response": response, "decibel": False, "compare": (), "marks": True, "ax": None},
+        ),
+    }  # fmt: skip
 
 
 def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
@@ -655,6 +696,11 @@ NAMES = [
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
+    "frequency_response", "Response.at", "Response.to_dataset", "Response.plot", "measure_of",
+    "measures.Amplitude", "measures.Peak", "measures.Rms", "measures.Harmonic",
+    "measures.Transmissibility", "measures.DissipatedPower", "measures.ContactForce",
+    "measures.Impulse", "measures.ImpactSpeed", "Measure.of_orbit", "Measure.derivative",
+    "Measure.along", "tuned_damper", "plot_response",
     "ForceRecord", "ForceRecord.from_csv", "ForceRecord.at", "ForceRecord.scaled",
     "ForceRecord.pieces", "ForceRecord.plot", "simulate_record", "RecordResponse.at",
     "RecordResponse.row_at", "RecordResponse.measure", "RecordResponse.peak",

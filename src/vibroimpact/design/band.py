@@ -72,7 +72,7 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
     factor = 1.0
-    if unit != "":
+    if not isinstance(unit, str) or unit:
         check_choice("unit", unit, [*CYCLES])
         _check_frequency(system, parameter, unit)
         factor = (scales_of(system) or Scales()).frequency / CYCLES[unit]

@@ -184,6 +184,7 @@ class Measure(ABC):
 
     def along(self, orbit: Motion, parameter: str) -> tuple[float, float]:
         """Value and derivative at once; no derivative, NaN, where ``parameter`` is ""."""
+        check_kind("parameter", parameter, str, 'the name of a parameter, or ""')
         flights = flights_of(orbit, parameter)
         self._check(flights.rows.mechanism)
         found = self._of(flights)
@@ -222,7 +223,7 @@ class _OfRow(Measure):
 
     def __post_init__(self) -> None:
         order = self.order
-        if order is not None and order not in (0, 1, 2):
+        if order is not None and (not isinstance(order, int) or order not in (0, 1, 2)):
             raise refusal("order", order, "0 (coordinate), 1 (velocity) or 2 (acceleration)")
         if isinstance(self.row, str):
             _parsed(self.row)

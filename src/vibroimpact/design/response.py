@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, nonnegative, positive, refusal
+from vibroimpact._core.checks import check_count, nonnegative, positive, real, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress, interruptible
@@ -162,7 +162,7 @@ class Response:
         InvalidParameterError
             A value outside the band.
         """
-        own = self.band.own(positive("value", value) if self.band.unit else float(value))
+        own = self.band.own(positive("value", value) if self.band.unit else real("value", value))
         low, high = self.band.low, self.band.high
         slack = 1e-12 * (high - low)
         if not low - slack <= own <= high + slack:

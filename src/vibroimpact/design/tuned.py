@@ -25,8 +25,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import check_choice, nonnegative, numbers, positive
+from vibroimpact._core.checks import check_choice, nonnegative, numbers, positive, refusal
 from vibroimpact._core.types import Floats
+
+HEAVIEST = 1e6  # mass ratio, and damping ratio of the machine: polynomials of degree 8 of these
 
 REAL = 1e-6  # relative: imaginary part of a double root
 
@@ -111,9 +113,9 @@ def tuned_damper(mass_ratio: float, zeta: float = 0.0, *, optimum: str = "minima
     Parameters
     ----------
     mass_ratio
-        Its mass over that of the machine, > 0.
+        Its mass over that of the machine, > 0, at most 1e6.
     zeta
-        Damping ratio of the machine, >= 0.
+        Damping ratio of the machine, >= 0, at most 1e6.
     optimum
         "minimax": numerically, by SciPy; "den hartog": in closed form, that of an undamped machine,
         whatever ``zeta`` is.
@@ -127,6 +129,8 @@ def tuned_damper(mass_ratio: float, zeta: float = 0.0, *, optimum: str = "minima
     """
     mu, z = positive("mass_ratio", mass_ratio), nonnegative("zeta", zeta)
     check_choice("optimum", optimum, ["minimax", "den hartog"])
+    if max(mu, z) > HEAVIEST:
+        raise refusal("mass_ratio, zeta", (mu, z), f"at most {HEAVIEST:g}")
     start = TunedDamper(mu, 1.0 / (1.0 + mu), math.sqrt(3.0 * mu / (8.0 * (1.0 + mu))), z)
     if optimum == "den hartog":
         return start
