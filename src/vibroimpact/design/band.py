@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice, ends_of
+from vibroimpact._core.checks import check_choice, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.design.flights import dual
@@ -72,7 +72,8 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
     factor = 1.0
-    if not isinstance(unit, str) or unit:
+    check_kind("unit", unit, str, '"Hz", "rad/s" or ""')
+    if unit:
         check_choice("unit", unit, [*CYCLES])
         _check_frequency(system, parameter, unit)
         factor = (scales_of(system) or Scales()).frequency / CYCLES[unit]

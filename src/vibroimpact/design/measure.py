@@ -223,8 +223,10 @@ class _OfRow(Measure):
 
     def __post_init__(self) -> None:
         order = self.order
-        if order is not None and (not isinstance(order, int) or order not in (0, 1, 2)):
-            raise refusal("order", order, "0 (coordinate), 1 (velocity) or 2 (acceleration)")
+        known = "0 (coordinate), 1 (velocity) or 2 (acceleration)"
+        check_kind("order", order, (int, type(None)), known)
+        if order is not None and order not in (0, 1, 2):
+            raise refusal("order", order, known)
         if isinstance(self.row, str):
             _parsed(self.row)
             if order is not None:
