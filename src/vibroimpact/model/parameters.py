@@ -181,6 +181,9 @@ def expanded(system: System, name: str) -> Mechanism:
             f"parameter = {name!r}: {system!r} cannot be differentiated with respect to it "
             f"({error}). Compute with + - * / ** and numpy functions only."
         ) from error
+    except InvalidParameterError:
+        mechanism_of(system)  # says it in plain numbers
+        raise
 
 
 def names_of(system: System) -> dict[str, float]:
