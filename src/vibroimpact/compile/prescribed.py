@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, cast
 
@@ -137,6 +137,9 @@ class Prescribed:
     modes: dict[int, Numbers]
     ends: dict[End, int]
     kernel: _kernel.Prescribed
+    _latest: dict[Any, list[tuple[Floats, Floats]]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return compile_prescribed, (self.system, self.parameter, tuple(self.modes))
@@ -250,7 +253,19 @@ class Prescribed:
         Returns
         -------
         list of (start of each window, (windows, NODES, 2n) of x and v)
+            The latest one is kept: gaps, amplitudes and sizes of an orbit are asked in turn.
         """
+        key = _contiguous(states).tobytes(), durations.tobytes(), tuple(modes)
+        found = self._latest.get(key)
+        if found is None:
+            found = self._flights(states, durations, modes)
+            self._latest.clear()
+            self._latest[key] = found
+        return found
+
+    def _flights(
+        self, states: ArrayLike, durations: Floats, modes: Sequence[int]
+    ) -> list[tuple[Floats, Floats]]:
         window = self.window(durations)
         counts = [max(1, math.ceil(t / window)) for t in durations]
         offsets = (1.0 + nodes(NODES)) * (window / 2.0)
