@@ -15,15 +15,16 @@ from hypothesis import settings
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("repeatable")
 
-COMPILING = {
+FIRST = {  # those that compile programs, and long ones that would come last
     *("test_engine.py", "test_engine_targets.py", "test_headers.py"),
     *("test_math.py", "test_wide_look.py", "test_repetition.py"),
+    *("test_misuse.py", "test_circles.py"),
 }
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the files that compile programs first: one of them alone at the end keeps a core idle."""
-    items.sort(key=lambda item: item.path.name not in COMPILING)
+    """Run long files first: one of them alone at the end keeps a core idle."""
+    items.sort(key=lambda item: item.path.name not in FIRST)
 
 
 @pytest.fixture

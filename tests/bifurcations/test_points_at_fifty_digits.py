@@ -26,9 +26,9 @@ def flips() -> vi.BifurcationCurve:
     orbit = vi.find_orbit(system, vi.State((0.0, 0.0), (0.0, 1.0)))
     assert orbit.symbol == "2-2-2"
     assert not orbit.symmetric
-    branch = vi.continue_orbit(orbit, "omega", (0.8, 0.99))
+    branch = vi.continue_orbit(orbit, "omega", (0.8, 0.955))
     start = next(point for point in branch.special_points if point.kind == "PD")
-    return vi.continue_bifurcation(start, PLANE, ((0.6, 1.0), (4.0, 13.0)))
+    return vi.continue_bifurcation(start, PLANE, ((0.63, 1.0), (4.9, 12.7)))
 
 
 def touching_roots(o: Orbit) -> Real:

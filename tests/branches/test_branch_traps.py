@@ -158,7 +158,7 @@ def test_where_two_impacts_coincide_the_branch_says_so_and_ends_soon() -> None:
     assert len(triple) == 3
     for orbit in triple:
         apart = orbit.durations.min() > 1e-9  # else two impacts coincide all along
-        branch = vi.continue_orbit(orbit, "omega", (0.9, 1.7) if apart else (1.28, 1.32))
+        branch = vi.continue_orbit(orbit, "omega", (1.18, 1.38) if apart else (1.28, 1.32))
         points = [point for point in branch.special_points if point.kind == "SIM"]
         assert points
         for point in points:

@@ -435,14 +435,14 @@ def test_a_motion_that_stops_impacting_is_a_failure(
 
 
 HELD = """
-import sys, time
+import sys, threading
 import xarray
 from vibroimpact.cli import main as cli
 
 def hold(data, path, **_):
     path.write_text("half a fi")
     print("writing", flush=True)
-    time.sleep(60)
+    threading.Event().wait()
 
 xarray.Dataset.to_netcdf = hold
 sys.exit(cli.main(sys.argv[1:]))

@@ -114,7 +114,7 @@ def test_switch_follows_the_touch_at_which_a_fold_ends(
     system = vi.ImpactOscillator(zeta=0.1, omega=1.95, restitution=0.7, clearance=0.3)
     orbit = vi.find_orbit(system, vi.State((0.0,), (0.0,)))
     fold = vi.continue_orbit(orbit, "clearance", (0.3, 0.4))["SN1"]
-    bounds = ((1.9, 2.08), (0.28, 0.4))
+    bounds = ((1.94, 2.02), (0.325, 0.37))
     curve = vi.continue_bifurcation(fold, ("omega", "clearance"), bounds)
     vi.save_curve(curve, "fold.nc")
     calls = followed("switch.switch_curve", monkeypatch)

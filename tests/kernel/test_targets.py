@@ -145,14 +145,14 @@ def in_a_child(code: str, wanted: str | None, path: str) -> subprocess.Completed
 
 
 HOLD = """
-import threading, time
+import threading
 import test_targets
 from vibroimpact.compile.hybrid import compile_mechanism
 held = threading.Event()
 def hold():
     system = compile_mechanism(test_targets.chain())
     held.set()
-    time.sleep(100.0)
+    threading.Event().wait()
 threading.Thread(target=hold, daemon=True).start()
 assert held.wait(20.0)
 """

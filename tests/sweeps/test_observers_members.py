@@ -14,6 +14,7 @@ from support.systems import ball, paper_damper
 
 import vibroimpact as vi
 from vibroimpact.compile.many_systems import compile_together
+from vibroimpact.sweeps.execution import batch as execution
 from vibroimpact.sweeps.execution.batch import batch_of
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers import Extremes, Final, Rms, Rotation, Section, Settling, Symbol
@@ -109,19 +110,30 @@ def test_a_mode_that_nobody_built_ends_a_member_as_missing() -> None:
     assert 0.0 < found["time"][0] < 500.0
 
 
-def test_ctrl_c_ends_a_run_of_members() -> None:
+def test_ctrl_c_ends_a_run_of_members(monkeypatch: pytest.MonkeyPatch) -> None:
     import _thread
     import signal
     import threading
 
     case = replace(CASES["chaotic"], observe=1e8)  # a minute
-    timer = threading.Timer(0.2, _thread.interrupt_main)
+    begun, run_part = threading.Event(), execution._run_part
+
+    def seen(*arguments: Any) -> Any:
+        begun.set()
+        return run_part(*arguments)
+
+    def interrupt() -> None:
+        begun.wait()
+        _thread.interrupt_main()
+
+    monkeypatch.setattr(execution, "_run_part", seen)
+    thread = threading.Thread(target=interrupt)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs ignore it
     try:
-        timer.start()
+        thread.start()
         with pytest.raises(KeyboardInterrupt):
             case.member("impacts", most_impacts=10**8)
-        timer.join()
+        thread.join()
     finally:
         signal.signal(signal.SIGINT, before)
 

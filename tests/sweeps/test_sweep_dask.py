@@ -7,7 +7,6 @@ import signal
 import socket
 import sys
 import threading
-import time
 import traceback
 from contextlib import suppress
 from pathlib import Path
@@ -141,11 +140,23 @@ def after(members, act):
     return lambda done, _: act() if done == members else None
 
 
+class Leaving(distributed.SchedulerPlugin):
+    """Notices when the last worker has left the scheduler."""
+
+    def __init__(self):
+        self.left = threading.Event()
+
+    def remove_worker(self, scheduler, **_):
+        if not scheduler.workers:
+            self.left.set()
+
+
 def without_workers(client):
     """Take the worker away."""
+    leaving = Leaving()
+    client.cluster.scheduler.add_plugin(leaving, name="leaving")
     client.cluster.scale(0)
-    while client.nthreads():
-        time.sleep(0.01)
+    assert leaving.left.wait(60.0)
 
 
 def assert_resumes(store: Path, done: int):
@@ -224,13 +235,19 @@ def impatient(monkeypatch: pytest.MonkeyPatch):
 
 
 def swept_until_no_worker(client, then, **options):
-    """A sweep whose worker is taken away when 8 members, 4 tiles, are done."""
+    """A sweep whose worker is taken away when 8 members, 4 tiles, are done; then it waits."""
+    wait = distributed.wait
 
-    def act():
-        without_workers(client)
-        threading.Timer(0.1, then).start()
+    def waiting(*tasks):
+        if not client.nthreads():
+            patch.undo()
+            threading.Thread(target=then).start()
+        return wait(*tasks)
 
-    return swept(backend="dask", client=client, tile=2, progress=after(8, act), **options)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(distributed, "wait", waiting)
+        act = after(8, lambda: without_workers(client))
+        return swept(backend="dask", client=client, tile=2, progress=act, **options)
 
 
 def test_a_sweep_without_workers_goes_on_with_the_next(lone, tmp_path: Path):

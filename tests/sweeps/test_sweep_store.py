@@ -213,13 +213,15 @@ def assert_interrupted(script: str, patience: float) -> None:
     assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
 
 
-# A followed motion of half a minute, or tiles of a second, and Ctrl-C twice once members run.
-IMPATIENT = """
-import os, signal, sys, threading, time
+# What follows begins to interrupt once members run.
+BEGUN = """
+import signal, threading
 import numpy as np
 import vibroimpact as vi
-from vibroimpact.sweeps.execution import compute
+from vibroimpact.sweeps.execution import compute, threads
 
+damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                         half_clearance=5.0, omega=1.2)
 begun, run_members = threading.Event(), compute.run_members
 
 def seen(*arguments):
@@ -227,20 +229,26 @@ def seen(*arguments):
     return run_members(*arguments)
 
 compute.run_members = seen
+"""
 
-def interrupt():
+# A followed motion of half a minute, or tiles of a second; Ctrl-C as the sweep begins to wait for
+# members, and again as it begins to wait for their end.
+IMPATIENT = f"""{BEGUN}
+interrupts, wait = [signal.SIGINT] * 2, threads.wait
+
+def impatient(*running, **how):
     begun.wait()
-    for _ in range(2):
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(0.1)  # the first is being dealt with
+    if interrupts:
+        signal.raise_signal(interrupts.pop())
+    return wait(*running, **how)
 
-threading.Thread(target=interrupt, daemon=True).start()
-vi.sweep(
-    vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
-                    half_clearance=5.0, omega=1.2),
-    over={"omega": np.linspace(1.0, 1.2, %d)}, start=vi.State((0.0, 0.0), (0.0, 1.0)),
-    settle=2000, periods=10, tile=50_000, follow=%r, progress=False,
-)
+threads.wait = impatient
+try:
+    vi.sweep(damper, over={{"omega": np.linspace(1.0, 1.2, %d)}}, settle=2000, periods=10,
+             start=vi.State((0.0, 0.0), (0.0, 1.0)), tile=50_000, follow=%r, progress=False)
+finally:
+    assert not interrupts
+    assert threading.active_count() == 1
 """
 
 
@@ -249,21 +257,20 @@ def test_a_second_interruption_is_no_worse_than_the_first(values: int, follow: s
     assert_interrupted(IMPATIENT % (values, follow), patience=20)
 
 
-ENDLESS = """
-import os, signal, threading
-import vibroimpact as vi
-
-damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
-                         half_clearance=5.0, omega=1.2)
+ENDLESS = f"""{BEGUN}
 stiff = vi.Mechanism(
     mass=[[1, 0], [0, 1]], damping=[[5e3, 1], [1, 0.1]], stiffness=[[1e8, 1], [1, 1]],
     forces=[vi.Harmonic(1.2, (0, 1))],
     contacts=[vi.Contact((0, 1), lower=-5e-6 * k) for k in range(1, 6)],
 )
-sweep = vi.sweep  # imported before the time runs
-threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
-sweep(%s, over={"omega": [1.0, 1.2]}, start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=%r,
-      settle=%g, periods=1e9, most_impacts=10**12, progress=False)
+
+def interrupt():
+    begun.wait()
+    signal.pthread_kill(threading.get_ident(), signal.SIGINT)  # the main thread sleeps on
+
+threading.Thread(target=interrupt).start()
+vi.sweep(%s, over={{"omega": [1.0, 1.2]}}, start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=%r,
+         settle=%g, periods=1e9, most_impacts=10**12, progress=False)
 """
 
 

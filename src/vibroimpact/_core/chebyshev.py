@@ -29,9 +29,12 @@ class UnresolvedError(ArithmeticError):
     """The function is not analytic enough on this interval; ``args`` holds its ends."""
 
 
+@lru_cache(maxsize=8)
 def nodes(count: int) -> Floats:
-    """The Chebyshev points of [-1, 1], from right to left."""
-    return np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    """The Chebyshev points of [-1, 1], from right to left; they cannot be written."""
+    points: Floats = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    points.flags.writeable = False
+    return points
 
 
 @lru_cache(maxsize=8)

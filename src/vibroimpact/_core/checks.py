@@ -321,12 +321,13 @@ def names_arguments(**advice: str) -> Callable[[Class], Class]:
     def answering(cls: Class) -> Class:
         make = cls.__init__  # type: ignore[misc]
         known = list(inspect.signature(make).parameters)[1:]
+        names = frozenset(known)
 
         @functools.wraps(make)
         def checked(self: Any, *args: Any, **given: Any) -> None:
-            for name in given:
-                if name not in known:
-                    raise unknown_keyword(cls.__name__, name, known, advice.get(name, ""))
+            if not names.issuperset(given):
+                name = next(name for name in given if name not in names)
+                raise unknown_keyword(cls.__name__, name, known, advice.get(name, ""))
             make(self, *args, **given)
 
         cls.__init__ = checked  # type: ignore[misc]

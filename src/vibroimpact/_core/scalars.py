@@ -60,9 +60,11 @@ def sign_of(x: Any) -> float:
 
 def rounded_down(x: Any, bits: int) -> float:
     """Round x > 0 down to its first binary digits; of a jet its value."""
-    mantissa, exponent = np.frexp(_values(x))
-    short = np.ldexp(np.floor(mantissa * 2**bits) / 2**bits, exponent)
-    return cast(float, Column(short)) if isinstance(x, Column) else float(short)
+    if isinstance(x, Column):
+        digits, exponents = np.frexp(x.values)
+        return cast(float, Column(np.ldexp(np.floor(digits * 2**bits) / 2**bits, exponents)))
+    mantissa, exponent = math.frexp(_values(x))
+    return math.ldexp(math.floor(mantissa * 2**bits) / 2**bits, exponent)
 
 
 def above(x: Any, y: Any) -> Truth:

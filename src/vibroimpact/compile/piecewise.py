@@ -34,6 +34,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from vibroimpact._core import linear
@@ -149,7 +150,6 @@ class Piecewise:
         self.rate = self._rate()
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
-        self.codes = self._codes()
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
@@ -195,7 +195,8 @@ class Piecewise:
             out[i] = row
         return out
 
-    def _codes(self) -> list[int]:
+    @cached_property
+    def codes(self) -> list[int]:
         """Modes that are built at first: all, all without closed contacts, or the free one."""
         m, contacts = self.mechanism, len(self.mechanism.contacts)
         states = list(itertools.product(*(e.states for e in m.elements)))

@@ -10,9 +10,9 @@ smooth in every parameter, serve for all systems.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -111,7 +111,7 @@ class Prescribed:
 
     Attributes
     ----------
-    system, mechanism, parameter
+    system, parameter
         The system; the parameter by which it is differentiated, "" for none.
     degrees, omega
         n; frequency of the first line, 0 where the system is autonomous.
@@ -128,7 +128,6 @@ class Prescribed:
     """
 
     system: System
-    mechanism: Mechanism
     parameter: str
     degrees: int
     omega: float
@@ -138,9 +137,17 @@ class Prescribed:
     modes: dict[int, Numbers]
     ends: dict[End, int]
     kernel: _kernel.Prescribed
+    _latest: dict[Any, list[tuple[Floats, Floats]]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return compile_prescribed, (self.system, self.parameter, tuple(self.modes))
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism of the system, in plain numbers."""
+        return mechanism_of(self.system)
 
     @property
     def size(self) -> int:
@@ -246,7 +253,19 @@ class Prescribed:
         Returns
         -------
         list of (start of each window, (windows, NODES, 2n) of x and v)
+            The latest one is kept: gaps, amplitudes and sizes of an orbit are asked in turn.
         """
+        key = _contiguous(states).tobytes(), durations.tobytes(), tuple(modes)
+        found = self._latest.get(key)
+        if found is None:
+            found = self._flights(states, durations, modes)
+            self._latest.clear()
+            self._latest[key] = found
+        return found
+
+    def _flights(
+        self, states: ArrayLike, durations: Floats, modes: Sequence[int]
+    ) -> list[tuple[Floats, Floats]]:
         window = self.window(durations)
         counts = [max(1, math.ceil(t / window)) for t in durations]
         offsets = (1.0 + nodes(NODES)) * (window / 2.0)
@@ -280,21 +299,21 @@ def _contiguous(a: ArrayLike) -> Floats:
     return np.ascontiguousarray(a, dtype=float)
 
 
-def _orders(x: Any) -> list[float]:
-    """f, f', f'', f''' of a number or a jet."""
-    if isinstance(x, Jet):
-        c = x.coefficients
-        return [c[k] for k in PARAMETER_ORDERS]
-    return [float(x), 0.0, 0.0, 0.0]
-
-
 def _array(values: Vector | list[Vector]) -> Floats:
-    """Array of numbers or jets, with the order of the derivative as first axis."""
+    """Array of numbers or jets: f, f', f'', f''' along the first axis."""
     shape, flat = [len(values)], cast(list[Any], values)
     if isinstance(flat[0], list):
         shape, flat = [len(flat), len(flat[0])], [x for row in flat for x in row]
-    parts = np.array([_orders(x) for x in flat])
-    return np.ascontiguousarray(parts.T).reshape(len(PARAMETER_ORDERS), *shape)
+    orders = np.zeros((len(PARAMETER_ORDERS), len(flat)))
+    orders[0] = [x.value if isinstance(x, Jet) else x for x in flat]
+    for i, x in enumerate(flat):
+        if isinstance(x, Jet):
+            coefficients = x.coefficients
+            orders[:, i] = [coefficients[k] for k in PARAMETER_ORDERS]
+    return orders.reshape(-1, *shape)
+
+
+Push = tuple[Floats, Sequence[float], Floats]  # impulse, restitutions at both limits, kick
 
 
 class _Ends:
@@ -304,41 +323,27 @@ class _Ends:
         self.pieces = pieces
         self.known: dict[End, int] = {}
         self.laws: list[tuple[Floats, Floats, Floats, Floats, Floats, int]] = []
-        self.pushes = [
-            ([x / mobility[i] for x in impulse], restitutions)
+        self.still = _array([0.0] * pieces.size)
+        self.pushes: list[Push] = [
+            (_array([x / mobility[i] for x in impulse]), restitutions, self.still)
             for i, (impulse, mobility, _, *restitutions) in enumerate(pieces.laws())
         ]
 
-    def of(self, mode: Mode, number: int) -> Numbers:
+    def of(self, mode: Mode, number: int) -> Iterator[GuardRow]:
         """Guards of a mode with this number in the kernel, whose limits are kept."""
-        guards = []
-        still = [0.0] * self.pieces.size
         for i, (row, gain, lower, upper, closed) in enumerate(mode.guards):
             if not closed:
-                push = *self.pushes[i], still
-                guards.append((End(i, 0, mode.code), row, gain, (lower, upper), push))
+                name = End(i, 0, mode.code)
+                yield self._keep(name, row, gain, (lower, upper), self.pushes[i], number)
         contacts = len(mode.guards)
         for j, (row, gain, lower, upper, element, held, reset, _) in enumerate(mode.watches):
             if not held:
                 name = End(contacts + element, 0, mode.code, j)
-                kick = self.pieces.resets[reset][1] if reset >= 0 else still
-                guards.append((name, row, gain, (lower, upper), (still, [0.0, 0.0], kick)))
-        for name, row, gain, limits, push in guards:
-            self._keep(name, row, gain, limits, push, number)
-        flow = mode.coordinates.flow
-        return Numbers(
-            _array(cast(Any, flow["b"]))[0],
-            _array(cast(Any, flow["constant"]))[0],
-            tuple(
-                GuardRow(
-                    name.contact, name.watch, _array(row)[0], _value(gain), *map(_value, limits)
-                )
-                for name, row, gain, limits, _ in guards
-            ),
-            self._sticking(mode),
-        )
+                kick = _array(self.pieces.resets[reset][1]) if reset >= 0 else self.still
+                push = self.still, (0.0, 0.0), kick
+                yield self._keep(name, row, gain, (lower, upper), push, number)
 
-    def _sticking(self, mode: Mode) -> int:
+    def sticking(self, mode: Mode) -> int:
         """Number of joints that stick in a mode, those left out that others hold already."""
         elements = self.pieces.mechanism.elements
         states = states_from_code(mode.code, len(mode.guards), len(elements))
@@ -349,14 +354,15 @@ class _Ends:
 
     def _keep(
         self, name: End, row: Vector, gain: float, limits: tuple[float, float],
-        push: tuple[Vector, list[float], Vector], number: int,
-    ) -> None:  # fmt: skip
-        impulse, restitutions, kick = push
+        push: Push, number: int,
+    ) -> GuardRow:  # fmt: skip
+        (impulse, restitutions, kick), rows = push, _array(row)
         for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
             if not infinite(limit):
                 self.known[name._replace(side=side)] = len(self.laws)
-                law = (row, [limit - gain], impulse, [restitution], kick)
-                self.laws.append((*map(_array, law), number))  # type: ignore[arg-type]
+                place = _array([limit - gain])
+                self.laws.append((rows, place, impulse, _array([restitution]), kick, number))
+        return GuardRow(name.contact, name.watch, rows[0], _value(gain), *map(_value, limits))
 
 
 def _value(x: Any) -> float:
@@ -386,7 +392,7 @@ def compile_prescribed(
 def _check_ratios(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that changes the ratios of the forcing frequencies."""
     for line in varied.forces[1:]:
-        first, other = np.array(_orders(varied.omega)), np.array(_orders(line.omega))
+        first, other = _array([varied.omega, line.omega]).T
         scaled = first * (other[0] / first[0])
         if np.any(np.abs(other - scaled) > PROPORTIONAL * (np.abs(other) + np.abs(scaled))):
             raise InvalidParameterError(
@@ -406,9 +412,8 @@ def check_rigid(system: System) -> Mechanism:
     return m
 
 
-def check_prescribed(system: System) -> Mechanism:
-    """The mechanism of a system, refused where motions with prescribed events do not cover it."""
-    m = mechanism_of(system)
+def check_prescribed(system: System, m: Mechanism) -> None:
+    """Refuse a system whose mechanism motions with prescribed events do not cover."""
     why = ""
     if m.degrees > _kernel.BLOCK_DEGREES or len(m.forces) > _kernel.BLOCK_LINES:
         why = (
@@ -422,28 +427,30 @@ def check_prescribed(system: System) -> Mechanism:
             f"system = {shown(system)}: orbits are found for {why}. "
             "Take simulate, classify, sweeps, Lyapunov exponents."
         )
-    return m
 
 
 def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
-    m = check_prescribed(system)
-    varied = expanded(system, parameter) if parameter else m
-    _check_ratios(varied, parameter)
-    pieces = Piecewise(varied)
+    m = expanded(system, parameter) if parameter else mechanism_of(system)
+    check_prescribed(system, m)
+    _check_ratios(m, parameter)
+    pieces = Piecewise(m)
     ends, modes, flows = _Ends(pieces), {}, []
     for number, code in enumerate(codes):
         mode = pieces.mode(code)
-        modes[code], flow = ends.of(mode, number), cast(Any, mode.coordinates.flow)
+        flow = cast(Any, mode.coordinates.flow)
+        b, constant = _array(flow["b"]), _array(flow["constant"])
+        guards, sticking = tuple(ends.of(mode, number)), ends.sticking(mode)
+        modes[code] = Numbers(b[0], constant[0], guards, sticking)
         step = STEP_ANGLE / modes[code].fastest(2 * m.degrees)
-        flows.append((_array(flow["b"]), _array(flow["constant"]), step))
-    omega = _array([varied.omega])[:, 0]
+        flows.append((b, constant, step))
+    omega = _array([m.omega])[:, 0]
     kernel = _kernel.Prescribed(
-        degrees=m.degrees, ratios=[force.omega / m.omega for force in m.forces],
+        degrees=m.degrees, ratios=[_value(force.omega) / omega[0] for force in m.forces],
         rate=pieces.scale, omega=omega, modes=flows, stops=ends.laws,
     )  # fmt: skip
     return Prescribed(
-        system, m, parameter, m.degrees, m.omega, omega, _value(pieces.rate), pieces.scale, modes,
-        ends.known, kernel,
+        system, parameter, m.degrees, float(omega[0]), omega, _value(pieces.rate), pieces.scale,
+        modes, ends.known, kernel,
     )  # fmt: skip
 
 

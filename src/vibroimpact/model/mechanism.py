@@ -168,10 +168,12 @@ def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
         wanted = "(n, n)" if n is None else f"({n}, {n})"
         raise InvalidParameterError(f"{name} has shape {array.shape}; expected {wanted}.")
     rows: linear.Matrix = array.tolist()
-    skew = linear.plus(rows, linear.transpose(rows), -1.0)
-    if linear.largest(skew) > 1e-12 * linear.largest(rows):
+    columns = linear.transpose(rows)
+    if array.dtype == float and rows == columns:
         return rows
-    return [[x / 2.0 for x in row] for row in linear.plus(rows, linear.transpose(rows))]
+    if linear.largest(linear.plus(rows, columns, -1.0)) > 1e-12 * linear.largest(rows):
+        return rows
+    return [[x / 2.0 for x in row] for row in linear.plus(rows, columns)]
 
 
 @names_arguments(
@@ -430,6 +432,9 @@ def _several(
     name: str, items: Any, kind: type | tuple[type, ...], low: int, high: int
 ) -> tuple[Any, ...]:
     """Return a sequence as a tuple, or raise naming it."""
+    counted = isinstance(items, list | tuple) and low <= len(items) <= high
+    if counted and all(isinstance(item, kind) for item in items):
+        return tuple(items)
     kinds = " or ".join(
         "RigidStop" if k is Contact and isinstance(kind, tuple) else k.__name__
         for k in (kind if isinstance(kind, tuple) else (kind,))
@@ -441,9 +446,7 @@ def _several(
     for i, item in enumerate(items):
         if not isinstance(item, kind):
             raise refusal(f"{name}[{i}]", item, f"a {kinds}")
-    if not low <= len(items) <= high:
-        raise InvalidParameterError(f"{name}: {len(items)} are given; must be {allowed}.")
-    return tuple(items)
+    raise InvalidParameterError(f"{name}: {len(items)} are given; must be {allowed}.")
 
 
 def as_array(rows: linear.Matrix) -> NDArray[np.float64]:

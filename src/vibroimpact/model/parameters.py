@@ -150,6 +150,11 @@ def with_parameters(system: System, values: Mapping[str, Any]) -> System:
         return system  # which may be of any class then
     for name in values:
         parameter_value(system, name)
+    return _changed(system, values)
+
+
+def _changed(system: System, values: Mapping[str, Any]) -> System:
+    """The system with new values of parameters that it has."""
     if isinstance(system, Family):
         return system._changed(values)
     if isinstance(system, Mechanism):
@@ -174,13 +179,16 @@ def expanded(system: System, name: str) -> Mechanism:
         A system whose code cannot compute with jets.
     """
     try:
-        varied = with_parameter(system, name, Jet.variable(parameter_value(system, name)))
+        varied = _changed(system, {name: Jet.variable(parameter_value(system, name))})
         return mechanism_of(varied)
     except TypeError as error:
         raise InvalidParameterError(
             f"parameter = {name!r}: {system!r} cannot be differentiated with respect to it "
             f"({error}). Compute with + - * / ** and numpy functions only."
         ) from error
+    except InvalidParameterError:
+        mechanism_of(system)  # says it in plain numbers
+        raise
 
 
 def names_of(system: System) -> dict[str, float]:

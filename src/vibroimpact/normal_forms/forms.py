@@ -18,6 +18,8 @@ Reference   (4) is Faa di Bruno's formula to order 3
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -81,21 +83,19 @@ class Multilinear:
 
     def __call__(self, *directions: ArrayLike) -> Complexes:
         """Return D^k F of one to three complex directions, each of shape (d,) or (d + 1,)."""
-        arguments = [np.asarray(u, dtype=np.complex128) for u in directions]
         total = np.zeros(self._forms.dimension, dtype=np.complex128)
-        for parts in itertools.product((0, 1), repeat=len(arguments)):
-            chosen = [u.imag if part else u.real for u, part in zip(arguments, parts, strict=True)]
-            if all(np.any(u) for u in chosen):
-                total += 1j ** sum(parts) * self._real(chosen)
+        for parts in itertools.product(*map(_parts, directions)):
+            units, chosen = zip(*parts, strict=True)
+            total += math.prod(units) * self._real(chosen)
         return total
 
     def real(self, *directions: ArrayLike) -> Floats:
         """Return D^k F of real directions, shape (d,)."""
         return np.asarray(self(*directions).real)
 
-    def _real(self, directions: list[Floats]) -> Floats:
+    def _real(self, directions: Sequence[Floats]) -> Floats:
         """Form of nonzero directions, stored by their lines through 0."""
-        signs = [1.0 if u[np.flatnonzero(u)[0]] > 0.0 else -1.0 for u in directions]
+        signs = [1.0 if next(filter(None, u.tolist())) > 0.0 else -1.0 for u in directions]
         aligned = sorted(
             ((s * u + 0.0).tobytes(), i)
             for i, (s, u) in enumerate(zip(signs, directions, strict=True))
@@ -105,7 +105,13 @@ class Multilinear:
             self._known[key] = self._forms.derivative(
                 *(signs[i] * directions[i] for _, i in aligned)
             )
-        return float(np.prod(signs)) * self._known[key]
+        return math.prod(signs) * self._known[key]
+
+
+def _parts(direction: ArrayLike) -> list[tuple[complex, Floats]]:
+    """Real and imaginary part of a direction with their units, those that are not zero."""
+    u = np.asarray(direction, dtype=np.complex128)
+    return [(unit, part) for unit, part in ((1.0, u.real), (1.0j, u.imag)) if part.any()]
 
 
 def with_parameter(direction: ArrayLike, part: float) -> Floats:

@@ -110,7 +110,7 @@ def find_orbit(
         check_count("cycles", cycles, 0)
     if symmetric is not None:
         check_flag("symmetric", symmetric)
-    check_prescribed(system)
+    check_prescribed(system, mechanism_of(system))
     if isinstance(guess, SymmetricOrbit):
         guess = of_symmetric(guess)
     if isinstance(guess, State):

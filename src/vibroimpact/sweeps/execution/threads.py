@@ -15,6 +15,7 @@ from vibroimpact.sweeps.execution.tiles import Tile
 from vibroimpact.sweeps.plan import Plan
 
 AHEAD = 2  # tiles per thread that are begun or wait: results that nobody has taken yet are few
+LOOK = 0.5  # seconds between two looks for a Ctrl-C that did not wake the main thread
 
 
 def compute_tiles(
@@ -34,7 +35,7 @@ def compute_tiles(
                 running[pool.submit(group.compute, tile, stop.is_set)] = tile
             if not running:
                 return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+            for future in wait(running, LOOK, FIRST_COMPLETED).done:
                 yield running.pop(future), future.result()
     finally:
         stop.set()
