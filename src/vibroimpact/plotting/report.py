@@ -1,0 +1,362 @@
+"""Report of a frequency response for readers who do not know the field: one HTML page.
+
+Every section is a function of the response, so that other reports can take it.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Iterator, Sequence
+from os import PathLike
+from typing import cast
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibroimpact import _kernel
+from vibroimpact._core.checks import check_kind, check_target, path_of
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.files import replacing
+from vibroimpact.design.answers import Answer
+from vibroimpact.design.compare import (
+    decibels,
+    is_comparable,
+    measured_beside,
+    primary_of,
+    worst_of_comparison,
+)
+from vibroimpact.design.response import Response
+from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.machine import scales_of
+from vibroimpact.machines.registry import name_of
+from vibroimpact.model.mechanism import Contact
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.plotting import style
+from vibroimpact.plotting.machine_table import Varied, machine_table
+from vibroimpact.plotting.mechanism import plot_mechanism
+from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Table, Text, page_of
+from vibroimpact.plotting.response import plot_response
+from vibroimpact.plotting.words import KINDS, kind_of, motion_in_words, number, place_of, value_of
+
+PAGES = (".html",)
+ROWS = 5  # values of the parameter in the table of answers
+FEW = 8  # names of motions in a cell
+
+
+def report_of(
+    response: Response, *, title: str = "", compare: Sequence[str] = (), decibel: bool = False,
+    command: str = "",
+) -> str:  # fmt: skip
+    """Write a report of a frequency response as the text of one HTML page.
+
+    Parameters
+    ----------
+    response
+        A result of :func:`vibroimpact.frequency_response`.
+    title
+        Heading of the page; by default the measure and the machine.
+    compare, decibel
+        Of the figure, as for :func:`vibroimpact.plotting.plot_response`.
+    command
+        The command that repeats the report, which the page states.
+
+    Returns
+    -------
+    str
+        HTML with the pictures inside.
+    """
+    check_kind("response", response, Response, "a Response, as vi.frequency_response gives")
+    check_kind("title", title, str, "a text")
+    return page_of(
+        title or f"{_capital(response.measure.label)} of {machine_words(response.system)}",
+        [
+            Text(in_brief(response, compare), brief=True),
+            Section("The machine", machine_section(response)),
+            Section("The response", response_section(response, compare, decibel=decibel)),
+            Section("Kinds of motion", motion_section(response)),
+            Section("At a few places", [table_of_answers(response)]),
+            Section("What this statement rests on", [Items([*limits(response)])]),
+            Section("To repeat it", repeat_section(response, command)),
+        ],
+        f"Made by vibroimpact {_kernel.version()}.",
+    )
+
+
+def write_report(
+    response: Response, path: str | PathLike[str], *, title: str = "",
+    compare: Sequence[str] = (), decibel: bool = False,
+) -> None:  # fmt: skip
+    """Write a report to a file; see :meth:`Response.report`."""
+    target = path_of("path", path)
+    check_target(target, PAGES, "path")
+    text = report_of(response, title=title, compare=compare, decibel=decibel)
+    with replacing(target) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+# ---- sentences -----------------------------------------------------------------------------------
+
+
+def in_brief(response: Response, compare: Sequence[str] = ()) -> list[str]:
+    """The worst motion, what it would be without the stops, and whether there are others."""
+    said = [worst_sentence(response)]
+    if is_comparable(response):
+        said += [comparison_sentence(response, "linear")]
+        said += [comparison_sentence(response, one) for one in compare if one != "linear"]
+    return [*said, coexistence_sentence(response)]
+
+
+def worst_sentence(response: Response) -> str:
+    """The largest value on which the machine settles, where, and by what motion."""
+    worst = response.worst
+    return (
+        f"The largest {response.measure.label} {_over(response)} is {value_of(worst)}, at "
+        f"{place_of(worst)}. The motion there {_verb(worst.motion)}."
+    )
+
+
+def comparison_sentence(response: Response, which: str) -> str:
+    """The largest value of a linear machine in the place of this one, and the difference."""
+    shown, worst = response.shown, response.worst
+    place, value = worst_of_comparison(response, which)
+    name = {"linear": without_words(response.system), "tuned": "with a tuned mass damper of the "
+            "same mass, the best of its kind,"}[which]  # fmt: skip
+    if math.isnan(value):
+        return f"{_capital(name)} the machine has no steady motion to compare with."
+    if math.isinf(value):
+        where = number(place * shown.across, shown.unit_across)
+        return f"{_capital(name)} it would grow without bound at {where}."
+    at = f"{number(value * shown.up, shown.unit)}, at {number(place * shown.across, shown.unit_across)}"
+    if not value > 0.0 or not worst.value > 0.0:
+        return f"{_capital(name)} it would be {at}."
+    level = float(decibels(worst.value / value, response.measure.dimension))
+    change = "less" if level < 0.0 else "more"
+    factor = worst.value / value
+    return (
+        f"{_capital(name)} it would be {at}. This machine has {100.0 * abs(1.0 - factor):.3g} % "
+        f"{change}: {'a reduction' if level < 0.0 else 'an increase'} of {abs(level):.3g} dB."
+    )
+
+
+def coexistence_sentence(response: Response) -> str:
+    """Whether the start decides between several motions."""
+    several = sum(len(many) > 1 for many in response.answers)
+    total = len(response.answers)
+    if not several:
+        return "Only one steady motion was found at each value: the start does not matter."
+    return (
+        f"At {several} of {total} values more than one steady motion was found: how the machine "
+        "is started decides between them. The largest counts."
+    )
+
+
+def without_words(system: System) -> str:
+    """What the machine with all stops open is."""
+    try:
+        primary_of(system)
+    except InvalidParameterError:
+        return "without stops"
+    return "without the damper"
+
+
+def machine_words(system: System) -> str:
+    """What a machine is, with its article."""
+    name = name_of(system)
+    words = name.replace("-", " ") if name else "a machine"
+    return words if not name else f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+
+
+def _over(response: Response) -> str:
+    """The band in words."""
+    low, high = _ends(response)
+    return f"between {low} and {high}"
+
+
+def _ends(response: Response) -> tuple[str, str]:
+    across, unit = response.shown.across, response.shown.unit_across
+    low, high = (end * across for end in (response.band.low, response.band.high))
+    return number(low), number(high, unit)
+
+
+def _verb(motion: str) -> str:
+    """What a motion does, as a verb."""
+    text = motion_in_words(motion)
+    if text.startswith(("repeats", "does")):
+        return text
+    return "has no impacts" if text == KINDS["no impacts"] else f"is {text}"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+# ---- sections ------------------------------------------------------------------------------------
+
+
+def machine_section(response: Response) -> list[Block]:
+    """Table and drawing of the machine."""
+    system = response.system
+    low, high = _ends(response)
+    varied = [Varied(response.parameter, f"varied from {low} to {high}")]
+    own = scales_of(system) is not None and not isinstance(system, ImpactDamper)
+    return [
+        Picture(
+            _svg(plot_mechanism(system, parameters=False)),
+            "The model, not to scale: x to the right."
+            + (" Its numbers are in the scaled units of the model." if own else ""),
+            f"Drawing of {machine_words(system)}", narrow=True,
+        ),
+        machine_table(system, varied),
+    ]  # fmt: skip
+
+
+def response_section(response: Response, compare: Sequence[str], *, decibel: bool) -> list[Block]:
+    """The figure and what it shows."""
+    label = response.measure.label
+    lines = {
+        "linear": f"grey: {without_words(response.system)}", "tuned": "green: with a tuned mass damper",
+    }  # fmt: skip
+    beside = "".join(f"; {lines[one]}" for one in compare)
+    caption = (
+        f"{_capital(label)} over the band. Solid lines: motions on which the machine settles; "
+        "dashed: motions that it leaves after any disturbance; dotted: no motions of this machine. "
+        f"Points: simulated motions, coloured where they are on no line{beside}. {meaning(response)}"
+    )
+    ax = plot_response(response, compare=compare, decibel=decibel)
+    low, high = _ends(response)
+    return [Picture(_svg(ax), caption, f"{label} from {low} to {high}")]
+
+
+def meaning(response: Response) -> str:
+    """What is measured."""
+    measure = response.measure
+    first = " ".join((inspect.getdoc(type(measure)) or "").partition("\n\n")[0].split())
+    text = getattr(measure, "text", "")
+    return "Measured: " + (first[:1].lower() + first[1:]).replace(" a row", f" {text or 'a row'}")
+
+
+def motion_section(response: Response) -> list[Block]:
+    """Which kinds of motion occur, where, and how large they are."""
+    answers = [answer for many in response.answers for answer in many]
+    grouped = {
+        kind: [answer for answer in answers if kind_of(answer.motion) == kind] for kind in KINDS
+    }
+    rows = [_kind_row(response, kind, found) for kind, found in grouped.items() if found]
+    head = (
+        "the motion", "from", "to", f"at so many of {len(response.answers)} values",
+        f"largest {response.measure.label}", "names",
+    )  # fmt: skip
+    caption = (
+        "Steady motions that were simulated; several may be possible at one value. A name n-p-q: "
+        "in n forcing periods p impacts at stop A and q at stop B."
+    )
+    return [Table(head, rows, caption)]
+
+
+def _kind_row(response: Response, kind: str, found: Sequence[Answer]) -> list[str]:
+    shown = response.shown
+    places = sorted({answer.parameter for answer in found})
+    low, high = (number(end * shown.across, shown.unit_across) for end in (places[0], places[-1]))
+    largest = max((a.value for a in found if math.isfinite(a.value)), default=math.nan)
+    names = sorted({a.motion for a in found} - {*KINDS})
+    return [
+        KINDS[kind], low, high, str(len(places)), number(largest * shown.up, shown.unit),
+        _few(names),
+    ]  # fmt: skip
+
+
+def _few(names: Sequence[str]) -> str:
+    more = len(names) - FEW
+    return ", ".join(names[:FEW]) + (f" and {more} more" if more > 0 else "")
+
+
+def table_of_answers(response: Response) -> Table:
+    """Every motion on which the machine settles, at a few values of the parameter."""
+    head = [
+        _capital(response.parameter.replace("_", " ")), response.measure.label, "the motion",
+        "reached by",
+    ]  # fmt: skip
+    rows = [row for own in response.band.values(ROWS).tolist() for row in _rows_at(response, own)]
+    if is_comparable(response):
+        head.append(without_words(response.system))
+    return Table(head, rows, "All motions on which the machine settles, the largest first.")
+
+
+def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
+    """Rows for one value of the parameter in the system's own units."""
+    shown = response.shown
+    found = response.at(own * response.band.factor)
+    stable = [answer for answer in found if answer.stable and math.isfinite(answer.value)]
+    total = sum(answer.members for answer in found)
+    after = []
+    if is_comparable(response):
+        beside = measured_beside(response, "linear")(own)
+        after = [number(beside * shown.up, shown.unit)]
+    for answer in stable:
+        yield [
+            place_of(answer), value_of(answer), motion_in_words(answer.motion),
+            f"{answer.members} of {total} starts", *after,
+        ]  # fmt: skip
+
+
+def limits(response: Response) -> Iterator[str]:
+    """What the statement is true of, and what may be missing."""
+    m, s = mechanism_of(response.system), response.simulation
+    contacts = [part for part in m.numbered if isinstance(part, Contact)]
+    if contacts:
+        both = sorted({x for one in contacts for x in _restitutions(one)})
+        yield (
+            "Rigid stops by the impact law: an impact takes no time and returns the closing speed "
+            f"times the coefficient of restitution, {' or '.join(map(number, both))} at every speed."
+        )
+    if len(contacts) < len(m.numbered):
+        yield "Soft stops, friction and other elements follow the laws of the model exactly."
+    random = (
+        "no random starts" if s.starts is None else f"{math.prod(s.starts.dims.values())} starts"
+    )
+    yield (
+        f"Motions are simulated at {len(response.values)} values: one followed upwards and "
+        f"downwards, and {random} at each; observed for {number(s.periods)} forcing periods after "
+        f"{number(s.settle)} to settle. A motion that is reached from few starts may be missed."
+    )
+    if response.unexplained:
+        yield (
+            "Of motions that are on no line of the figure the value is that of the time observed, "
+            "at the values that were simulated."
+        )
+    yield ("Steady motion with one set of values: without wear, tolerances, starting and stopping.")
+    for note in response.notes:
+        yield f"{_capital(note)}."
+    if response.interrupted:
+        yield "The search for branches was interrupted; lines of the figure are missing."
+
+
+def _restitutions(contact: Contact) -> tuple[float, ...]:
+    both = contact.restitution
+    return both if isinstance(both, tuple) else (both,)
+
+
+def repeat_section(response: Response, command: str) -> list[Block]:
+    """The command, and the machine in full precision."""
+    blocks: list[Block] = []
+    if command:
+        blocks += [Text(["The command:"]), Code(command)]
+    low, high = (end * response.band.factor for end in (response.band.low, response.band.high))
+    call = (
+        f"machine = {response.system!r}\nvi.frequency_response(machine, {response.parameter!r}, "
+        f"({low!r}, {high!r}), unit={response.band.unit!r}, ...)  # {response.measure!r}"
+    )
+    return [*blocks, Text(["The machine and the band in Python:"]), Code(call)]
+
+
+# ---- pictures ------------------------------------------------------------------------------------
+
+
+def _svg(ax: Axes) -> bytes:
+    """The figure of some axes, which is closed then."""
+    try:
+        return style.svg_of(ax)
+    finally:
+        plt.close(cast(Figure, ax.get_figure(root=True)))
