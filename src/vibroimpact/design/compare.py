@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -30,8 +32,10 @@ if TYPE_CHECKING:
 COMPARISONS = ("linear", "tuned")
 POINTS = 200
 FAR = 1e100  # of a stop that is never met
-SUMMIT = 1e-9  # of the distance of two values: a maximum is located so well
+SUMMIT = 1e-6  # relative: a maximum is located so well, and is one if it is so much higher
 UNBOUNDED = 1e4  # times the largest value at those: a resonance without damping
+
+_KNOWN: WeakKeyDictionary[Response, dict[str, tuple[Floats, Floats]]] = WeakKeyDictionary()
 
 
 class Primary(NamedTuple):
@@ -75,14 +79,18 @@ def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
         A machine without free masses, or with several coordinates on springs; a measure that
         involves the free masses.
     """
-    values, measured = response.band.values(POINTS), measured_beside(response, which)
-    return values, np.array([measured(value) for value in values.tolist()])
+    known = _KNOWN.setdefault(response, {})
+    if which not in known:
+        values, measured = response.band.values(POINTS), measured_beside(response, which)
+        known[which] = values, np.array([measured(value) for value in values.tolist()])
+    return known[which]
 
 
 def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
     """Where a linear machine beside a response has its largest value in the band, and this value.
 
-    The value is infinite at an undamped resonance, NaN where the machine has no steady motion.
+    The value is infinite at an undamped resonance, NaN where the machine has no steady motion. The
+    place is NaN where the value is the same all over the band.
 
     Parameters
     ----------
@@ -95,17 +103,16 @@ def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
     if np.isnan(measured).all():
         return math.nan, math.nan
     k = int(np.nanargmax(measured))
+    if measured[k] - np.nanmin(measured) <= SUMMIT * measured[k]:
+        return math.nan, float(measured[k])
     inner = values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]
     value_at = measured_beside(response, which)
     found = minimize_scalar(
         lambda value: -value_at(value), bounds=inner, method="bounded",
         options={"xatol": SUMMIT * (inner[1] - inner[0])},
     )  # fmt: skip
-    place, largest = max(
-        [(float(values[k]), float(measured[k])), (float(found.x), -float(found.fun))],
-        key=lambda pair: pair[1],
-    )
-    return place, largest if largest < UNBOUNDED * measured[k] else math.inf
+    largest, place = max((measured[k], values[k]), (-found.fun, found.x))
+    return float(place), float(largest) if largest < UNBOUNDED * measured[k] else math.inf
 
 
 def is_comparable(response: Response) -> bool:
@@ -175,6 +182,7 @@ def primary_of(system: System) -> Primary:
     )  # fmt: skip
 
 
+@lru_cache
 def _damper_of(primary: Primary) -> TunedDamper:
     return tuned_damper(primary.free_mass / primary.mass, primary.zeta)
 

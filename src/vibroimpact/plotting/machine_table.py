@@ -60,30 +60,35 @@ def _supports(m: Mechanism, units: Units) -> Iterator[tuple[Cell, ...]]:
     free = free_masses(m)
     for i in range(m.degrees):
         words = f"mass of x{i + 1}" + (", free between stops" if i in free else "")
-        yield words, "", _text(units, "mass", m.mass[i][i])
+        yield words, "", units_text(units, "mass", m.mass[i][i])
         for k in range(i + 1, m.degrees):
             if m.mass[i][k]:
                 shared = f"mass shared by x{i + 1} and x{k + 1}"
-                yield shared, "", _text(units, "mass", m.mass[i][k])
+                yield shared, "", units_text(units, "mass", m.mass[i][k])
     for name, quantity, matrix in (
         ("spring", "stiffness", m.stiffness), ("dashpot", "damping", m.damping),
     ):  # fmt: skip
         for i, j, value in links(matrix):
             where = f"of x{i + 1} to the ground" if j is None else f"between x{i + 1} and x{j + 1}"
-            yield f"{name} {where}", "", _text(units, quantity, value)
+            yield f"{name} {where}", "", units_text(units, quantity, value)
 
 
 def _parameters(system: System, units: Units, varied: dict[str, str]) -> Iterator[tuple[Cell, ...]]:
     """Parameters by name, those that vary with their range."""
     for name, value in names_of(system).items():
-        label = parameter_label(name, units).partition(" [")[0]
-        found = NAMED.fullmatch(label)
-        words, symbol = (found[1], found[2]) if found else (label.replace("_", " "), "")
+        words, symbol = parameter_words(name, units)
         quantity = units.quantity_of(name)
-        text = varied.get(name) or _text(units, quantity, value)
+        text = varied.get(name) or units_text(units, quantity, value)
         if name not in varied and units.si and quantity == "frequency":
             text += f" ({number(value * units.factor(quantity) / (2.0 * math.pi), 'Hz')})"
         yield words, Symbol(symbol), text
+
+
+def parameter_words(name: str, units: Units) -> tuple[str, str]:
+    """A parameter in words, and its symbol; "" where it has none."""
+    label = parameter_label(name, units).partition(" [")[0]
+    found = NAMED.fullmatch(label)
+    return (found[1], found[2]) if found else (name.replace("_", " "), "")
 
 
 def _forces(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
@@ -126,5 +131,6 @@ def _pair(both: float | tuple[float, float]) -> str:
     return number(low) if low == high else f"{number(low)} below, {number(high)} above"
 
 
-def _text(units: Units, quantity: str, value: float) -> str:
+def units_text(units: Units, quantity: str, value: float) -> str:
+    """A value of the system as a text with its unit."""
     return number(value * units.factor(quantity), units.unit(quantity))

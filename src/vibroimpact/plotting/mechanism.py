@@ -57,7 +57,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
         _coordinates(ax)
         if parameters:
             ax.text(4.9, -1.0, _parameters(system), ha="center", va="top", fontsize=9)
-        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7, 3.9), aspect="equal")
+        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if parameters else -0.6, 3.9), aspect="equal")
         ax.axis("off")
     return ax
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from os import PathLike
 from typing import cast
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -19,6 +20,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
+from vibroimpact.branches.profile import Stability
 from vibroimpact.design.answers import Answer
 from vibroimpact.design.compare import (
     decibels,
@@ -27,6 +29,7 @@ from vibroimpact.design.compare import (
     primary_of,
     worst_of_comparison,
 )
+from vibroimpact.design.measure import Rms
 from vibroimpact.design.response import Response
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.machines.machine import scales_of
@@ -34,15 +37,18 @@ from vibroimpact.machines.registry import name_of
 from vibroimpact.model.mechanism import Contact
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.machine_table import Varied, machine_table
+from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Table, Text, page_of
 from vibroimpact.plotting.response import plot_response
+from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.words import KINDS, kind_of, motion_in_words, number, place_of, value_of
 
 PAGES = (".html",)
 ROWS = 5  # values of the parameter in the table of answers
 FEW = 8  # names of motions in a cell
+RUNS = 3  # stretches of the parameter in a cell
+TIMES = 2.0  # ratios from here on are not in per cent
 
 
 def report_of(
@@ -70,7 +76,7 @@ def report_of(
     check_kind("response", response, Response, "a Response, as vi.frequency_response gives")
     check_kind("title", title, str, "a text")
     return page_of(
-        title or f"{_capital(response.measure.label)} of {machine_words(response.system)}",
+        title or f"{_capital(machine_words(response.system))}: {response.measure.label}",
         [
             Text(in_brief(response, compare), brief=True),
             Section("The machine", machine_section(response)),
@@ -125,24 +131,31 @@ def comparison_sentence(response: Response, which: str) -> str:
             "same mass, the best of its kind,"}[which]  # fmt: skip
     if math.isnan(value):
         return f"{_capital(name)} the machine has no steady motion to compare with."
+    where = "over the whole band"
+    if not math.isnan(place):
+        where = f"at {number(place * shown.across, shown.unit_across)}"
     if math.isinf(value):
-        where = number(place * shown.across, shown.unit_across)
-        return f"{_capital(name)} it would grow without bound at {where}."
-    at = f"{number(value * shown.up, shown.unit)}, at {number(place * shown.across, shown.unit_across)}"
+        return f"{_capital(name)} it would grow without bound {where}."
+    at = f"{number(value * shown.up, shown.unit)}, {where}"
     if not value > 0.0 or not worst.value > 0.0:
         return f"{_capital(name)} it would be {at}."
     level = float(decibels(worst.value / value, response.measure.dimension))
-    change = "less" if level < 0.0 else "more"
-    factor = worst.value / value
     return (
-        f"{_capital(name)} it would be {at}. This machine has {100.0 * abs(1.0 - factor):.3g} % "
-        f"{change}: {'a reduction' if level < 0.0 else 'an increase'} of {abs(level):.3g} dB."
+        f"{_capital(name)} it would be {at}. This machine has {_share(worst.value / value)}: "
+        f"{'a reduction' if level < 0.0 else 'an increase'} of {abs(level):.3g} dB."
     )
+
+
+def _share(factor: float) -> str:
+    """A ratio in words."""
+    if factor >= TIMES:
+        return f"{factor:.3g} times as much"
+    return f"{100.0 * abs(1.0 - factor):.3g} % {'less' if factor < 1.0 else 'more'}"
 
 
 def coexistence_sentence(response: Response) -> str:
     """Whether the start decides between several motions."""
-    several = sum(len(many) > 1 for many in response.answers)
+    several = sum(len(many) > 1 for many in settled(response))
     total = len(response.answers)
     if not several:
         return "Only one steady motion was found at each value: the start does not matter."
@@ -150,6 +163,25 @@ def coexistence_sentence(response: Response) -> str:
         f"At {several} of {total} values more than one steady motion was found: how the machine "
         "is started decides between them. The largest counts."
     )
+
+
+def settled(response: Response) -> list[list[Answer]]:
+    """At each simulated value every motion on which the machine settles.
+
+    These are the motions that were simulated, and stable orbits that no start reached.
+    """
+    return [
+        [*many, *_unreached(response, value, many)]
+        for value, many in zip(response.values.tolist(), response.answers, strict=True)
+    ]
+
+
+def _unreached(response: Response, value: float, many: Sequence[Answer]) -> Iterator[Answer]:
+    """Stable orbits at a value that are none of its simulated motions."""
+    for curve in response.curves:
+        stable = [k for k in curve.stretches(value) if curve.stability[k] == Stability.STABLE]
+        if stable and not any(curve.holds(answer, response.size) for answer in many):
+            yield Answer(value, curve.between(int(stable[0]), value), curve.symbol)
 
 
 def without_words(system: System) -> str:
@@ -162,10 +194,8 @@ def without_words(system: System) -> str:
 
 
 def machine_words(system: System) -> str:
-    """What a machine is, with its article."""
-    name = name_of(system)
-    words = name.replace("-", " ") if name else "a machine"
-    return words if not name else f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+    """What a machine is."""
+    return (name_of(system) or "vibro-impact machine").replace("-", " ")
 
 
 def _over(response: Response) -> str:
@@ -177,7 +207,7 @@ def _over(response: Response) -> str:
 def _ends(response: Response) -> tuple[str, str]:
     across, unit = response.shown.across, response.shown.unit_across
     low, high = (end * across for end in (response.band.low, response.band.high))
-    return number(low), number(high, unit)
+    return number(low, unit), number(high, unit)
 
 
 def _verb(motion: str) -> str:
@@ -206,7 +236,7 @@ def machine_section(response: Response) -> list[Block]:
             _svg(plot_mechanism(system, parameters=False)),
             "The model, not to scale: x to the right."
             + (" Its numbers are in the scaled units of the model." if own else ""),
-            f"Drawing of {machine_words(system)}", narrow=True,
+            f"Drawing of the {machine_words(system)}", narrow=True,
         ),
         machine_table(system, varied),
     ]  # fmt: skip
@@ -239,32 +269,46 @@ def meaning(response: Response) -> str:
 
 def motion_section(response: Response) -> list[Block]:
     """Which kinds of motion occur, where, and how large they are."""
-    answers = [answer for many in response.answers for answer in many]
+    answers = [answer for many in settled(response) for answer in many]
     grouped = {
         kind: [answer for answer in answers if kind_of(answer.motion) == kind] for kind in KINDS
     }
     rows = [_kind_row(response, kind, found) for kind, found in grouped.items() if found]
     head = (
-        "the motion", "from", "to", f"at so many of {len(response.answers)} values",
+        "the motion", "where", f"at so many of {len(response.answers)} values",
         f"largest {response.measure.label}", "names",
     )  # fmt: skip
     caption = (
-        "Steady motions that were simulated; several may be possible at one value. A name n-p-q: "
-        "in n forcing periods p impacts at stop A and q at stop B."
+        "Motions on which the machine settles; several may be possible at one value. A name n-p-q: "
+        "in n forcing periods p impacts at stop A, the upper one, and q at stop B, the lower one."
     )
     return [Table(head, rows, caption)]
 
 
 def _kind_row(response: Response, kind: str, found: Sequence[Answer]) -> list[str]:
-    shown = response.shown
-    places = sorted({answer.parameter for answer in found})
-    low, high = (number(end * shown.across, shown.unit_across) for end in (places[0], places[-1]))
+    shown, places = response.shown, {answer.parameter for answer in found}
     largest = max((a.value for a in found if math.isfinite(a.value)), default=math.nan)
-    names = sorted({a.motion for a in found} - {*KINDS})
+    names = sorted({a.motion for a in found} - {*KINDS}, key=lambda name: (len(name), name))
     return [
-        KINDS[kind], low, high, str(len(places)), number(largest * shown.up, shown.unit),
-        _few(names),
+        KINDS[kind], _where(response, places), str(len(places)),
+        number(largest * shown.up, shown.unit), _few(names),
     ]  # fmt: skip
+
+
+def _where(response: Response, places: Collection[float]) -> str:
+    """Stretches of neighbouring simulated values; of many, both ends of all."""
+    inside = np.isin(response.values, [*places])
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
+    if len(runs) > RUNS:
+        return f"{_span(response, runs[0][0], runs[-1][1])}, in {len(runs)} stretches"
+    return ", ".join(_span(response, first, last) for first, last in runs)
+
+
+def _span(response: Response, first: int, last: int) -> str:
+    shown = response.shown
+    ends = [response.values[k] * shown.across for k in sorted({first, last})]
+    return " to ".join(number(float(end), shown.unit_across) for end in ends)
 
 
 def _few(names: Sequence[str]) -> str:
@@ -274,31 +318,36 @@ def _few(names: Sequence[str]) -> str:
 
 def table_of_answers(response: Response) -> Table:
     """Every motion on which the machine settles, at a few values of the parameter."""
-    head = [
-        _capital(response.parameter.replace("_", " ")), response.measure.label, "the motion",
-        "reached by",
-    ]  # fmt: skip
+    parameter = parameter_words(response.parameter, units_of(response.system))[0]
+    head = [parameter, response.measure.label]
+    head += ["rms"] if has_rms(response) else []
+    head += ["the motion", "reached by"]
+    head += [without_words(response.system)] if is_comparable(response) else []
     rows = [row for own in response.band.values(ROWS).tolist() for row in _rows_at(response, own)]
-    if is_comparable(response):
-        head.append(without_words(response.system))
     return Table(head, rows, "All motions on which the machine settles, the largest first.")
+
+
+def has_rms(response: Response) -> bool:
+    """Whether answers have an rms beside what is measured."""
+    return len(response.simulation.measures) > 1 and not isinstance(response.measure, Rms)
 
 
 def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
     """Rows for one value of the parameter in the system's own units."""
-    shown = response.shown
+    shown, units = response.shown, units_of(response.system)
     found = response.at(own * response.band.factor)
-    stable = [answer for answer in found if answer.stable and math.isfinite(answer.value)]
     total = sum(answer.members for answer in found)
-    after = []
-    if is_comparable(response):
-        beside = measured_beside(response, "linear")(own)
-        after = [number(beside * shown.up, shown.unit)]
-    for answer in stable:
-        yield [
-            place_of(answer), value_of(answer), motion_in_words(answer.motion),
-            f"{answer.members} of {total} starts", *after,
-        ]  # fmt: skip
+    beside = measured_beside(response, "linear")(own) if is_comparable(response) else math.nan
+    for answer in found:
+        if not answer.stable or not math.isfinite(answer.value):
+            continue
+        row = [place_of(answer), value_of(answer)]
+        if has_rms(response):
+            row.append(units_text(units, response.simulation.measures[1].dimension, answer.rms))
+        row += [motion_in_words(answer.motion), f"{answer.members} of {total} starts"]
+        if is_comparable(response):
+            row.append(number(beside * shown.up, shown.unit))
+        yield row
 
 
 def limits(response: Response) -> Iterator[str]:
@@ -309,26 +358,24 @@ def limits(response: Response) -> Iterator[str]:
         both = sorted({x for one in contacts for x in _restitutions(one)})
         yield (
             "Rigid stops by the impact law: an impact takes no time and returns the closing speed "
-            f"times the coefficient of restitution, {' or '.join(map(number, both))} at every speed."
+            f"times the coefficient of restitution, {' or '.join(map(number, both))}, whatever the speed."
         )
     if len(contacts) < len(m.numbered):
         yield "Soft stops, friction and other elements follow the laws of the model exactly."
-    random = (
-        "no random starts" if s.starts is None else f"{math.prod(s.starts.dims.values())} starts"
-    )
+    others = 0 if s.starts is None else math.prod(s.starts.dims.values())
     yield (
         f"Motions are simulated at {len(response.values)} values: one followed upwards and "
-        f"downwards, and {random} at each; observed for {number(s.periods)} forcing periods after "
+        f"downwards, and {others or 'no'} other starts at each; observed for {number(s.periods)} forcing periods after "
         f"{number(s.settle)} to settle. A motion that is reached from few starts may be missed."
     )
     if response.unexplained:
         yield (
-            "Of motions that are on no line of the figure the value is that of the time observed, "
-            "at the values that were simulated."
+            "Motions that are on no line of the figure are known at the simulated values only; "
+            "where they do not repeat, their value is that of the time observed."
         )
     yield ("Steady motion with one set of values: without wear, tolerances, starting and stopping.")
     for note in response.notes:
-        yield f"{_capital(note)}."
+        yield f"The search for lines of the figure notes: {note}."
     if response.interrupted:
         yield "The search for branches was interrupted; lines of the figure are missing."
 
@@ -343,12 +390,19 @@ def repeat_section(response: Response, command: str) -> list[Block]:
     blocks: list[Block] = []
     if command:
         blocks += [Text(["The command:"]), Code(command)]
-    low, high = (end * response.band.factor for end in (response.band.low, response.band.high))
-    call = (
-        f"machine = {response.system!r}\nvi.frequency_response(machine, {response.parameter!r}, "
-        f"({low!r}, {high!r}), unit={response.band.unit!r}, ...)  # {response.measure!r}"
-    )
-    return [*blocks, Text(["The machine and the band in Python:"]), Code(call)]
+    s, band = response.simulation, response.band
+    low, high = (end * band.factor for end in (band.low, band.high))
+    exact = [
+        f"machine  {response.system!r}",
+        f"band     {band.parameter} = {low!r} to {high!r} {band.unit}".rstrip(),
+        f"measure  {response.measure!r}",
+        f"starts   {s.start!r}, {s.starts!r}",
+    ]
+    return [
+        *blocks,
+        Text(["In full precision, the machine in the units of the model:"]),
+        Code("\n".join(exact)),
+    ]
 
 
 # ---- pictures ------------------------------------------------------------------------------------

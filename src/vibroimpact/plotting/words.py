@@ -55,7 +55,7 @@ def motion_in_words(motion: str) -> str:
         return f"repeats {period}, with {_impacts(sum(counts))} at all stops together"
     a, b = counts
     if a == b:
-        return f"repeats {period}, with {_impacts(a)} at either stop"
+        return f"repeats {period}, with {_impacts(a)} at each stop"
     each = [f"{_impacts(n)} at stop {stop}" for n, stop in ((a, "A"), (b, "B")) if n]
     return f"repeats {period}, with {' and '.join(each)}"
 
