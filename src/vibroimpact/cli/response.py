@@ -29,7 +29,8 @@ SEARCH = ("most", "depth", "workers")
 TEXTS = {
     "measure": "What is measured: x1 (its amplitude), rms v1, transmissibility x1, power, "
     "contact force 0, impact speed and others: docs/design.md.",
-    "seed": "Of the random starts.",
+    "settle": "Forcing periods before motions are observed.",
+    "periods": "Forcing periods while they are observed.",
     "depth": "Switches from the branch of a simulated orbit to others.",
 }
 LEAST: dict[str, Any] = {
@@ -46,7 +47,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--over", required=True, action="append", metavar=RANGE,
         help="the parameter, usually omega, and its band: in --unit, or else scaled",
     )  # fmt: skip
-    common.add_arguments_of(group, frequency_response, ["unit", "measure"], **TEXTS)
+    group.add_argument(
+        "--unit", metavar="UNIT", help="Hz or rad/s, of a band of forcing frequencies"
+    )
+    common.add_arguments_of(group, frequency_response, ["measure"], **TEXTS)
     group.add_argument(
         "--compare", action="append", default=[], choices=COMPARISONS,
         help="put a linear machine beside it: linear, all stops open; tuned, with a tuned mass "

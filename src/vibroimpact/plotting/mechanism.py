@@ -62,6 +62,11 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
     return ax
 
 
+def has_scaled_numbers(system: System) -> bool:
+    """Whether the drawing of a machine with physical scales shows numbers without these."""
+    return units_of(system).si and not isinstance(system, ImpactDamper)
+
+
 def _wall(ax: Axes) -> None:
     ax.plot([WALL, WALL], [-0.3, 2.9], **symbols.LINE)
     ax.plot([WALL, 10.0], [-0.3, -0.3], **symbols.LINE)

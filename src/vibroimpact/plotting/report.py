@@ -31,14 +31,12 @@ from vibroimpact.design.compare import (
 )
 from vibroimpact.design.measure import Rms
 from vibroimpact.design.response import Response
-from vibroimpact.machines.impact_damper import ImpactDamper
-from vibroimpact.machines.machine import scales_of
 from vibroimpact.machines.registry import name_of
 from vibroimpact.model.mechanism import Contact
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
-from vibroimpact.plotting.mechanism import plot_mechanism
+from vibroimpact.plotting.mechanism import has_scaled_numbers, plot_mechanism
 from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Table, Text, page_of
 from vibroimpact.plotting.response import plot_response
 from vibroimpact.plotting.units import units_of
@@ -230,12 +228,11 @@ def machine_section(response: Response) -> list[Block]:
     system = response.system
     low, high = _ends(response)
     varied = [Varied(response.parameter, f"varied from {low} to {high}")]
-    own = scales_of(system) is not None and not isinstance(system, ImpactDamper)
     return [
         Picture(
             _svg(plot_mechanism(system, parameters=False)),
             "The model, not to scale: x to the right."
-            + (" Its numbers are in the scaled units of the model." if own else ""),
+            + (" Its numbers are in the scaled units of the model." if has_scaled_numbers(system) else ""),
             f"Drawing of the {machine_words(system)}", narrow=True,
         ),
         machine_table(system, varied),

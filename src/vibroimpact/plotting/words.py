@@ -30,7 +30,7 @@ def number(value: float, unit: str = "", *, digits: int = DIGITS) -> str:
     rounded = float(f"{value:.{digits}g}")
     if unit in PREFIXED:
         return EngFormatter(unit=unit)(rounded)
-    return f"{rounded:.{digits}g} {unit}".rstrip()
+    return f"{rounded:g} {unit}".rstrip()
 
 
 def kind_of(motion: str) -> str:
