@@ -142,7 +142,7 @@ def test_the_worst_motion_and_that_without_the_damper_are_said_in_words(
     peak = F0 / PHYSICAL["K"] / (2.0 * ZETA * math.sqrt(1.0 - ZETA**2))
     reduction = 20.0 * math.log10(peak / worst.value_shown)
     for words in (
-        f"amplitude of x1 between 7 Hz and 9 Hz is {1e3 * worst.value_shown:.4g} mm, at "
+        f"amplitude of x1, the mass of 120 kg, between 7 Hz and 9 Hz is {1e3 * worst.value_shown:.4g} mm, at "
         f"{worst.parameter_shown:.4g} Hz.",
         f"Without the damper it would be {1e3 * peak:.4g} mm, at {resonance:.4g} Hz.",
         f"a reduction of {reduction:.3g} dB.",
@@ -180,6 +180,20 @@ def test_the_report_lists_the_answers_of_the_library(page: Page, response: vi.Re
         r = float(frequency.removesuffix(" Hz")) / HERTZ
         exact = F0 / PHYSICAL["K"] / math.hypot(1.0 - r * r, 2.0 * ZETA * r)
         assert float(text.removesuffix(" mm")) == pytest.approx(1e3 * exact, rel=1e-3)
+
+
+def test_the_report_counts_stable_motions_that_no_start_reached(
+    page: Page, response: vi.Response
+) -> None:
+    found = [
+        [answer.motion for answer in response.at(7.0 + 2.0 * k / 3.0) if answer.stable]
+        for k in range(4)
+    ]
+    several = sum(len(motions) > 1 for motions in found)
+    assert f"At {several} of 4 values more than one steady motion was found" in page.words
+    silent = next(row for row in page.rows if row[0] == "no impacts" and row[-1] == "1-0-0")
+    assert silent[1:3] == ["7 Hz, 9 Hz", str(sum("1-0-0" in motions for motions in found))]
+    assert silent[3] == f"{1e3 * F0 / PHYSICAL['K'] / math.hypot(15 / 64, 0.04 * 7 / 8):.4g} mm"
 
 
 def test_the_report_states_the_command_as_it_was_typed(page: Page) -> None:

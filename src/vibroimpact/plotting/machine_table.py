@@ -17,6 +17,7 @@ from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.chain import links
 from vibroimpact.plotting.page import Cell, Symbol, Table
 from vibroimpact.plotting.units import Units, units_of
+from vibroimpact.plotting.variables import combination
 from vibroimpact.plotting.words import number
 
 NAMED = re.compile(r"(.*?)\s*\$(.*)\$")  # words and symbol of a label
@@ -114,15 +115,12 @@ def _parts(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
 
 def _stop(part: Contact | SoftStop) -> str:
     """Where a stop is met, and its law."""
-    terms = [f"{x:+g} x{i + 1}" for i, x in enumerate(part.row) if x]
-    row = re.sub(r"(?<![\d.])1 x", "x", " ".join(terms)).removeprefix("+")
-    ends = [
-        f"{row} {sign} {number(limit)}"
-        for sign, limit in (("≥", part.lower), ("≤", part.upper)) if not is_infinite(limit)
-    ]  # fmt: skip
+    row = re.sub(r"(?<=\w)([+-])", r" \1 ", re.sub(r"[_{}\\,]", "", combination(part.row)))
+    low, high = ("" if is_infinite(limit) else number(limit) for limit in (part.lower, part.upper))
+    ends = f"{low} ≤ " * bool(low) + row + f" ≤ {high}" * bool(high)
     if isinstance(part, Contact):
-        return f"{', '.join(ends)}; restitution {_pair(part.restitution)}"
-    return f"{', '.join(ends)}; stiffness {_pair(part.stiffness)}, damping {_pair(part.damping)}"
+        return f"{ends}; restitution {_pair(part.restitution)}"
+    return f"{ends}; stiffness {_pair(part.stiffness)}, damping {_pair(part.damping)}"
 
 
 def _pair(both: float | tuple[float, float]) -> str:

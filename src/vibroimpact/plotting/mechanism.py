@@ -62,9 +62,9 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
     return ax
 
 
-def has_scaled_numbers(system: System) -> bool:
-    """Whether the drawing of a machine with physical scales shows numbers without these."""
-    return units_of(system).si and not isinstance(system, ImpactDamper)
+def has_numbers(system: System) -> bool:
+    """Whether a drawing without the parameters below it has numbers, which are scaled ones."""
+    return not isinstance(system, ImpactDamper)
 
 
 def _wall(ax: Axes) -> None:

@@ -29,20 +29,21 @@ from vibroimpact.design.compare import (
     primary_of,
     worst_of_comparison,
 )
-from vibroimpact.design.measure import Rms
+from vibroimpact.design.measure import Rms, coefficients_of
 from vibroimpact.design.response import Response
 from vibroimpact.machines.registry import name_of
 from vibroimpact.model.mechanism import Contact
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
-from vibroimpact.plotting.mechanism import has_scaled_numbers, plot_mechanism
+from vibroimpact.plotting.mechanism import has_numbers, plot_mechanism
 from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Table, Text, page_of
 from vibroimpact.plotting.response import plot_response
 from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.words import KINDS, kind_of, motion_in_words, number, place_of, value_of
 
 PAGES = (".html",)
+PLAIN = "Numbers are in the units in which the machine was given."
 ROWS = 5  # values of the parameter in the table of answers
 FEW = 8  # names of motions in a cell
 RUNS = 3  # stretches of the parameter in a cell
@@ -116,8 +117,8 @@ def worst_sentence(response: Response) -> str:
     """The largest value on which the machine settles, where, and by what motion."""
     worst = response.worst
     return (
-        f"The largest {response.measure.label} {_over(response)} is {value_of(worst)}, at "
-        f"{place_of(worst)}. The motion there {_verb(worst.motion)}."
+        f"The largest {response.measure.label}{_whose(response)} {_over(response)} is "
+        f"{value_of(worst)}, at {place_of(worst)}. The motion there {_verb(worst.motion)}."
     )
 
 
@@ -159,7 +160,7 @@ def coexistence_sentence(response: Response) -> str:
         return "Only one steady motion was found at each value: the start does not matter."
     return (
         f"At {several} of {total} values more than one steady motion was found: how the machine "
-        "is started decides between them. The largest counts."
+        "is started decides between them. What is stated above is the largest."
     )
 
 
@@ -193,7 +194,18 @@ def without_words(system: System) -> str:
 
 def machine_words(system: System) -> str:
     """What a machine is."""
-    return (name_of(system) or "vibro-impact machine").replace("-", " ")
+    name = name_of(system)
+    return name.replace("-", " ") if name else "vibro-impact machine"
+
+
+def _whose(response: Response) -> str:
+    """The mass whose coordinate is measured, for readers who do not know its name."""
+    units, m = units_of(response.system), mechanism_of(response.system)
+    row = coefficients_of(response.measure, m)
+    if row is None or not units.si or np.count_nonzero(row) != 1:
+        return ""
+    i = int(np.flatnonzero(row)[0])
+    return f", the mass of {units_text(units, 'mass', m.mass[i][i])},"
 
 
 def _over(response: Response) -> str:
@@ -228,15 +240,17 @@ def machine_section(response: Response) -> list[Block]:
     system = response.system
     low, high = _ends(response)
     varied = [Varied(response.parameter, f"varied from {low} to {high}")]
+    scaled = units_of(system).si
+    caption = "The model, not to scale: x to the right."
+    if has_numbers(system):
+        units = ", in the scaled units of the model" if scaled else ""
+        caption += f" Its numbers are those at {low}{units}."
+    drawing = _svg(plot_mechanism(system, parameters=False))
+    alternative = f"Drawing of the {machine_words(system)}"
     return [
-        Picture(
-            _svg(plot_mechanism(system, parameters=False)),
-            "The model, not to scale: x to the right."
-            + (" Its numbers are in the scaled units of the model." if has_scaled_numbers(system) else ""),
-            f"Drawing of the {machine_words(system)}", narrow=True,
-        ),
-        machine_table(system, varied),
-    ]  # fmt: skip
+        Picture(drawing, caption, alternative, narrow=True),
+        machine_table(system, varied, "" if scaled else PLAIN),
+    ]
 
 
 def response_section(response: Response, compare: Sequence[str], *, decibel: bool) -> list[Block]:
@@ -277,7 +291,8 @@ def motion_section(response: Response) -> list[Block]:
     )  # fmt: skip
     caption = (
         "Motions on which the machine settles; several may be possible at one value. A name n-p-q: "
-        "in n forcing periods p impacts at stop A, the upper one, and q at stop B, the lower one."
+        "in n forcing periods p impacts at stop A, the upper one, and q at stop B, the lower one; "
+        "more pairs are those of more contacts."
     )
     return [Table(head, rows, caption)]
 
