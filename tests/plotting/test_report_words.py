@@ -46,8 +46,8 @@ def test_numbers_have_four_digits_and_the_prefix_of_their_size(
         ("1-2-1 (contact 1)", "one",
          "repeats every forcing period, with 2 impacts at stop A and 1 impact at stop B"),
         ("11-0-1", "several", "repeats every 11 forcing periods, with 1 impact at stop B"),
-        ("1-0-0", "no impacts", "no impacts"),
-        ("chaotic", "chaotic", "irregular (chaotic): never repeats"),
+        ("1-0-0", "no impacts", "has no impacts"),
+        ("chaotic", "chaotic", "is irregular (chaotic) and never repeats"),
     ],
 )  # fmt: skip
 def test_motions_are_told_by_their_symbols(motion: str, kind: str, words: str) -> None:

@@ -118,7 +118,7 @@ def worst_sentence(response: Response) -> str:
     worst = response.worst
     return (
         f"The largest {response.measure.label}{_whose(response)} {_over(response)} is "
-        f"{value_of(worst)}, at {place_of(worst)}. The motion there {_verb(worst.motion)}."
+        f"{value_of(worst)}, at {place_of(worst)}. The motion there {motion_in_words(worst.motion)}."
     )
 
 
@@ -218,14 +218,6 @@ def _ends(response: Response) -> tuple[str, str]:
     across, unit = response.shown.across, response.shown.unit_across
     low, high = (end * across for end in (response.band.low, response.band.high))
     return number(low, unit), number(high, unit)
-
-
-def _verb(motion: str) -> str:
-    """What a motion does, as a verb."""
-    text = motion_in_words(motion)
-    if text.startswith(("repeats", "does")):
-        return text
-    return "has no impacts" if text == KINDS["no impacts"] else f"is {text}"
 
 
 def _capital(text: str) -> str:

@@ -14,12 +14,12 @@ DIGITS = 4
 PREFIXED = ("m", "m/s", "m/s²", "N", "N s", "W", "N/m", "N s/m")  # mm, kN; but no kkg
 SYMBOL = re.compile(r"(\d+)-(\d+-\d+(?:,\d+-\d+)*)(?: \(contact .*\))?")
 SILENT = "no impacts"
-KINDS = {  # of motions, the calmest first
-    SILENT: "no impacts",
+KINDS = {  # what a motion does, the calmest first
+    SILENT: "has no impacts",
     "one": "repeats every forcing period, with impacts",
     "several": "repeats after several forcing periods, with impacts",
     "not periodic": "does not repeat exactly: two rhythms, or a slow change",
-    "chaotic": "irregular (chaotic): never repeats",
+    "chaotic": "is irregular (chaotic) and never repeats",
 }
 
 
