@@ -282,6 +282,10 @@ COMMANDS = {
         "in SI units: x = ",
     ],
     "orbits --cycles 1 --impacts 2 --starts 5": ["clearance [m]"],
+    "response --over omega=1:1.1 --measure power --number 2 --starts 0 --most 0 --settle 1": [
+        f"dissipated power over omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s",
+        "W, at ",
+    ],
     "simulate --impacts 5": [f"forcing {F0:g} N at {OMEGA:g} rad/s"],
 }
 

@@ -360,20 +360,21 @@ def ranges_in_si(system: object, axes: Mapping[str, tuple[float, float]]) -> str
 # ---- the files -----------------------------------------------------------------------------------
 
 
-def add_out(parser: argparse.ArgumentParser) -> None:
-    """Add the option for output files."""
+def add_out(parser: argparse.ArgumentParser, *, pages: tuple[str, ...] = ()) -> None:
+    """Add the option for output files; ``pages`` are suffixes of reports."""
     parser.add_argument(
         "--out", action="append", default=[], type=Path, metavar="FILE",
-        help=f"write the data ({', '.join(DATA)}) or a picture ({', '.join(PICTURES)}); may be "
-        "repeated; an existing file is replaced",
+        help=f"write the data ({', '.join(DATA)}), a picture ({', '.join(PICTURES)})"
+        + (f" or a report ({', '.join(pages)})" if pages else "")
+        + "; may be repeated; an existing file is replaced",
     )  # fmt: skip
 
 
-def targets_of(arguments: argparse.Namespace) -> list[Path]:
+def targets_of(arguments: argparse.Namespace, *, pages: tuple[str, ...] = ()) -> list[Path]:
     """Files to write, checked before anything is computed."""
     paths: list[Path] = arguments.out
     for path in paths:
-        check_target(path, DATA + PICTURES)
+        check_target(path, DATA + PICTURES + pages)
     return paths
 
 

@@ -168,7 +168,7 @@ def report(
 ) -> str:  # fmt: skip
     """What moves, what was varied, how the members ended, more lines, and what was kept where."""
     store = [f"kept in {store_path(arguments.store)}"] if arguments.store else []
-    lines = [_system(case, over), *_shape(case, found, over), _ends(found), *more, *store]
+    lines = [system_over(case, over), *_shape(case, found, over), _ends(found), *more, *store]
     return "\n".join(lines) + common.listed(targets)
 
 
@@ -184,7 +184,7 @@ def _ends(members: xr.Dataset) -> str:
     return f"{total} members: {listed}"
 
 
-def _system(case: Case, over: dict[str, Floats]) -> str:
+def system_over(case: Case, over: dict[str, Floats]) -> str:
     """A line that says what moves; of a machine with the range of each parameter in the grid."""
     text = str(case.system)
     named = parameters_of(type(case.system)) if isinstance(case.system, Machine) else ()

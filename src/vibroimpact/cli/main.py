@@ -33,6 +33,7 @@ COMMANDS = {  # a file of this folder each
     "sweep": "observe many motions over any parameters, in memory or in a store that resumes",
     "diagram": "draw a bifurcation diagram by brute force, followed up and down or from random starts",
     "plane": "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met",
+    "response": "find how large a machine vibrates over a band of frequencies, with a report",
     "basins": "find the attractors from a grid of starts, and their basins",
 }
 DOWNWARDS = re.compile(r"-[^-]")  # values of --follow that argparse would take for options
@@ -52,10 +53,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         The exit status.
     """
-    arguments = argparse.Namespace()
     words = _joined(sys.argv[1:] if argv is None else argv)
+    arguments = argparse.Namespace(words=words)  # a report states its command
     try:
-        arguments = parser().parse_args(words)
+        parser().parse_args(words, arguments)
         sys.stdout.write(arguments.run(arguments) + "\n")
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE

@@ -1,4 +1,4 @@
-"""What a command writes: data to netCDF, pictures by matplotlib, all files or none."""
+"""What a command writes: data to netCDF, pictures by matplotlib, pages of HTML, all files or none."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.files import replacing
 from vibroimpact.plotting import save
+from vibroimpact.plotting.report import PAGES
 from vibroimpact.plotting.style import PICTURES
 
 DATA = (".nc",)
 
 
 def write(
-    paths: list[Path], *, data: Callable[[], xr.Dataset], picture: Callable[[], Axes]
-) -> None:
+    paths: list[Path], *, data: Callable[[], xr.Dataset], picture: Callable[[], Axes],
+    page: Callable[[], str] = str,
+) -> None:  # fmt: skip
     """Write files by their suffixes: all of them, or none.
 
     Parameters
     ----------
     paths
         Files that :func:`check_target` has passed.
-    data, picture
-        Make what is written to netCDF and to pictures; called only where a file wants it.
+    data, picture, page
+        Make what is written to netCDF, to pictures and to HTML; called only where a file wants it.
     """
-    _write([(path, data) for path in paths], picture)
+    _write([(path, data) for path in paths], picture, page)
 
 
 def write_each(
@@ -63,13 +65,17 @@ def _numbered(
 
 
 def _write(
-    files: Sequence[tuple[Path, Callable[[], xr.Dataset]]], picture: Callable[[], Axes]
-) -> None:
+    files: Sequence[tuple[Path, Callable[[], xr.Dataset]]], picture: Callable[[], Axes],
+    page: Callable[[], str] = str,
+) -> None:  # fmt: skip
     with ExitStack() as stack:
         for path, data in files:
             temporary = stack.enter_context(replacing(path))
             if path.suffix.lower() in DATA:
                 data().to_netcdf(temporary, engine="h5netcdf")
+            elif path.suffix.lower() in PAGES:
+                plt.switch_backend("agg")
+                temporary.write_text(page(), encoding="utf-8")
             else:
                 with _drawn(picture) as ax:
                     save(ax, temporary)

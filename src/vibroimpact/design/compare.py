@@ -7,8 +7,11 @@ is on the one coordinate that springs hold; it is the best for that machine (tun
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -29,6 +32,10 @@ if TYPE_CHECKING:
 COMPARISONS = ("linear", "tuned")
 POINTS = 200
 FAR = 1e100  # of a stop that is never met
+SUMMIT = 1e-6  # relative: a maximum is located so well, and is one if it is so much higher
+UNBOUNDED = 1e4  # times the largest value at those: a resonance without damping
+
+_KNOWN: WeakKeyDictionary[Response, dict[str, tuple[Floats, Floats]]] = WeakKeyDictionary()
 
 
 class Primary(NamedTuple):
@@ -72,14 +79,72 @@ def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
         A machine without free masses, or with several coordinates on springs; a measure that
         involves the free masses.
     """
+    known = _KNOWN.setdefault(response, {})
+    if which not in known:
+        values, measured = response.band.values(POINTS), measured_beside(response, which)
+        known[which] = values, np.array([measured(value) for value in values.tolist()])
+    return known[which]
+
+
+def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
+    """Where a linear machine beside a response has its largest value in the band, and this value.
+
+    The value is infinite at an undamped resonance, NaN where the machine has no steady motion. The
+    place is NaN where the value is the same all over the band.
+
+    Parameters
+    ----------
+    response, which
+        As for :func:`comparison`.
+    """
+    from scipy.optimize import minimize_scalar
+
+    values, measured = comparison(response, which)
+    if np.isnan(measured).all():
+        return math.nan, math.nan
+    k = int(np.nanargmax(measured))
+    if measured[k] - np.nanmin(measured) <= SUMMIT * measured[k]:
+        return math.nan, float(measured[k])
+    inner = values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]
+    value_at = measured_beside(response, which)
+    found = minimize_scalar(
+        lambda value: -value_at(value), bounds=inner, method="bounded",
+        options={"xatol": SUMMIT * (inner[1] - inner[0])},
+    )  # fmt: skip
+    largest, place = max((measured[k], values[k]), (-found.fun, found.x))
+    return float(place), float(largest) if largest < UNBOUNDED * measured[k] else math.inf
+
+
+def is_comparable(response: Response) -> bool:
+    """Whether the machine with all stops open says what the stops do to the measure.
+
+    It does for rows of coordinates; where there are free masses, which rest then, for rows
+    without them.
+    """
+    row = coefficients_of(response.measure, mechanism_of(response.system))
+    if row is None:
+        return False
+    try:
+        held = primary_of(response.system).coordinate
+    except InvalidParameterError:
+        return True
+    return not np.delete(row, held).any()
+
+
+def decibels(ratio: Any, quantity: str) -> Floats:
+    """20 lg of a ratio, 10 lg where the quantity is a power."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray((10.0 if quantity == "power" else 20.0) * np.log10(ratio))
+
+
+def measured_beside(response: Response, which: str) -> Callable[[float], float]:
+    """The measure of a linear machine as a function of the parameter."""
     check_choice("compare", which, COMPARISONS)
-    values = response.band.values(POINTS)
-    measure, system = response.measure, response.system
-    machines = [with_parameter(system, response.parameter, value) for value in values.tolist()]
+    measure, system, name = response.measure, response.system, response.parameter
     if which == "linear":
-        return values, np.array([_opened(measure, one) for one in machines])
+        return lambda value: _opened(measure, with_parameter(system, name, value))
     tuned = _damper_of(primary_of(system))
-    return values, np.array([_with_tuned(measure, one, tuned) for one in machines])
+    return lambda value: _with_tuned(measure, with_parameter(system, name, value), tuned)
 
 
 def _opened(measure: Measure, system: System) -> float:
@@ -117,6 +182,7 @@ def primary_of(system: System) -> Primary:
     )  # fmt: skip
 
 
+@lru_cache
 def _damper_of(primary: Primary) -> TunedDamper:
     return tuned_damper(primary.free_mass / primary.mass, primary.zeta)
 

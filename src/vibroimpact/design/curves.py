@@ -187,8 +187,13 @@ def names_of(symbol: str) -> tuple[str, ...]:
     """Names of the motions that an orbit with a symbol stands for: itself and its mirror image."""
     cycles, _, counts = symbol.partition("-")
     pairs = re.sub(r"(\d+)-(\d+)", r"\2-\1", counts)
-    silent = not re.search(r"[1-9]", counts.partition(" ")[0])
-    return (symbol, f"{cycles}-{pairs}", *(("no impacts",) if silent else ()))
+    return (symbol, f"{cycles}-{pairs}", *(("no impacts",) if is_silent(symbol) else ()))
+
+
+def is_silent(symbol: str) -> bool:
+    """Whether the symbol of an orbit counts no impacts."""
+    counts = symbol.partition("-")[2]
+    return not re.search(r"[1-9]", counts.partition(" ")[0])
 
 
 def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:

@@ -18,6 +18,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -228,6 +229,35 @@ class Response:
             self, ax=ax, decibel=decibel, compare=compare, marks=marks
         )
         return axes
+
+    def report(
+        self, path: str | PathLike[str], *, title: str = "", compare: tuple[str, ...] = (),
+        decibel: bool = False,
+    ) -> None:  # fmt: skip
+        """Write a report for readers who do not know the field: one HTML page.
+
+        It has the machine as a table and a drawing, the figure, the worst motion and that of the
+        machine with all stops open in plain words, the kinds of motion that occur, and what the
+        statement rests on. Nothing is loaded from elsewhere, so that the file can be sent.
+
+        Parameters
+        ----------
+        path
+            Name of the file, which ends in .html; an earlier one is replaced.
+        title
+            Heading; by default the measure and the machine.
+        compare, decibel
+            As for :meth:`plot`; the linear machines are compared in words, too.
+
+        Raises
+        ------
+        InvalidParameterError
+            Another suffix, no such folder; no stable motion was found; a linear machine that does
+            not exist, as for :meth:`plot`.
+        """
+        deferred("plotting.report", "write_report")(
+            self, path, title=title, compare=compare, decibel=decibel
+        )
 
     def __repr__(self) -> str:
         across, unit = self.shown[:2]

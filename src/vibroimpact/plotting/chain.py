@@ -7,7 +7,7 @@ lanes in a bay; those of masses further apart pass above. What has no such place
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from matplotlib.axes import Axes
@@ -72,19 +72,14 @@ class Chain:
 
     def _supports(self) -> None:
         """Springs and dashpots of K and C."""
-        n = self.m.degrees
         for matrix, symbol, draw in (
             (self.m.stiffness, "k", symbols.spring), (self.m.damping, "c", symbols.dashpot),
         ):  # fmt: skip
-            largest = max(abs(x) for row in matrix for x in row)
-            for i in range(n):
-                ground = sum((matrix[i][j] + matrix[j][i]) / 2.0 for j in range(n))
-                if abs(ground) > SMALL * largest:
-                    self._grounded(i, -1, SINGLE, _support(draw, symbol, ground, -1))
-                for j in range(i + 1, n):
-                    both = -(matrix[i][j] + matrix[j][i]) / 2.0
-                    if abs(both) > SMALL * largest:
-                        self._between(i, j, SINGLE, _support(draw, symbol, both, 0))
+            for i, j, value in links(matrix):
+                if j is None:
+                    self._grounded(i, -1, SINGLE, _support(draw, symbol, value, -1))
+                else:
+                    self._between(i, j, SINGLE, _support(draw, symbol, value, 0))
 
     def _grounded(self, i: int, side: int, height: float, draw: Draw, *, wall: bool = True) -> None:
         bay = self.bays[i if side < 0 else i + 1]
@@ -350,6 +345,20 @@ def force_text(m: Mechanism, i: int) -> str:
         size = function.removeprefix(r"\,") if abs(number) == 1.0 else f"{abs(number):g}{function}"
         text += ("-" if number < 0.0 else "+" if text else "") + (size or "1")
     return text
+
+
+def links(matrix: Sequence[Sequence[float]]) -> Iterator[tuple[int, int | None, float]]:
+    """Springs of K, or dashpots of C: from coordinate i to j, or to the ground for None."""
+    n = len(matrix)
+    largest = max(abs(x) for row in matrix for x in row)
+    for i in range(n):
+        ground = sum((matrix[i][j] + matrix[j][i]) / 2.0 for j in range(n))
+        if abs(ground) > SMALL * largest:
+            yield i, None, ground
+        for j in range(i + 1, n):
+            both = -(matrix[i][j] + matrix[j][i]) / 2.0
+            if abs(both) > SMALL * largest:
+                yield i, j, both
 
 
 # ---- how a lane is drawn -------------------------------------------------------------------------

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
+from vibroimpact._core.checks import check_flag
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style, symbols
@@ -19,7 +20,7 @@ MIDDLE = SLOT[0] + SLOT[2] / 2.0
 FREE_AT = MIDDLE + 0.7  # the free mass is off the middle, so that x2 - x1 is visible
 
 
-def plot_mechanism(system: System, *, ax: Axes | None = None) -> Axes:
+def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool = True) -> Axes:
     """Draw a system from its description, with its parameters; not to scale.
 
     Parameters
@@ -28,6 +29,8 @@ def plot_mechanism(system: System, *, ax: Axes | None = None) -> Axes:
         The impact damper, or any mechanism.
     ax
         Axes to draw on; a new figure if not given.
+    parameters
+        Whether to write the parameters of the impact damper below it.
 
     Returns
     -------
@@ -42,6 +45,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None) -> Axes:
     What is no spring, dashpot or stop between two masses or to the ground is listed below the
     drawing: coupling of masses, gyroscopic and circulatory terms, rows of three coordinates.
     """
+    check_flag("parameters", parameters)
     if not isinstance(system, ImpactDamper):
         return draw_chain(mechanism_of(system), ax)
     with style.drawing(ax, width=4.2, height=2.4) as ax:
@@ -51,10 +55,16 @@ def plot_mechanism(system: System, *, ax: Axes | None = None) -> Axes:
         _masses(ax)
         _force(ax)
         _coordinates(ax)
-        ax.text(4.9, -1.0, _parameters(system), ha="center", va="top", fontsize=9)
-        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7, 3.9), aspect="equal")
+        if parameters:
+            ax.text(4.9, -1.0, _parameters(system), ha="center", va="top", fontsize=9)
+        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if parameters else -0.6, 3.9), aspect="equal")
         ax.axis("off")
     return ax
+
+
+def has_numbers(system: System) -> bool:
+    """Whether a drawing without the parameters below it has numbers, which are scaled ones."""
+    return not isinstance(system, ImpactDamper)
 
 
 def _wall(ax: Axes) -> None:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.profile import Stability
-from vibroimpact.design.compare import COMPARISONS, comparison
+from vibroimpact.design.compare import COMPARISONS, comparison, decibels
 from vibroimpact.design.curves import ResponseCurve
 from vibroimpact.design.response import Response
 from vibroimpact.plotting import style
@@ -28,19 +28,16 @@ DECIBELS = 60.0  # below the largest value: less is cut off
 
 
 class _Axes(NamedTuple):
-    """Where values go: factors of both axes, whether in decibels."""
+    """Where values go: factors of both axes, whether in decibels, and of which quantity."""
 
     over: float
     up: float
     decibel: bool
-    power: bool
+    quantity: str
 
     def y(self, values: Any) -> Floats:
         scaled = np.asarray(values, dtype=float) * self.up
-        if not self.decibel:
-            return scaled
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray((10.0 if self.power else 20.0) * np.log10(scaled))
+        return decibels(scaled, self.quantity) if self.decibel else scaled
 
 
 def plot_response(
@@ -80,7 +77,7 @@ def plot_response(
         check_choice("compare", one, list(COMPARISONS))
     units = units_of(response.system)
     quantity = response.measure.dimension
-    axes = _Axes(response.shown.across, response.shown.up, decibel, quantity == "power")
+    axes = _Axes(response.shown.across, response.shown.up, decibel, quantity)
     with style.drawing(ax, width=1.9 * style.WIDTH, height=1.4 * style.HEIGHT) as ax:
         beside = {one: comparison(response, one) for one in compare}
         for one, (p, values) in beside.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from itertools import cycle, islice
 from os import PathLike
 from typing import Any, cast
@@ -33,6 +34,7 @@ SILVER = "#C4C4C4"  # areas: everything else
 NOTHING = "#E9E9E9"  # areas without a number
 
 PICTURES = (".svg", ".png", ".pdf")
+UNDATED: Any = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # metadata by suffix
 
 WIDTH = 3.4  # inches: one column of a journal
 HEIGHT = 2.5
@@ -119,9 +121,16 @@ def save(ax: Axes, path: str | PathLike[str]) -> None:
     target = path_of("path", path)
     check_target(target, PICTURES, "path")
     figure = cast(Figure, ax.get_figure(root=True))
-    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context(RC):
-        figure.savefig(target, metadata=dated.get(target.suffix.lower()))
+        figure.savefig(target, metadata=UNDATED.get(target.suffix.lower()))
+
+
+def svg_of(ax: Axes) -> bytes:
+    """The figure of ``ax`` as SVG, without a date inside."""
+    figure, data = cast(Figure, ax.get_figure(root=True)), BytesIO()
+    with mpl.rc_context(RC):
+        figure.savefig(data, format="svg", metadata=UNDATED[".svg"])
+    return data.getvalue()
 
 
 def whole_range(ax: Axes, values: Any) -> None:

@@ -30,6 +30,9 @@ QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
     "force": ("N", (1, 1, -2)),
     "impulse": ("N s", (1, 1, -1)),
     "power": ("W", (1, 2, -3)),
+    "mass": ("kg", (1, 0, 0)),
+    "stiffness": ("N/m", (1, 0, -2)),
+    "damping": ("N s/m", (1, 0, -1)),
 }
 COORDINATES = {"x": "length", "v": "velocity"}
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}

@@ -1,0 +1,134 @@
+"""A machine as a table for a report: masses, springs, dashpots, stops, parameters, with units."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
+
+from vibroimpact._core.scalars import is_infinite
+from vibroimpact.machines.machine import Machine
+from vibroimpact.model.elements import SoftStop
+from vibroimpact.model.mechanism import STOP_KINDS, Contact, Mechanism, element_labels
+from vibroimpact.model.parameters import names_of
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.chain import links
+from vibroimpact.plotting.page import Cell, Symbol, Table
+from vibroimpact.plotting.units import Units, units_of
+from vibroimpact.plotting.variables import combination
+from vibroimpact.plotting.words import number
+
+NAMED = re.compile(r"(.*?)\s*\$(.*)\$")  # words and symbol of a label
+
+
+class Varied(NamedTuple):
+    """A parameter that is not fixed, and its range in words."""
+
+    name: str
+    text: str
+
+
+def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = "") -> Table:
+    """Table of a machine: what it has, symbol, value; in SI units where it has physical scales.
+
+    Parameters
+    ----------
+    system
+        The machine.
+    varied
+        Parameters whose range stands in place of their value.
+    caption
+        Of the table.
+    """
+    units, m = units_of(system), mechanism_of(system)
+    known = {one.name: one.text for one in varied}
+    rows = [*_supports(m, units), *_parameters(system, units, known)]
+    if not isinstance(system, Machine):
+        rows += [*_forces(m), *_parts(m)]
+    return Table(("part", "symbol", "value"), rows, caption)
+
+
+def free_masses(m: Mechanism) -> Collection[int]:
+    """Coordinates on which no spring and no dashpot acts."""
+    held = {k for matrix in (m.stiffness, m.damping) for i, j, _ in links(matrix) for k in (i, j)}
+    return [i for i in range(m.degrees) if i not in held]
+
+
+def _supports(m: Mechanism, units: Units) -> Iterator[tuple[Cell, ...]]:
+    """Masses, springs and dashpots, as the drawing has them."""
+    free = free_masses(m)
+    for i in range(m.degrees):
+        words = f"mass of x{i + 1}" + (", free between stops" if i in free else "")
+        yield words, "", units_text(units, "mass", m.mass[i][i])
+        for k in range(i + 1, m.degrees):
+            if m.mass[i][k]:
+                shared = f"mass shared by x{i + 1} and x{k + 1}"
+                yield shared, "", units_text(units, "mass", m.mass[i][k])
+    for name, quantity, matrix in (
+        ("spring", "stiffness", m.stiffness), ("dashpot", "damping", m.damping),
+    ):  # fmt: skip
+        for i, j, value in links(matrix):
+            where = f"of x{i + 1} to the ground" if j is None else f"between x{i + 1} and x{j + 1}"
+            yield f"{name} {where}", "", units_text(units, quantity, value)
+
+
+def _parameters(system: System, units: Units, varied: dict[str, str]) -> Iterator[tuple[Cell, ...]]:
+    """Parameters by name, those that vary with their range."""
+    for name, value in names_of(system).items():
+        words, symbol = parameter_words(name, units)
+        quantity = units.quantity_of(name)
+        text = varied.get(name) or units_text(units, quantity, value)
+        if name not in varied and units.si and quantity == "frequency":
+            text += f" ({number(value * units.factor(quantity) / (2.0 * math.pi), 'Hz')})"
+        yield words, Symbol(symbol), text
+
+
+def parameter_words(name: str, units: Units) -> tuple[str, str]:
+    """A parameter in words, and its symbol; "" where it has none."""
+    label = parameter_label(name, units).partition(" [")[0]
+    found = NAMED.fullmatch(label)
+    return (found[1], found[2]) if found else (name.replace("_", " "), "")
+
+
+def _forces(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
+    """Amplitudes of the forces on each coordinate."""
+    for line in m.forces:
+        at = "" if len(m.forces) == 1 else f" at frequency {number(float(line.omega))}"
+        for i, (sine, cosine) in enumerate(zip(line.sine, line.cosine, strict=True)):
+            if size := math.hypot(sine, cosine):
+                yield f"force amplitude on x{i + 1}{at}", "", number(size)
+    for i, value in enumerate(m.constant_force):
+        if value:
+            yield f"constant force on x{i + 1}", "", number(value)
+
+
+def _parts(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
+    """Stops and other elements."""
+    for label, part in zip(element_labels(m), m.numbered, strict=True):
+        if isinstance(part, STOP_KINDS):
+            yield label, "", _stop(part)
+        else:
+            yield label, "", re.sub(r"^\w+\((.*)\)$", r"\1", repr(part))
+
+
+def _stop(part: Contact | SoftStop) -> str:
+    """Where a stop is met, and its law."""
+    row = re.sub(r"(?<=\w)([+-])", r" \1 ", re.sub(r"[_{}\\,]", "", combination(part.row)))
+    low, high = ("" if is_infinite(limit) else number(limit) for limit in (part.lower, part.upper))
+    ends = f"{low} ≤ " * bool(low) + row + f" ≤ {high}" * bool(high)
+    if isinstance(part, Contact):
+        return f"{ends}; restitution {_pair(part.restitution)}"
+    return f"{ends}; stiffness {_pair(part.stiffness)}, damping {_pair(part.damping)}"
+
+
+def _pair(both: float | tuple[float, float]) -> str:
+    """A number for both sides, or one for each."""
+    low, high = both if isinstance(both, tuple) else (both, both)
+    return number(low) if low == high else f"{number(low)} below, {number(high)} above"
+
+
+def units_text(units: Units, quantity: str, value: float) -> str:
+    """A value of the system as a text with its unit."""
+    return number(value * units.factor(quantity), units.unit(quantity))
