@@ -53,6 +53,11 @@ from vibroimpact.design.answers import Answer as Answer
 from vibroimpact.design.curves import ResponseCurve as ResponseCurve
 from vibroimpact.design.measure import Measure as Measure
 from vibroimpact.design.measure import measure_of as measure_of
+from vibroimpact.design.objective import Objective as Objective
+from vibroimpact.design.objective import mean_over as mean_over
+from vibroimpact.design.objective import worst_over as worst_over
+from vibroimpact.design.optimise import Design as Design
+from vibroimpact.design.optimise import optimise as optimise
 from vibroimpact.design.response import Response as Response
 from vibroimpact.design.response import frequency_response as frequency_response
 from vibroimpact.design.tuned import TunedDamper as TunedDamper
