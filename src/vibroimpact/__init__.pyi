@@ -51,6 +51,8 @@ from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design import measure
 from vibroimpact.design.answers import Answer as Answer
 from vibroimpact.design.curves import ResponseCurve as ResponseCurve
+from vibroimpact.design.maps import DesignMap as DesignMap
+from vibroimpact.design.maps import design_map as design_map
 from vibroimpact.design.measure import Measure as Measure
 from vibroimpact.design.measure import measure_of as measure_of
 from vibroimpact.design.objective import Objective as Objective
@@ -58,6 +60,8 @@ from vibroimpact.design.objective import mean_over as mean_over
 from vibroimpact.design.objective import worst_over as worst_over
 from vibroimpact.design.optimise import Design as Design
 from vibroimpact.design.optimise import optimise as optimise
+from vibroimpact.design.pareto import ParetoFront as ParetoFront
+from vibroimpact.design.pareto import pareto_front as pareto_front
 from vibroimpact.design.response import Response as Response
 from vibroimpact.design.response import frequency_response as frequency_response
 from vibroimpact.design.tuned import TunedDamper as TunedDamper

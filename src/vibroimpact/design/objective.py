@@ -17,6 +17,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -39,6 +40,7 @@ from vibroimpact.design.band import Band, Unit, band_of
 from vibroimpact.design.linear import free_motion
 from vibroimpact.design.measure import Measure, measure_of
 from vibroimpact.design.population import NUMBER, Population
+from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.parameters import parameter_value, with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -55,6 +57,7 @@ Kind = Literal["worst", "mean"]
 Spread = Mapping[str, float | tuple[float, float]]
 
 SAMPLED = 9  # machines of the band that tell the size of random speeds
+BESIDE = 101  # values of the band for the machine without impacts
 DECIBELS = {"power": 10.0}  # of a ratio; 20 of all other quantities
 
 
@@ -294,9 +297,27 @@ class Judge:
 
     def values(self, table: Floats) -> Floats:
         """The objective of each machine, its parameters in a row: shape (k,), NaN without one."""
-        _, members, worth = self._measured(table)
+        _, members, (worth,) = self._measured(table, [self])
+        return self._of_members(members, worth, len(table))
+
+    @staticmethod
+    def values_of(others: Sequence[Judge], table: Floats) -> Floats:
+        """The objectives of several judges, shape (j, k), those with equal members from one sweep."""
+        groups: dict[Objective, list[int]] = {}
+        for number, other in enumerate(others):
+            groups.setdefault(_members_only(other.objective), []).append(number)
+        found = np.empty((len(others), len(table)))
+        for numbers in groups.values():
+            some = [others[k] for k in numbers]
+            _, members, worths = some[0]._measured(table, some)
+            for k, worth in zip(numbers, worths, strict=True):
+                found[k] = others[k]._of_members(members, worth, len(table))
+        return found
+
+    def _of_members(self, members: xr.Dataset, worth: Floats, machines: int) -> Floats:
+        """The objective of each machine from the measure of its members."""
         counted = members["end"].values != MemberStatus.INITIAL_PENETRATION
-        shape = len(table), len(self._corners), self.objective.points, -1
+        shape = machines, len(self._corners), self.objective.points, -1
         worth, counted = worth.reshape(shape), counted.reshape(shape)
         if self.objective.kind == "worst":
             sign = self.objective.sign
@@ -306,6 +327,13 @@ class Judge:
             over = np.where(counted, worth, 0.0).sum(axis=(1, 3)) / counted.sum(axis=(1, 3))
         return np.asarray(over @ _weights(self.objective.points))
 
+    def over_band(self, row: Floats) -> Floats:
+        """The worst value of a machine at each value of the band, shape (points,)."""
+        _, _, (worth,) = self._measured(row[None], [self])
+        shaped = self.objective.sign * worth.reshape(len(self._corners), self.objective.points, -1)
+        shaped = np.where(np.isnan(shaped), -math.inf, shaped).max(axis=(0, 2))
+        return np.asarray(self.objective.sign * np.where(np.isinf(shaped), math.nan, shaped))
+
     def worst(self, row: Floats) -> Member:
         """The member of a machine that is worst.
 
@@ -314,7 +342,7 @@ class Judge:
         InvalidParameterError
             None has a value.
         """
-        population, members, worth = self._measured(row[None])
+        population, members, (worth,) = self._measured(row[None], [self])
         signed = np.where(np.isfinite(worth), self.objective.sign * worth, -math.inf)
         number, start = map(int, np.unravel_index(int(np.argmax(signed)), signed.shape))
         if not math.isfinite(signed[number, start]):
@@ -333,20 +361,41 @@ class Judge:
             {name: factor for name, (factor, _) in corner.items() if factor},
         )
 
-    def without_impacts(self, row: Floats) -> float:
-        """The objective of the machine with all stops open, in closed form; NaN where it has none."""
-        machine = self.machine(row)
-        values = []
-        for value in self.band.values(self.objective.points).tolist():
-            motion = free_motion(
-                with_parameters(machine, {self.band.parameter: value}), opened=True
-            )
-            if isinstance(motion, str) or not motion.settles:
-                return math.nan
-            values.append(self.measure.of_orbit(motion))
-        if self.objective.kind == "worst":
-            return self.objective.sign * max(self.objective.sign * x for x in values)
-        return float(np.array(values) @ _weights(len(values)))
+    @cached_property
+    def without_impacts(self) -> float:
+        """The objective of the machine as it was given, all stops open, in closed form.
+
+        The worst over the band is located, not that of the points. NaN where a motion without impacts
+        does not settle. A machine without stops is judged as it was given.
+        """
+        given = np.array([parameter_value(self.system, name) for name in self.names])
+        if not any(isinstance(part, STOP_KINDS) for part in mechanism_of(self.system).numbered):
+            return float(self.values(given[None])[0])
+        values = self.opened(BESIDE)
+        if self.objective.kind == "mean" or not np.isfinite(values).all():
+            return float(values @ _weights(BESIDE))
+        return self._worst_opened(values)
+
+    def _worst_opened(self, values: Floats) -> float:
+        from scipy.optimize import minimize_scalar
+
+        sign, at = self.objective.sign, self.band.values(BESIDE)
+        k = int(np.argmax(sign * values))
+        ends = at[max(k - 1, 0)], at[min(k + 1, BESIDE - 1)]
+        found = minimize_scalar(lambda x: -sign * self._opened(x), bounds=ends, method="bounded")
+        return float(sign * max(-found.fun, sign * values[k]))
+
+    def opened(self, points: int) -> Floats:
+        """The measure of the machine as given, all stops open, over the band; NaN where none."""
+        return np.array([self._opened(value) for value in self.band.values(points).tolist()])
+
+    def _opened(self, value: float) -> float:
+        motion = free_motion(
+            with_parameters(self.system, {self.band.parameter: float(value)}), opened=True
+        )
+        if isinstance(motion, str) or not motion.settles:
+            return math.nan
+        return self.measure.of_orbit(motion)
 
     def machine(self, row: Floats) -> System:
         """The machine with these values of its parameters."""
@@ -384,17 +433,26 @@ class Judge:
         columns[self.band.parameter] = np.tile(values, len(table) * len(corners))
         return Population(self.system, columns)
 
-    def _measured(self, table: Floats) -> tuple[Population, xr.Dataset, Floats]:
-        """The population of these machines, its members, and the measure of each: (k, starts)."""
+    def _measured(
+        self, table: Floats, judges: Sequence[Judge]
+    ) -> tuple[Population, xr.Dataset, list[Floats]]:
+        """The population of these machines, its members, and each judge's measure: (k, starts)."""
         population, o = self._population(table), self.objective
-        measure = measure_of(self.objective.measure, population)
-        observers = [one for one in measure.observers if not isinstance(one, Final)]
+        measures = [measure_of(judge.objective.measure, population) for judge in judges]
+        observers = [
+            one for measure in measures for one in measure.observers if not isinstance(one, Final)
+        ]
         members = sweep(
             population, over={NUMBER: np.arange(population.count, dtype=float)},
             start=self.starts, observe=[*observers, Final()], settle=o.settle, periods=o.periods,
             progress=False, **self.options,
         )  # fmt: skip
-        return population, members, measure.of_sweep(members).values
+        return population, members, [measure.of_sweep(members).values for measure in measures]
+
+
+def _members_only(objective: Objective) -> Objective:
+    """An objective without what its members do not depend on."""
+    return replace(objective, kind="worst", measure="", aim="small")
 
 
 def _weights(points: int) -> Floats:

@@ -60,7 +60,7 @@ CLOSE = 1e-4  # of the bounds: the last one
 SAME = 1e-3  # relative: measures of a simulated motion and of its orbit
 STEP = 0.005  # of the bounds, for differences
 WITHIN = 1.0  # decibels
-SCANNED, HALVED = 16, 6  # machines of a scan to each side, and bisections
+SCANNED, HALVED = 8, 5  # machines of a scan to each side, and bisections
 CONSTANT = 1e-9  # relative range of an objective that does not vary
 
 
@@ -134,7 +134,6 @@ class Design:
     history: tuple[tuple[int, ...], tuple[float, ...]] = field(repr=False)
     judge: Judge = field(repr=False)
     search: Search = field(repr=False)
-    before: System = field(repr=False)
 
     @property
     def objective(self) -> Objective:
@@ -167,12 +166,12 @@ class Design:
 
     @cached_property
     def reduction_db(self) -> float:
-        """By how many decibels it is better than without impacts, all stops open.
+        """By how many decibels it is better than the machine as given with all its stops open.
 
-        20 lg of the ratio, 10 lg for a power. For a machine without stops it is compared with the
-        machine as it was given. NaN where that has no value or a value of 0.
+        20 lg of the ratio, 10 lg for a power. A machine without stops is compared with the one that
+        was given. NaN where that has no value, or a value of 0.
         """
-        return self.judge.decibels(self.own_value, reference_of(self.judge, self._row, self.before))
+        return self.judge.decibels(self.own_value, self.judge.without_impacts)
 
     @cached_property
     def verified(self) -> float:
@@ -293,13 +292,13 @@ class Design:
         """What was made small, or large, in words."""
         return label_of(self.judge)
 
-    def plot(self, *, axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
-        """Draw the search, and the response before and after.
+    def plot(self, *, what: str = "response", ax: Axes | None = None) -> Axes:
+        """Draw the response beside that without impacts, or the search.
 
         See :func:`vibroimpact.plotting.plot_design`.
         """
-        drawn: Sequence[Axes] = deferred("plotting.design", "plot_design")(self, axes=axes)
-        return drawn
+        axes: Axes = deferred("plotting.design", "plot_design")(self, what=what, ax=ax)
+        return axes
 
     def __repr__(self) -> str:
         lines = [f"Design: {self.label} {self.value:.6g} {self.units['']}".rstrip()]
@@ -315,18 +314,6 @@ class Design:
 def label_of(judge: Judge) -> str:
     """An objective in words."""
     return f"{judge.objective.kind} {judge.measure.label} over {judge.band.parameter}"
-
-
-def reference_of(judge: Judge, row: Floats, before: System) -> float:
-    """The objective without impacts; of the machine as it was given where there are no stops."""
-    from vibroimpact.model.mechanism import STOP_KINDS
-    from vibroimpact.model.parameters import parameter_value
-    from vibroimpact.model.system import mechanism_of
-
-    if any(isinstance(part, STOP_KINDS) for part in mechanism_of(before).numbered):
-        return judge.without_impacts(row)
-    given = np.array([parameter_value(before, name) for name in judge.names])
-    return float(judge.values(given[None])[0])
 
 
 def optimise(
@@ -430,7 +417,7 @@ def optimise(
     row = search.best
     return Design(
         judge.machine(row), search.parameters(row), search.best_value, len(search.worth), why,
-        interrupted, search.history(), search.judge, search, system,
+        interrupted, search.history(), search.judge, search,
     )  # fmt: skip
 
 
@@ -475,7 +462,7 @@ def _evolve(search: Search, seed: int, budget: int) -> str:
 
     found = differential_evolution(
         worth, list(zip(low, high, strict=True)), maxiter=budget // count - 1,
-        popsize=1, init=_sobol(low, high, count, seed), rng=np.random.default_rng(seed),
+        popsize=1, init=sobol(low, high, count, seed), rng=np.random.default_rng(seed),
         vectorized=True, updating="deferred", polish=False, tol=1e-3, atol=0.0,
     )  # fmt: skip
     if found.success:
@@ -483,7 +470,7 @@ def _evolve(search: Search, seed: int, budget: int) -> str:
     return f"the budget was spent after {found.nit} generations of {count} machines"
 
 
-def _sobol(low: Floats, high: Floats, count: int, seed: int) -> Floats:
+def sobol(low: Floats, high: Floats, count: int, seed: int) -> Floats:
     """First machines, spread evenly over the bounds: shape (count, d)."""
     from scipy.stats.qmc import Sobol
 

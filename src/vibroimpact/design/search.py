@@ -208,10 +208,7 @@ class Search:
 
     def violations(self, row: Floats) -> list[float]:
         """How far each constraint is from holding: 0 where it does."""
-        return [
-            max(0.0, -real(f"constraint {_name(one)}", one(self.parameters(row)), "a number"))
-            for one in self.constraints
-        ]
+        return violations_of(self.constraints, self.parameters(row))
 
     def _computed(self, table: Floats) -> Floats:
         wrong = np.array([math.fsum(self.violations(row)) for row in table])
@@ -223,12 +220,7 @@ class Search:
         return worth
 
     def _nowhere(self) -> str:
-        broken = np.array([self.violations(row) for row in self.table])
-        name = _name(self.constraints[int(np.argmax((broken > 0.0).sum(axis=0)))])
-        return (
-            f"constraints: none of {len(self.table)} machines within the bounds satisfies them; "
-            f"{name} fails most often. Widen the bounds, or relax it."
-        )
+        return nowhere(self.constraints, [self.parameters(row) for row in self.table])
 
     # ---- the store ---------------------------------------------------------------------------
 
@@ -278,6 +270,24 @@ def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
     if not isinstance(listed, Sequence) or not all(map(callable, listed)):
         raise refusal("constraints", constraints, "functions of a dictionary of the parameters")
     return tuple(listed)
+
+
+def violations_of(constraints: Sequence[Constraint], parameters: dict[str, float]) -> list[float]:
+    """How far each constraint is from holding: 0 where it does."""
+    return [
+        max(0.0, -real(f"constraint {_name(one)}", one(dict(parameters)), "a number"))
+        for one in constraints
+    ]
+
+
+def nowhere(constraints: Sequence[Constraint], machines: Sequence[dict[str, float]]) -> str:
+    """Sentence: no machine is allowed, and which constraint fails most often."""
+    broken = np.array([violations_of(constraints, one) for one in machines])
+    name = _name(constraints[int(np.argmax((broken > 0.0).sum(axis=0)))])
+    return (
+        f"constraints: none of {len(machines)} machines within the bounds satisfies them; "
+        f"{name} fails most often. Widen the bounds, or relax it."
+    )
 
 
 def _name(function: Constraint) -> str:
