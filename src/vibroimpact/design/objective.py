@@ -342,24 +342,29 @@ class Judge:
         InvalidParameterError
             None has a value.
         """
-        population, members, (worth,) = self._measured(row[None], [self])
-        signed = np.where(np.isfinite(worth), self.objective.sign * worth, -math.inf)
-        number, start = map(int, np.unravel_index(int(np.argmax(signed)), signed.shape))
-        if not math.isfinite(signed[number, start]):
+        every = [one for corner in self.worst_each(row) for one in corner]
+        valued = [one for one in every if math.isfinite(one.value)]
+        if not valued:
             raise InvalidParameterError(
                 f"objective: no motion of {self.machine(row)} reaches the end of its window."
             )
-        member = members.isel({NUMBER: number, "start": start})
-        place, speed, phase = (
-            member[f"final_{kind}"].values for kind in ("position", "velocity", "phase")
-        )
-        corner = self._corners[number // self.objective.points]
-        return Member(
-            float(worth[number, start]),
-            with_parameters(self.system, population.values(number)),
-            State(tuple(place.tolist()), tuple(speed.tolist()), float(phase)),
-            {name: factor for name, (factor, _) in corner.items() if factor},
-        )
+        return max(valued, key=lambda one: self.objective.sign * one.value)
+
+    def worst_each(self, row: Floats) -> list[list[Member]]:
+        """The worst members of a machine: for each corner of the uncertainties, over the band."""
+        population, members, (worth,) = self._measured(row[None], [self])
+        signed = np.where(np.isnan(worth), -math.inf, self.objective.sign * worth)
+        start = np.argmax(signed, axis=1)
+        ends = [members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")]
+        found, points = [], self.objective.points
+        for number, k in enumerate(start.tolist()):
+            place, speed, phase = (part[number, k] for part in ends)
+            corner = self._corners[number // points]
+            factors = {name: factor for name, (factor, _) in corner.items() if factor}
+            machine = with_parameters(self.system, population.values(number))
+            state = State(tuple(place.tolist()), tuple(speed.tolist()), float(phase))
+            found.append(Member(float(worth[number, k]), machine, state, factors))
+        return [found[k : k + points] for k in range(0, len(found), points)]
 
     @cached_property
     def without_impacts(self) -> float:

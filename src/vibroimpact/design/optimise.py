@@ -4,9 +4,8 @@ Method      Differential evolution, seeded, from a Sobol sequence of machines [s
             generation one population of lanes (objective.py). It finds machines that are good at
             the values of the band and from the starts that it saw; so the best ones, unlike each
             other, are judged again with ``refine`` times as many of both, and the best of these is
-            improved by the simplex method of Nelder and Mead, SciPy's too: the objective has
-            kinks, where another frequency becomes the worst, and steps, where an attractor
-            appears.
+            improved: by linear programmes of exact gradients, where the worst motions are periodic
+            (minimax.py), else by the simplex method of Nelder and Mead, SciPy's too.
             Sensitivities of a worst value: where the worst motion is a stable periodic orbit,
             the exact derivative of its measure; the value of the band at which it is worst moves, too,
             but to first order the maximum does not feel that (envelope theorem). Else, and for
@@ -32,7 +31,7 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
 from vibroimpact._core.types import Floats
-from vibroimpact.design.linear import FreeMotion, free_motion
+from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.motions import Motion
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
 from vibroimpact.design.search import (
@@ -43,7 +42,6 @@ from vibroimpact.design.search import (
     variables_of,
 )
 from vibroimpact.model.system import System
-from vibroimpact.orbits.find import find_orbit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,12 +50,11 @@ if TYPE_CHECKING:
 ProgressCallback = Callable[[str], object]
 
 LEAST, PER_PARAMETER = 16, 10  # machines of a generation: a power of two
-POLISHED = 0.05  # machines of the simplex method, of the budget, at most
+POLISHED, EACH, MOST = 0.05, 25, 0.25  # machines of the last improvements: see _refined
 FINALISTS, APART = 32, 0.02  # machines that are judged again; of the bounds
 VERIFIED = 2  # times as many values and starts, and another seed
 SIMPLEX = 0.05  # of the bounds: the first simplex
 CLOSE = 1e-4  # of the bounds: the last one
-SAME = 1e-3  # relative: measures of a simulated motion and of its orbit
 STEP = 0.005  # of the bounds, for differences
 WITHIN = 1.0  # decibels
 SCANNED, HALVED = 8, 5  # machines of a scan to each side, and bisections
@@ -193,19 +190,17 @@ class Design:
     @cached_property
     def worst_motion(self) -> Motion | None:
         """Its periodic orbit, or motion without impacts, where it is stable; else None."""
-        return _motion_of(self.worst, self.judge)
+        return motion_of(self.worst, self.judge)
 
     @cached_property
     def own_sensitivity(self) -> dict[str, Sensitivity]:
         """Derivatives of the objective by the parameters, in own units."""
         if self.objective.kind == "worst" and self.worst_motion is not None:
             motion = self.worst_motion
-            measure = self.judge.measure
+            slopes = gradient(self.worst, motion, self.judge).tolist()
             return {
-                name: Sensitivity(
-                    measure.derivative(motion, name) * self.worst.factors.get(name, 1.0), True, 0.0
-                )
-                for name in self.values
+                name: Sensitivity(slope, True, 0.0)
+                for name, slope in zip(self.values, slopes, strict=True)
             }
         return _differences(self.search, self._row)
 
@@ -347,10 +342,11 @@ def optimise(
     seed
         Of the search; with that of the objective it determines the result to the last bit.
     budget
-        Machines that the search tries, at most, >= 32; a twentieth more for the simplex method.
+        Machines that the search tries, at most, >= 32; the last
+        improvements try 25 per parameter more, or a twentieth of the budget, but at most a quarter of it.
     refine
         The best 32 machines are judged again with so many times as many values of the band, and of
-        starts, and improved by the simplex method; 0 ends the search before.
+        starts, and the best is improved; 0 ends the search before.
     workers
         Threads; by default one per core.
     progress
@@ -460,11 +456,14 @@ def _evolve(search: Search, seed: int, budget: int) -> str:
             _refuse_constant(search)
         return found
 
-    found = differential_evolution(
-        worth, list(zip(low, high, strict=True)), maxiter=budget // count - 1,
-        popsize=1, init=sobol(low, high, count, seed), rng=np.random.default_rng(seed),
-        vectorized=True, updating="deferred", polish=False, tol=1e-3, atol=0.0,
-    )  # fmt: skip
+    try:
+        found = differential_evolution(
+            worth, list(zip(low, high, strict=True)), maxiter=budget // count - 1,
+            init=sobol(low, high, count, seed), rng=np.random.default_rng(seed),
+            vectorized=True, updating="deferred", polish=False, tol=1e-3, atol=0.0,
+        )  # fmt: skip
+    except RuntimeError as error:  # SciPy's, in place of the objective's own
+        raise error.__cause__ or error from None
     if found.success:
         return f"all {count} machines of generation {found.nit} are equally good to 0.1 %"
     return f"the budget was spent after {found.nit} generations of {count} machines"
@@ -493,49 +492,44 @@ def _refuse_constant(search: Search) -> None:
 
 
 def _refined(search: Search, budget: int) -> str:
-    """The finer judge of the best machines, and the simplex method from the best; how it ended."""
-    from scipy.optimize import minimize
-
+    """The finer judge of the best machines, and the last improvements of the best; how it ended."""
     finalists = search.finalists(FINALISTS, APART)
     search.level = 1
     search(finalists)
+    left = round(min(max(POLISHED * budget, EACH * search.variables.low.size), MOST * budget))
+    begun = f"; {len(finalists)} machines were judged again"
+    if search.judge.objective.kind == "worst":
+        steps, converged = descend(search, left)
+        if steps:
+            begun += f", {steps} steps by exact gradients"
+        if converged:
+            return f"{begun} converged"
+        left -= steps
+    return begun + _simplex(search, left)
+
+
+def _simplex(search: Search, left: int) -> str:
+    """The simplex method from the best machine; how it ended."""
+    from scipy.optimize import minimize
+
     low, high = search.variables.low, search.variables.high
     width = high - low
     begin = (search.best - low) / width
     corners = np.tile(begin, (len(low) + 1, 1))
     for i in range(len(low)):
         corners[i + 1, i] += SIMPLEX if begin[i] + SIMPLEX <= 1.0 else -SIMPLEX
-    left = max(round(POLISHED * budget), 2 * len(low))
+    if left <= len(low) + 1:
+        return ""
     found = minimize(
         lambda at: float(search((low + width * np.clip(at, 0.0, 1.0))[None])[0]), begin,
         method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(low),
         options={"initial_simplex": corners, "maxfev": left, "xatol": CLOSE, "fatol": 0.0},
     )  # fmt: skip
     ended = "converged" if found.success else "was stopped"
-    return f"; {len(finalists)} were judged again, and the simplex method {ended} after {found.nfev} more"
+    return f", the simplex method {ended} after {found.nfev} more"
 
 
 # ---- about the best ------------------------------------------------------------------------------
-
-
-def _motion_of(member: Member, judge: Judge) -> Motion | None:
-    """The stable periodic motion on which a member is, if it has the same measure."""
-    measure = judge.measure
-    free = free_motion(member.system)
-    motions: list[Motion] = []
-    if isinstance(free, FreeMotion) and free.stable:
-        motions.append(free)
-    try:
-        orbit = find_orbit(member.system, member.state)
-        if orbit.converged and orbit.admissible and orbit.stable:
-            motions.append(orbit)
-    except InvalidParameterError:
-        pass
-    for motion in motions:
-        value = measure.of_orbit(motion)
-        if abs(value - member.value) <= SAME * abs(member.value):
-            return motion
-    return None
 
 
 def _differences(search: Search, row: Floats) -> dict[str, Sensitivity]:
