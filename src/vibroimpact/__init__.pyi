@@ -55,8 +55,17 @@ from vibroimpact.design.energy import Energies as Energies
 from vibroimpact.design.force_record import ForceRecord as ForceRecord
 from vibroimpact.design.free_decay import FreeDecay as FreeDecay
 from vibroimpact.design.free_decay import free_decay as free_decay
+from vibroimpact.design.maps import DesignMap as DesignMap
+from vibroimpact.design.maps import design_map as design_map
 from vibroimpact.design.measure import Measure as Measure
 from vibroimpact.design.measure import measure_of as measure_of
+from vibroimpact.design.objective import Objective as Objective
+from vibroimpact.design.objective import mean_over as mean_over
+from vibroimpact.design.objective import worst_over as worst_over
+from vibroimpact.design.optimise import Design as Design
+from vibroimpact.design.optimise import optimise as optimise
+from vibroimpact.design.pareto import ParetoFront as ParetoFront
+from vibroimpact.design.pareto import pareto_front as pareto_front
 from vibroimpact.design.record_response import RecordResponse as RecordResponse
 from vibroimpact.design.record_response import simulate_record as simulate_record
 from vibroimpact.design.response import Response as Response

@@ -20,6 +20,7 @@ from vibroimpact.plotting.circles import (
     plot_circles,
 )
 from vibroimpact.plotting.curves import plot_curves, plot_tongue
+from vibroimpact.plotting.design import plot_design, plot_design_map, plot_pareto_front
 from vibroimpact.plotting.forces import plot_forces, plot_hysteresis
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
@@ -49,6 +50,8 @@ __all__ = [
     "plot_circle_half_width",
     "plot_circles",
     "plot_curves",
+    "plot_design",
+    "plot_design_map",
     "plot_forces",
     "plot_free_decay",
     "plot_history",
@@ -56,6 +59,7 @@ __all__ = [
     "plot_invariant_circle",
     "plot_mechanism",
     "plot_multipliers",
+    "plot_pareto_front",
     "plot_phase_portrait",
     "plot_plane",
     "plot_record",

@@ -1,0 +1,199 @@
+"""Design maps: an objective over a plane of parameters, and how far it is better than without impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibroimpact._core.checks import refusal
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.types import Floats
+from vibroimpact.design.objective import Judge, Objective, judge_of
+from vibroimpact.design.optimise import WITHIN, label_of
+from vibroimpact.model.system import System
+from vibroimpact.sweeps.axes import parameter_axes
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+TOGETHER = 64  # machines that are simulated together
+
+
+@dataclass(frozen=True, eq=False)
+class DesignMap:
+    """An objective over a plane of two parameters.
+
+    Attributes
+    ----------
+    system, objective
+        What is judged, and by what.
+    axes
+        Values of the two parameters, by name, in own units.
+    own_value
+        The objective in own units, shape (len(first), len(second)), NaN of machines without one.
+    reduction_db
+        By how many decibels it is better than the machine as given, all stops open; the same shape.
+    """
+
+    system: System
+    objective: Objective
+    axes: dict[str, Floats]
+    own_value: Floats = field(repr=False)
+    reduction_db: Floats = field(repr=False)
+    judge: Judge = field(repr=False)
+
+    @property
+    def best(self) -> dict[str, float]:
+        """Parameters of the best machine of the plane, in own units."""
+        i, j = np.unravel_index(int(np.nanargmin(self._signed)), self.own_value.shape)
+        first, second = self.axes
+        return {first: float(self.axes[first][i]), second: float(self.axes[second][j])}
+
+    @property
+    def ridge(self) -> Floats:
+        """Best value of the second parameter for each of the first, in own units; NaN without one."""
+        signed = np.where(np.isnan(self._signed), np.inf, self._signed)
+        values = list(self.axes.values())[1][np.argmin(signed, axis=1)]
+        return np.where(np.isinf(signed.min(axis=1)), np.nan, values)
+
+    @property
+    def within(self) -> Any:
+        """Whether a machine is within 1 dB of the best one of the plane."""
+        best = float(self.objective.sign * np.nanmin(self._signed))
+        loss = [-self.judge.decibels(value, best) for value in self.own_value.ravel().tolist()]
+        return np.reshape(loss, self.own_value.shape) <= WITHIN
+
+    @property
+    def _signed(self) -> Floats:
+        return self.objective.sign * self.own_value
+
+    @property
+    def label(self) -> str:
+        """The objective in words."""
+        return label_of(self.judge)
+
+    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
+        """Convert to a dataset over the plane.
+
+        Parameters
+        ----------
+        si
+            In SI units, where the machine has physical scales; by default in its own.
+
+        Returns
+        -------
+        Dataset
+            value, reduction_db and within_1db over both parameters; and best_<second parameter> over
+            the first.
+        """
+        import xarray as xr
+
+        units: Any = deferred("plotting.units", "units_of")(self.system)
+        first, second = self.axes
+        quantities = {name: units.quantity_of(name) for name in self.axes}
+        quantities["value"] = self.judge.measure.dimension
+        up = {name: units.factor(of) if si else 1.0 for name, of in quantities.items()}
+        attrs = {name: {"units": units.unit(of) if si else ""} for name, of in quantities.items()}
+        return xr.Dataset(
+            {
+                "value": (
+                    (first, second), self.own_value * up["value"],
+                    attrs["value"] | {"long_name": self.label},
+                ),
+                "reduction_db": ((first, second), self.reduction_db, {"units": "dB"}),
+                "within_1db": ((first, second), self.within),
+                f"best_{second}": (first, self.ridge * up[second], attrs[second]),
+            },
+            coords={
+                name: (name, values * up[name], attrs[name]) for name, values in self.axes.items()
+            },
+            attrs={"objective": repr(self.objective), "system": repr(self.system)},
+        )  # fmt: skip
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the reduction in decibels; see :func:`vibroimpact.plotting.plot_design_map`."""
+        axes: Axes = deferred("plotting.design", "plot_design_map")(self, ax=ax)
+        return axes
+
+
+@interruptible("nothing is kept")
+def design_map(
+    system: System,
+    over: Mapping[str, ArrayLike],
+    objective: Objective,
+    *,
+    workers: int | None = None,
+    progress: bool | Callable[[int, int], object] = True,
+) -> DesignMap:
+    """Judge machines over a plane of two parameters.
+
+    Parameters
+    ----------
+    system
+        A forced machine.
+    over
+        Values of two parameters by name, rising, in own units.
+    objective
+        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+    workers
+        Threads; by default one per core.
+    progress
+        Whether to show it on standard error; or a function called with (done, total) machines.
+
+    Returns
+    -------
+    DesignMap
+        The reduction beside the machine without impacts, best second parameter for each first one,
+        and the region within 1 dB of the best.
+
+    Raises
+    ------
+    InvalidParameterError
+        Not two parameters, values that the machine refuses, and as :func:`~vibroimpact.optimise`.
+
+    Notes
+    -----
+    Cost: that of :func:`~vibroimpact.worst_over` for each machine.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
+    ...                          half_clearance=10.0, omega=1.0)
+    >>> found = vi.design_map(damper, {"mass_ratio": [0.05, 0.1], "half_clearance": [5, 10, 20]},
+    ...                       vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2),
+    ...                       progress=False)
+    >>> found.reduction_db.shape
+    (2, 3)
+    """
+    axes = parameter_axes(system, over)
+    if len(axes) != 2:
+        raise refusal("over", list(axes), "two parameters with their values")
+    for name, values in axes.items():
+        if np.any(np.diff(values) <= 0.0):
+            raise InvalidParameterError(f"over[{name!r}]: must rise.")
+    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
+        raise refusal("progress", progress, "True, False or a function")
+    judge = judge_of(system, objective, tuple(axes), workers)
+    mesh = np.meshgrid(*axes.values(), indexing="ij")
+    table, shape = np.column_stack([part.ravel() for part in mesh]), mesh[0].shape
+    groups = np.array_split(table, -(-len(table) // TOGETHER))
+    bar, found = Progress(1, quiet=progress is not True), list[float]()
+    for some in bar.track("design map", groups, len(table), size=len, unit="machines"):
+        found += judge.values(some).tolist()
+        if callable(progress):
+            progress(len(found), len(table))
+    bar.close()
+    gains = [judge.decibels(value, judge.without_impacts) for value in found]
+    if not np.isfinite(found).any():
+        raise InvalidParameterError("objective: no machine of the plane has a value.")
+    return DesignMap(
+        system, objective, axes, np.reshape(found, shape), np.reshape(gains, shape), judge
+    )

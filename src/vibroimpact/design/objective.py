@@ -1,0 +1,521 @@
+"""Objectives of a design: the worst, or the mean, of a measure over a band, starts and uncertainties.
+
+Method      Every machine is simulated at evenly spaced values of the band, from the same random
+            starts, at the middle and the corners of the uncertainties; all of these, of all machines,
+            are members of one sweep (population.py). The worst is the largest of the measure over
+            them; the mean is that over starts and uncertainties, and over the band by the trapezoidal
+            rule.
+Accuracy    that of the grid: narrow peaks between two values of the band are not seen; attractors with
+            small basins are missed
+Fails       A machine of which one member does not reach the end of its window, for too many impacts,
+            has no value: it is worse than any other. Starts behind a stop do not count.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.checks import (
+    LARGEST_SEED,
+    check_choice,
+    check_count,
+    check_kind,
+    ends_of,
+    nonnegative,
+    positive,
+    real,
+    refusal,
+)
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.design.answers import random_starts, rest_of
+from vibroimpact.design.band import Band, Unit, band_of
+from vibroimpact.design.linear import free_motion
+from vibroimpact.design.measure import Measure, measure_of
+from vibroimpact.design.population import NUMBER, Population
+from vibroimpact.model.mechanism import STOP_KINDS
+from vibroimpact.model.parameters import parameter_value, with_parameters
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.sweeps.member_status import MemberStatus
+from vibroimpact.sweeps.observers.final import Final
+from vibroimpact.sweeps.starts import RandomStarts
+from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Aim = Literal["small", "large"]
+Kind = Literal["worst", "mean"]
+Spread = Mapping[str, float | tuple[float, float]]
+
+SAMPLED = 9  # machines of the band that tell the size of random speeds
+BESIDE = 101  # values of the band for the machine without impacts
+DECIBELS = {"power": 10.0}  # of a ratio; 20 of all other quantities
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What a design is judged by: one number of a machine, by :func:`worst_over` or :func:`mean_over`.
+
+    Attributes
+    ----------
+    kind
+        "worst" or "mean".
+    parameter, band, unit
+        What varies while the machine runs, usually the forcing frequency.
+    measure
+        A measure or its name.
+    points, starts, seed
+        Values of the band; random starts at each, and their seed.
+    settle, periods
+        Forcing periods before, and while, motions are observed.
+    spread
+        Uncertain parameters: ranges, or relative half widths.
+    aim
+        Whether the measure should be "small" or "large".
+    """
+
+    kind: Kind
+    parameter: str
+    band: tuple[float, float]
+    measure: Measure | str
+    points: int = 24
+    starts: int = 4
+    seed: int = 0
+    settle: float = 150.0
+    periods: float = 50.0
+    unit: Unit = ""
+    spread: tuple[tuple[str, float | tuple[float, float]], ...] = ()
+    aim: Aim = "small"
+
+    @property
+    def sign(self) -> float:
+        """1 where small values are good, -1 where large ones are."""
+        return 1.0 if self.aim == "small" else -1.0
+
+
+def worst_over(
+    parameter: str,
+    band: tuple[float, float],
+    measure: Measure | str = "x1",
+    *,
+    points: int = 24,
+    starts: int = 4,
+    seed: int = 0,
+    settle: float = 150,
+    periods: float = 50,
+    unit: Unit = "",
+    spread: Spread | None = None,
+    aim: Aim = "small",
+) -> Objective:
+    """Judge a machine by the worst of a measure over a band, over starts and over uncertainties.
+
+    Parameters
+    ----------
+    parameter, band
+        Usually the forcing frequency, and (low, high) of it, both ends included.
+    measure
+        A measure or its name, as for :func:`~vibroimpact.frequency_response`: "x1", "rms v1", ...
+    points
+        Evenly spaced values of the band, >= 2.
+    starts
+        Random starts at each of them, >= 1, the same for all
+        machines.
+    seed
+        Of the random starts.
+    settle, periods
+        Forcing periods before, and while, motions are observed.
+    unit
+        "Hz" or "rad/s" if the band is in these; by default the system's own.
+    spread
+        Parameters that are not known: a range (low, high) of values, or a number, the half width
+        relative to the value of the machine. The machine is run at the middle and at all corners.
+    aim
+        "small": the worst is the largest value; "large", for a harvester: it is the smallest.
+
+    Returns
+    -------
+    Objective
+        For :func:`~vibroimpact.optimise`, :func:`~vibroimpact.design_map` and
+        :func:`~vibroimpact.pareto_front`.
+
+    Notes
+    -----
+    A machine costs points x (starts x (1 + 2^k) x (settle + periods) forcing periods with k
+    uncertain parameters: about ten milliseconds for an impact damper with the defaults. Measures
+    that no observer of a sweep holds (velocities, accelerations, harmonics) take some milliseconds
+    for each member more, a hundred times as long.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> vi.worst_over("omega", (0.8, 1.2), "x1", spread={"restitution": (0.5, 0.7)}).points
+    24
+    """
+    return _objective("worst", parameter, band, measure, points, starts, seed, settle, periods,
+                      unit, spread, aim)  # fmt: skip
+
+
+def mean_over(
+    parameter: str,
+    band: tuple[float, float],
+    measure: Measure | str = "x1",
+    *,
+    points: int = 24,
+    starts: int = 4,
+    seed: int = 0,
+    settle: float = 150,
+    periods: float = 50,
+    unit: Unit = "",
+    spread: Spread | None = None,
+    aim: Aim = "small",
+) -> Objective:
+    """Judge a machine by the mean of a measure over a band, over starts and over uncertainties.
+
+    Parameters
+    ----------
+    parameter, band, measure, points, starts, seed, settle, periods, unit, spread, aim
+        As for :func:`worst_over`.
+
+    Returns
+    -------
+    Objective
+        Over the band the mean is the integral divided by its width, by the trapezoidal rule; over
+        starts and uncertainties all members count equally.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> vi.mean_over("omega", (6.0, 10.0), "power", unit="Hz", aim="large").kind
+    'mean'
+    """
+    return _objective("mean", parameter, band, measure, points, starts, seed, settle, periods,
+                      unit, spread, aim)  # fmt: skip
+
+
+def _objective(
+    kind: Kind, parameter: str, band: tuple[float, float], measure: Measure | str, points: int,
+    starts: int, seed: int, settle: float, periods: float, unit: Unit, spread: Spread | None,
+    aim: Aim,
+) -> Objective:  # fmt: skip
+    """Check everything that can be checked without a machine."""
+    check_kind("parameter", parameter, str, "the name of a parameter")
+    check_kind("measure", measure, (str, Measure), "a measure or its name, such as 'x1'")
+    check_choice("aim", aim, ["small", "large"])
+    check_count("points", points, 2)
+    check_count("starts", starts, 1)
+    check_count("seed", seed, 0, LARGEST_SEED)
+    return Objective(
+        kind, parameter, ends_of("band", band), measure, int(points), int(starts), int(seed),
+        nonnegative("settle", settle), positive("periods", periods), unit, _spread(spread), aim,
+    )  # fmt: skip
+
+
+def _spread(spread: Any) -> tuple[tuple[str, float | tuple[float, float]], ...]:
+    if spread is None:
+        return ()
+    check_kind("spread", spread, Mapping, "a dictionary from names of parameters to ranges")
+    found: list[tuple[str, float | tuple[float, float]]] = []
+    for name, width in spread.items():
+        label = f"spread[{name!r}]"
+        if isinstance(width, Sequence | np.ndarray):
+            found.append((name, ends_of(label, width)))
+            continue
+        half = real(label, width, "a range (low, high), or a relative half width in (0, 1)")
+        if not 0.0 < half < 1.0:
+            raise refusal(label, width, "in (0, 1), a half width relative to the parameter")
+        found.append((name, half))
+    return tuple(found)
+
+
+# ---- of machines ---------------------------------------------------------------------------------
+
+
+class Member(NamedTuple):
+    """A simulated motion of a machine.
+
+    Attributes
+    ----------
+    value
+        Its measure.
+    system
+        The machine at that place of the band and of the uncertainties.
+    state
+        A state on the motion.
+    factors
+        Value of each uncertain parameter that has a relative width over that of the machine.
+    """
+
+    value: float
+    system: System
+    state: State
+    factors: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """An objective for machines of one kind.
+
+    Attributes
+    ----------
+    objective, system, names
+        What is judged, the machine, and the names of its parameters that vary.
+    band, measure
+        Those of the objective, for the machine.
+    starts
+        The starts of every machine.
+    options
+        Of the sweeps: workers.
+    """
+
+    objective: Objective
+    system: System
+    names: tuple[str, ...]
+    band: Band
+    measure: Measure
+    starts: RandomStarts
+    options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def factor(self) -> float:
+        """Decibels per decade of the ratio: 10 of powers, 20 of others."""
+        return DECIBELS.get(self.measure.dimension, 20.0)
+
+    def decibels(self, value: float, beside: float) -> float:
+        """By how much a value is better than another; NaN where one of them is not positive."""
+        if not (value > 0.0 and beside > 0.0 and math.isfinite(value) and math.isfinite(beside)):
+            return math.nan
+        return self.objective.sign * self.factor * math.log10(beside / value)
+
+    def values(self, table: Floats) -> Floats:
+        """The objective of each machine, its parameters in a row: shape (k,), NaN without one."""
+        _, members, (worth,) = self._measured(table, [self])
+        return self._of_members(members, worth, len(table))
+
+    @staticmethod
+    def values_of(others: Sequence[Judge], table: Floats) -> Floats:
+        """The objectives of several judges, shape (j, k), those with equal members from one sweep."""
+        groups: dict[Objective, list[int]] = {}
+        for number, other in enumerate(others):
+            groups.setdefault(_members_only(other.objective), []).append(number)
+        found = np.empty((len(others), len(table)))
+        for numbers in groups.values():
+            some = [others[k] for k in numbers]
+            _, members, worths = some[0]._measured(table, some)
+            for k, worth in zip(numbers, worths, strict=True):
+                found[k] = others[k]._of_members(members, worth, len(table))
+        return found
+
+    def _of_members(self, members: xr.Dataset, worth: Floats, machines: int) -> Floats:
+        """The objective of each machine from the measure of its members."""
+        counted = members["end"].values != MemberStatus.INITIAL_PENETRATION
+        shape = machines, len(self._corners), self.objective.points, -1
+        worth, counted = worth.reshape(shape), counted.reshape(shape)
+        if self.objective.kind == "worst":
+            sign = self.objective.sign
+            signed = np.where(counted, sign * worth, -math.inf).max(axis=(1, 2, 3))
+            return np.where(np.isfinite(signed), sign * signed, math.nan)
+        with np.errstate(invalid="ignore"):
+            over = np.where(counted, worth, 0.0).sum(axis=(1, 3)) / counted.sum(axis=(1, 3))
+        return np.asarray(over @ _weights(self.objective.points))
+
+    def over_band(self, row: Floats) -> Floats:
+        """The worst value of a machine at each value of the band, shape (points,)."""
+        _, _, (worth,) = self._measured(row[None], [self])
+        shaped = self.objective.sign * worth.reshape(len(self._corners), self.objective.points, -1)
+        shaped = np.where(np.isnan(shaped), -math.inf, shaped).max(axis=(0, 2))
+        return np.asarray(self.objective.sign * np.where(np.isinf(shaped), math.nan, shaped))
+
+    def worst(self, row: Floats) -> Member:
+        """The member of a machine that is worst.
+
+        Raises
+        ------
+        InvalidParameterError
+            None has a value.
+        """
+        every = [one for corner in self.worst_each(row) for one in corner]
+        valued = [one for one in every if math.isfinite(one.value)]
+        if not valued:
+            raise InvalidParameterError(
+                f"objective: no motion of {self.machine(row)} reaches the end of its window."
+            )
+        return max(valued, key=lambda one: self.objective.sign * one.value)
+
+    def worst_each(self, row: Floats) -> list[list[Member]]:
+        """The worst members of a machine: for each corner of the uncertainties, over the band."""
+        population, members, (worth,) = self._measured(row[None], [self])
+        signed = np.where(np.isnan(worth), -math.inf, self.objective.sign * worth)
+        start = np.argmax(signed, axis=1)
+        ends = [members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")]
+        found, points = [], self.objective.points
+        for number, k in enumerate(start.tolist()):
+            place, speed, phase = (part[number, k] for part in ends)
+            corner = self._corners[number // points]
+            factors = {name: factor for name, (factor, _) in corner.items() if factor}
+            machine = with_parameters(self.system, population.values(number))
+            state = State(tuple(place.tolist()), tuple(speed.tolist()), float(phase))
+            found.append(Member(float(worth[number, k]), machine, state, factors))
+        return [found[k : k + points] for k in range(0, len(found), points)]
+
+    @cached_property
+    def without_impacts(self) -> float:
+        """The objective of the machine as it was given, all stops open, in closed form.
+
+        The worst over the band is located, not that of the points. NaN where a motion without impacts
+        does not settle. A machine without stops is judged as it was given.
+        """
+        given = np.array([parameter_value(self.system, name) for name in self.names])
+        if not any(isinstance(part, STOP_KINDS) for part in mechanism_of(self.system).numbered):
+            return float(self.values(given[None])[0])
+        values = self.opened(BESIDE)
+        if self.objective.kind == "mean" or not np.isfinite(values).all():
+            return float(values @ _weights(BESIDE))
+        return self._worst_opened(values)
+
+    def _worst_opened(self, values: Floats) -> float:
+        from scipy.optimize import minimize_scalar
+
+        sign, at = self.objective.sign, self.band.values(BESIDE)
+        k = int(np.argmax(sign * values))
+        ends = at[max(k - 1, 0)], at[min(k + 1, BESIDE - 1)]
+        found = minimize_scalar(lambda x: -sign * self._opened(x), bounds=ends, method="bounded")
+        return float(sign * max(-found.fun, sign * values[k]))
+
+    def opened(self, points: int) -> Floats:
+        """The measure of the machine as given, all stops open, over the band; NaN where none."""
+        return np.array([self._opened(value) for value in self.band.values(points).tolist()])
+
+    def _opened(self, value: float) -> float:
+        motion = free_motion(
+            with_parameters(self.system, {self.band.parameter: float(value)}), opened=True
+        )
+        if isinstance(motion, str) or not motion.settles:
+            return math.nan
+        return self.measure.of_orbit(motion)
+
+    def machine(self, row: Floats) -> System:
+        """The machine with these values of its parameters."""
+        return with_parameters(self.system, dict(zip(self.names, row.tolist(), strict=True)))
+
+    def finer(self, times: int, *, seed: int = 0) -> Judge:
+        """The same with so many times as many steps over the band, and starts; seed 0: its own."""
+        o = self.objective
+        finer = replace(
+            o, points=times * (o.points - 1) + 1, starts=times * o.starts, seed=seed or o.seed
+        )
+        return judge_of(self.system, finer, self.names, self.options.get("workers"))
+
+    @property
+    def _corners(self) -> list[dict[str, tuple[float, float]]]:
+        """Middle and corners of the uncertainties: (factor, 0) or (0, value) by name."""
+        spread = self.objective.spread
+        if not spread:
+            return [{}]
+        middle = {name: _at(width, 0.5) for name, width in spread}
+        ends = itertools.product(*([_at(w, 0.0), _at(w, 1.0)] for _, w in spread))
+        names = [name for name, _ in spread]
+        return [middle, *(dict(zip(names, one, strict=True)) for one in ends)]
+
+    def _population(self, table: Floats) -> Population:
+        """All machines at all corners and all values of the band, the last fastest."""
+        corners, values = self._corners, self.band.values(self.objective.points)
+        each, size = len(corners) * len(values), len(table) * len(corners) * len(values)
+        columns = {name: np.repeat(table[:, i], each) for i, name in enumerate(self.names)}
+        for name, _ in self.objective.spread:
+            own = columns.get(name, np.full(size, parameter_value(self.system, name)))
+            factor, value = (np.array([corner[name][k] for corner in corners]) for k in (0, 1))
+            spread = (np.tile(np.repeat(part, len(values)), len(table)) for part in (factor, value))
+            columns[name] = own * next(spread) + next(spread)
+        columns[self.band.parameter] = np.tile(values, len(table) * len(corners))
+        return Population(self.system, columns)
+
+    def _measured(
+        self, table: Floats, judges: Sequence[Judge]
+    ) -> tuple[Population, xr.Dataset, list[Floats]]:
+        """The population of these machines, its members, and each judge's measure: (k, starts)."""
+        population, o = self._population(table), self.objective
+        measures = [measure_of(judge.objective.measure, population) for judge in judges]
+        observers = [
+            one for measure in measures for one in measure.observers if not isinstance(one, Final)
+        ]
+        members = sweep(
+            population, over={NUMBER: np.arange(population.count, dtype=float)},
+            start=self.starts, observe=[*observers, Final()], settle=o.settle, periods=o.periods,
+            progress=False, **self.options,
+        )  # fmt: skip
+        return population, members, [measure.of_sweep(members).values for measure in measures]
+
+
+def _members_only(objective: Objective) -> Objective:
+    """An objective without what its members do not depend on."""
+    return replace(objective, kind="worst", measure="", aim="small")
+
+
+def _weights(points: int) -> Floats:
+    """Weights of the trapezoidal rule, whose sum is 1."""
+    weights = np.ones(points)
+    weights[[0, -1]] = 0.5
+    return np.asarray(weights / weights.sum())
+
+
+def judge_of(
+    system: System, objective: Objective, names: Sequence[str], workers: int | None = None
+) -> Judge:
+    """Bind an objective to a machine and the names of its parameters that vary.
+
+    Raises
+    ------
+    InvalidParameterError
+        A band or a measure that the machine does not have; a parameter that is named twice.
+    """
+    check_kind("objective", objective, Objective, "one of vi.worst_over or vi.mean_over")
+    band = band_of(system, objective.parameter, objective.band, objective.unit)
+    if band.parameter in names:
+        raise InvalidParameterError(
+            f"vary = {band.parameter}: is what the band of the objective varies. Leave it out."
+        )
+    if not mechanism_of(system).forces:
+        raise InvalidParameterError("system: has no forcing, so it does not settle on a motion.")
+    _check_spread(system, objective, names, band)
+    first = with_parameters(system, {band.parameter: band.low})
+    measure = measure_of(objective.measure, first)
+    base = rest_of(first)
+    sampled = [with_parameters(system, {band.parameter: v}) for v in band.values(SAMPLED).tolist()]
+    starts = random_starts(first, sampled, objective.starts, objective.seed, base)
+    options = {} if workers is None else {"workers": workers}
+    return Judge(objective, system, tuple(names), band, measure, starts, options)
+
+
+def _check_spread(system: System, objective: Objective, names: Sequence[str], band: Band) -> None:
+    """Refuse uncertain parameters that there are not, or that are asked for twice."""
+    for name, width in objective.spread:
+        value = parameter_value(system, name)
+        if name == band.parameter:
+            raise InvalidParameterError(f"spread[{name!r}]: is what the band varies. Leave it out.")
+        if not isinstance(width, float):
+            if name in names:
+                raise refusal(
+                    f"spread[{name!r}]", width, "a relative half width, for a parameter that varies"
+                )
+            for end in width:
+                mechanism_of(with_parameters(system, {name: end}))
+        elif name not in names:
+            for end in (1.0 - width, 1.0 + width):
+                mechanism_of(with_parameters(system, {name: end * value}))
+
+
+def _at(width: float | tuple[float, float], part: float) -> tuple[float, float]:
+    """Factor of, and addition to, the value of a machine at a part of a range, 0 to 1."""
+    if isinstance(width, float):
+        return 1.0 + width * (2.0 * part - 1.0), 0.0
+    low, high = width
+    return 0.0, low + part * (high - low)

@@ -1,0 +1,598 @@
+"""The best machine: parameters that make the worst, or the mean, of a measure least.
+
+Method      Differential evolution, seeded, from a Sobol sequence of machines [storn1997]: SciPy's, each
+            generation one population of lanes (objective.py). It finds machines that are good at
+            the values of the band and from the starts that it saw; so the best ones, unlike each
+            other, are judged again with ``refine`` times as many of both, and the best of these is
+            improved: by linear programmes of exact gradients, where the worst motions are periodic
+            (minimax.py), else by the simplex method of Nelder and Mead, SciPy's too.
+            Sensitivities of a worst value: where the worst motion is a stable periodic orbit,
+            the exact derivative of its measure; the value of the band at which it is worst moves, too,
+            but to first order the maximum does not feel that (envelope theorem). Else, and for
+            means, central differences.
+Assumes     the members of the objective show the motions that matter
+Fails       steps of the objective have no derivative: the error of differences is then large
+Reference   [storn1997]
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.checks import LARGEST_SEED, check_count, refusal
+from vibroimpact._core.deferred import deferred
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import Progress
+from vibroimpact._core.types import Floats
+from vibroimpact.design.minimax import descend, gradient, motion_of
+from vibroimpact.design.motions import Motion
+from vibroimpact.design.objective import Judge, Member, Objective, judge_of
+from vibroimpact.design.search import (
+    NO_VALUE,
+    Constraint,
+    Search,
+    constraints_of,
+    variables_of,
+)
+from vibroimpact.model.system import System
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+ProgressCallback = Callable[[str], object]
+
+LEAST, PER_PARAMETER = 16, 10  # machines of a generation: a power of two
+POLISHED, EACH, MOST = 0.05, 25, 0.25  # machines of the last improvements: see _refined
+FINALISTS, APART = 32, 0.02  # machines that are judged again; of the bounds
+VERIFIED = 2  # times as many values and starts, and another seed
+SIMPLEX = 0.05  # of the bounds: the first simplex
+CLOSE = 1e-4  # of the bounds: the last one
+STEP = 0.005  # of the bounds, for differences
+WITHIN = 1.0  # decibels
+SCANNED, HALVED = 8, 5  # machines of a scan to each side, and bisections
+CONSTANT = 1e-9  # relative range of an objective that does not vary
+
+
+class Interval(NamedTuple):
+    """Range of a parameter within which the objective is as good as the best to 1 dB.
+
+    Attributes
+    ----------
+    low, high
+        Its ends.
+    to_bounds
+        Whether (low, high) are bounds of the parameter: the range might be wider.
+    """
+
+    low: float
+    high: float
+    to_bounds: tuple[bool, bool]
+
+
+class Sensitivity(NamedTuple):
+    """Derivative of the objective by a parameter.
+
+    Attributes
+    ----------
+    value
+        The derivative.
+    exact
+        Whether it is that of a periodic orbit; else it is a central difference.
+    error
+        Of a difference: how much one of twice the step differs. 0 where it is exact.
+    """
+
+    value: float
+    exact: bool
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The best machine that was found.
+
+    Attributes
+    ----------
+    system
+        The machine.
+    values
+        Its parameters that were varied, in the system's own units.
+    own_value
+        Its objective, in the system's own units.
+    machines
+        How many machines were tried.
+    why_stopped
+        A sentence.
+    interrupted
+        Whether ``KeyboardInterrupt`` ended the search; the best machine until then is kept.
+    history
+        Machines tried, and the best objective, after each generation.
+
+    Notes
+    -----
+    ``parameters``, ``value``, ``sensitivity`` and ``robust`` are in SI units where the machine has
+    physical scales.
+    """
+
+    system: System
+    values: dict[str, float]
+    own_value: float
+    machines: int
+    why_stopped: str
+    interrupted: bool
+    history: tuple[tuple[int, ...], tuple[float, ...]] = field(repr=False)
+    judge: Judge = field(repr=False)
+    search: Search = field(repr=False)
+
+    @property
+    def objective(self) -> Objective:
+        """What it was judged by."""
+        return self.judge.objective
+
+    @cached_property
+    def factors(self) -> dict[str, float]:
+        """Factors from own units to those shown, by name of a parameter, and "" for the objective."""
+        units: Any = deferred("plotting.units", "units_of")(self.system)
+        found = {name: units.factor(units.quantity_of(name)) for name in self.values}
+        return found | {"": units.factor(self.judge.measure.dimension)}
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units in words, by name of a parameter, and "" for the objective."""
+        units: Any = deferred("plotting.units", "units_of")(self.system)
+        found = {name: units.unit(units.quantity_of(name)) for name in self.values}
+        return found | {"": units.unit(self.judge.measure.dimension)}
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters that were varied, in SI units where the machine has scales."""
+        return {name: value * self.factors[name] for name, value in self.values.items()}
+
+    @property
+    def value(self) -> float:
+        """The objective, in SI units where the machine has scales."""
+        return self.own_value * self.factors[""]
+
+    @cached_property
+    def reduction_db(self) -> float:
+        """By how many decibels it is better than the machine as given with all its stops open.
+
+        20 lg of the ratio, 10 lg for a power. A machine without stops is compared with the one that
+        was given. NaN where that has no value, or a value of 0.
+        """
+        return self.judge.decibels(self.own_value, self.judge.without_impacts)
+
+    @cached_property
+    def verified(self) -> float:
+        """The objective with four times as many values of the band and starts as asked for, others.
+
+        Somewhat worse than :attr:`value`, for which the machine was chosen; in the same unit.
+        """
+        row = self._row
+        return (
+            float(self.search.judges[0].finer(VERIFIED, seed=1).values(row[None])[0])
+            * (self.factors[""])
+        )
+
+    @cached_property
+    def worst(self) -> Member:
+        """The simulated motion that is worst: its measure, machine, and a state on it."""
+        return self.judge.worst(self._row)
+
+    @cached_property
+    def worst_motion(self) -> Motion | None:
+        """Its periodic orbit, or motion without impacts, where it is stable; else None."""
+        return motion_of(self.worst, self.judge)
+
+    @cached_property
+    def own_sensitivity(self) -> dict[str, Sensitivity]:
+        """Derivatives of the objective by the parameters, in own units."""
+        if self.objective.kind == "worst" and self.worst_motion is not None:
+            motion = self.worst_motion
+            slopes = gradient(self.worst, motion, self.judge).tolist()
+            return {
+                name: Sensitivity(slope, True, 0.0)
+                for name, slope in zip(self.values, slopes, strict=True)
+            }
+        return _differences(self.search, self._row)
+
+    @property
+    def sensitivity(self) -> dict[str, float]:
+        """Derivatives of the objective by the parameters, per unit of each as shown."""
+        up = self.factors[""]
+        return {
+            name: one.value * up / self.factors[name] for name, one in self.own_sensitivity.items()
+        }
+
+    @property
+    def sensitivity_error(self) -> dict[str, float]:
+        """Estimated errors of these; 0 where they are exact."""
+        up = self.factors[""]
+        return {
+            name: one.error * up / self.factors[name] for name, one in self.own_sensitivity.items()
+        }
+
+    @property
+    def sensitivity_exact(self) -> bool:
+        """Whether these are exact derivatives of a periodic motion."""
+        return all(one.exact for one in self.own_sensitivity.values())
+
+    @cached_property
+    def robust(self) -> dict[str, Interval]:
+        """Ranges of each parameter, the others at their best, that cost less than 1 dB.
+
+        Each range is that around the optimum, by a scan to each bound and bisection.
+        """
+        found = robust_of(self.search, self._row, self.own_value)
+        return {
+            name: one._replace(low=one.low * f, high=one.high * f)
+            for (name, one), f in zip(found.items(), map(self.factors.get, found), strict=True)
+            if f is not None
+        }
+
+    @property
+    def _row(self) -> Floats:
+        return np.array(list(self.values.values()))
+
+    def to_dataset(self) -> xr.Dataset:
+        """Convert to a dataset: every machine tried, and the best, in the units shown.
+
+        Returns
+        -------
+        Dataset
+            Along ``machine``: the parameters, value (NaN of machines that are not allowed, or have
+            none); along ``parameter``: best, sensitivity, its error, and the robust range low, high;
+            scalars reduction_db, machines.
+        """
+        import xarray as xr
+
+        names = list(self.values)
+        table, worth = np.array(self.search.table), np.array(self.search.worth)
+        sign, up = self.objective.sign, self.factors[""]
+        valued = np.where(worth < NO_VALUE, sign * up * worth, math.nan)
+        robust, best = self.robust, self.parameters
+        across = {
+            "best": [best[n] for n in names],
+            "sensitivity": [self.sensitivity[n] for n in names],
+            "sensitivity_error": [self.sensitivity_error[n] for n in names],
+            "robust_low": [robust[n].low for n in names],
+            "robust_high": [robust[n].high for n in names],
+        }
+        tried = {
+            n: ("machine", table[:, i] * self.factors[n], {"units": self.units[n]})
+            for i, n in enumerate(names)
+        }
+        return xr.Dataset(
+            {
+                **tried,
+                "value": ("machine", valued, {"units": self.units[""], "long_name": self.label}),
+                **{name: ("parameter", values) for name, values in across.items()},
+                "best_value": self.value,
+                "reduction_db": self.reduction_db,
+            },
+            coords={"parameter": np.array(names, dtype=object)},
+            attrs={"objective": repr(self.objective), "why_stopped": self.why_stopped},
+        )
+
+    @property
+    def label(self) -> str:
+        """What was made small, or large, in words."""
+        return label_of(self.judge)
+
+    def plot(self, *, what: str = "response", ax: Axes | None = None) -> Axes:
+        """Draw the response beside that without impacts, or the search.
+
+        See :func:`vibroimpact.plotting.plot_design`.
+        """
+        axes: Axes = deferred("plotting.design", "plot_design")(self, what=what, ax=ax)
+        return axes
+
+    def __repr__(self) -> str:
+        lines = [f"Design: {self.label} {self.value:.6g} {self.units['']}".rstrip()]
+        if math.isfinite(self.reduction_db):
+            lines[0] += f", {self.reduction_db:.2f} dB better than without impacts"
+        lines += [
+            f"  {name} = {value:.6g} {self.units[name]}".rstrip()
+            for name, value in self.parameters.items()
+        ]
+        return "\n".join([*lines, f"  {self.machines} machines; {self.why_stopped}"])
+
+
+def label_of(judge: Judge) -> str:
+    """An objective in words."""
+    return f"{judge.objective.kind} {judge.measure.label} over {judge.band.parameter}"
+
+
+def optimise(
+    system: System,
+    vary: Mapping[str, tuple[float, float]],
+    objective: Objective,
+    *,
+    constraints: Constraint | Sequence[Constraint] = (),
+    seed: int = 0,
+    budget: int = 2000,
+    refine: int = 4,
+    workers: int | None = None,
+    progress: bool | ProgressCallback = True,
+    store: str | os.PathLike[str] | None = None,
+) -> Design:
+    """Find the parameters of a machine for which an objective is best.
+
+    Parameters
+    ----------
+    system
+        A forced machine: a :class:`~vibroimpact.Mechanism`, a :class:`~vibroimpact.Family`, or
+        anything with a ``mechanism``. The parameters that do not vary are its own.
+    vary
+        (low, high) by name of a parameter, in the system's own units (scaled for a machine of
+        ``from_physical``).
+    objective
+        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+    constraints
+        Functions of a dictionary of the varied parameters, in own units, that must be >= 0:
+        ``lambda p: 0.1 - p["mass_ratio"]``.
+    seed
+        Of the search; with that of the objective it determines the result to the last bit.
+    budget
+        Machines that the search tries, at most, >= 32; the last
+        improvements try 25 per parameter more, or a twentieth of the budget, but at most a quarter of it.
+    refine
+        The best 32 machines are judged again with so many times as many values of the band, and of
+        starts, and the best is improved; 0 ends the search before.
+    workers
+        Threads; by default one per core.
+    progress
+        Whether to show it on standard error; or a function that is called with sentences. A
+        ``KeyboardInterrupt`` that it raises ends the search as Ctrl-C does.
+    store
+        A file, ``.nc``, in which every machine that was tried is kept after each generation. The
+        same call with that file goes on where an interrupted one stopped, and ends with the same
+        result as one that was not interrupted.
+
+    Returns
+    -------
+    Design
+        Ctrl-C ends the search and keeps the best machine so far.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such parameter; bounds that are reversed, or that the machine refuses; a band or a measure
+        that it does not have; an objective that is the same for all machines; constraints that no
+        machine satisfies; a store of another question.
+    KeyboardInterrupt
+        Before the first generation is complete.
+
+    Notes
+    -----
+    Cost: ``budget`` machines of the cost that :func:`~vibroimpact.worst_over` states; for an impact
+    damper with three parameters and the defaults about 10 s on two cores. Sensitivity and the
+    robust range are computed when they are asked for, with 4 and some 40 machines per parameter.
+    Bodies of constraints are not compared with those of a store, only their names.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
+    ...                          half_clearance=10.0, omega=1.0)
+    >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
+    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle=50),
+    ...                    budget=48, progress=False)
+    >>> 5.0 < best.values["half_clearance"] < 20.0 and best.reduction_db > 3.0
+    True
+    """
+    variables = variables_of(system, vary)
+    judge = judge_of(system, objective, variables.names, workers)
+    for name, value, least in (("budget", budget, 2 * LEAST), ("seed", seed, 0)):
+        check_count(name, value, least)
+    check_count("seed", seed, 0, LARGEST_SEED)
+    check_count("refine", refine, 0)
+    report = _Report(progress, budget)
+    judges = judge, judge.finer(max(refine, 1))
+    search = Search(judges, variables, constraints_of(constraints), store, report, seed)
+    interrupted = False
+    try:
+        why = _evolve(search, seed, budget)
+        if refine:
+            why += _refined(search, budget)
+    except KeyboardInterrupt:
+        if not search.worth:
+            raise
+        interrupted, why = True, "interrupted; the best machine until then is kept"
+    finally:
+        report.close()
+    search.over()
+    row = search.best
+    return Design(
+        judge.machine(row), search.parameters(row), search.best_value, len(search.worth), why,
+        interrupted, search.history(), search.judge, search,
+    )  # fmt: skip
+
+
+class _Report:
+    """Progress on standard error, or to a function."""
+
+    def __init__(self, progress: Any, budget: int) -> None:
+        if not isinstance(progress, bool | Callable) or isinstance(progress, type):
+            raise refusal("progress", progress, "True, False or a function")
+        self._to = progress if callable(progress) else None
+        self._bar, self._budget = Progress(1, quiet=progress is not True), budget
+        self._bar.stage("optimise")
+
+    def __call__(self, machines: int, best: float) -> None:
+        text = f"{machines} of {self._budget} machines, best {best:.6g}"
+        if self._to is not None:
+            self._to(text)
+        self._bar.note(text)
+
+    def close(self) -> None:
+        """Remove the live line."""
+        self._bar.close()
+
+
+# ---- the two stages ------------------------------------------------------------------------------
+
+
+def _evolve(search: Search, seed: int, budget: int) -> str:
+    """Differential evolution; why it stopped."""
+    from scipy.optimize import differential_evolution
+
+    low, high = search.variables.low, search.variables.high
+    count = 2 ** round(math.log2(max(LEAST, PER_PARAMETER * len(low))))
+    while 2 * count > budget:
+        count //= 2
+
+    def worth(columns: Floats) -> Floats:
+        found = search(columns.T)
+        if search.asked == count:
+            _refuse_constant(search)
+        return found
+
+    try:
+        found = differential_evolution(
+            worth, list(zip(low, high, strict=True)), maxiter=budget // count - 1,
+            init=sobol(low, high, count, seed), rng=np.random.default_rng(seed),
+            vectorized=True, updating="deferred", polish=False, tol=1e-3, atol=0.0,
+        )  # fmt: skip
+    except RuntimeError as error:  # SciPy's, in place of the objective's own
+        raise error.__cause__ or error from None
+    if found.success:
+        return f"all {count} machines of generation {found.nit} are equally good to 0.1 %"
+    return f"the budget was spent after {found.nit} generations of {count} machines"
+
+
+def sobol(low: Floats, high: Floats, count: int, seed: int) -> Floats:
+    """First machines, spread evenly over the bounds: shape (count, d)."""
+    from scipy.stats.qmc import Sobol
+
+    drawn = Sobol(len(low), rng=np.random.default_rng(seed)).random(count)
+    return np.asarray(low + (high - low) * drawn)
+
+
+def _refuse_constant(search: Search) -> None:
+    """Refuse an objective that does not depend on the parameters."""
+    worth = np.array(search.worth)
+    valued = worth[worth < NO_VALUE]
+    if not valued.size:
+        _ = search.best  # names what is wrong
+    elif len(valued) > 1 and np.ptp(valued) <= CONSTANT * np.abs(valued).max():
+        raise InvalidParameterError(
+            f"objective: {label_of(search.judge)} is {search.best_value:.6g} for all {len(valued)} "
+            f"machines of the first generation; it does not depend on "
+            f"{', '.join(search.variables.names)}. Vary others, or measure something else."
+        )
+
+
+def _refined(search: Search, budget: int) -> str:
+    """The finer judge of the best machines, and the last improvements of the best; how it ended."""
+    finalists = search.finalists(FINALISTS, APART)
+    search.level = 1
+    search(finalists)
+    left = round(min(max(POLISHED * budget, EACH * search.variables.low.size), MOST * budget))
+    begun = f"; {len(finalists)} machines were judged again"
+    if search.judge.objective.kind == "worst":
+        steps, converged = descend(search, left)
+        if steps:
+            begun += f", {steps} steps by exact gradients"
+        if converged:
+            return f"{begun} converged"
+        left -= steps
+    return begun + _simplex(search, left)
+
+
+def _simplex(search: Search, left: int) -> str:
+    """The simplex method from the best machine; how it ended."""
+    from scipy.optimize import minimize
+
+    low, high = search.variables.low, search.variables.high
+    width = high - low
+    begin = (search.best - low) / width
+    corners = np.tile(begin, (len(low) + 1, 1))
+    for i in range(len(low)):
+        corners[i + 1, i] += SIMPLEX if begin[i] + SIMPLEX <= 1.0 else -SIMPLEX
+    if left <= len(low) + 1:
+        return ""
+    found = minimize(
+        lambda at: float(search((low + width * np.clip(at, 0.0, 1.0))[None])[0]), begin,
+        method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(low),
+        options={"initial_simplex": corners, "maxfev": left, "xatol": CLOSE, "fatol": 0.0},
+    )  # fmt: skip
+    ended = "converged" if found.success else "was stopped"
+    return f", the simplex method {ended} after {found.nfev} more"
+
+
+# ---- about the best ------------------------------------------------------------------------------
+
+
+def _differences(search: Search, row: Floats) -> dict[str, Sensitivity]:
+    """Central differences, of two steps, within the bounds."""
+    names, low, high = search.variables
+    steps = STEP * (high - low)
+    inside = np.clip(row, low + 2.0 * steps, high - 2.0 * steps)
+    table = np.array(
+        [
+            _moved(row, i, inside[i] + k * steps[i])
+            for i in range(len(row))
+            for k in (-2.0, -1.0, 1.0, 2.0)
+        ]
+    )
+    values = search.judge.values(table).reshape(-1, 4)
+    fine = (values[:, 2] - values[:, 1]) / (2.0 * steps)
+    rough = (values[:, 3] - values[:, 0]) / (4.0 * steps)
+    return {
+        name: Sensitivity(float(fine[i]), False, float(abs(fine[i] - rough[i])))
+        for i, name in enumerate(names)
+    }
+
+
+def robust_of(search: Search, row: Floats, best: float) -> dict[str, Interval]:
+    """Range of each parameter around a machine that costs less than 1 dB, in own units."""
+    names, low, high = search.variables
+    judge, count = search.judge, len(row)
+    ends = [(i, end) for i in range(count) for end in (float(low[i]), float(high[i]))]
+
+    def good(parts: Floats) -> Any:
+        """Whether machines at parts of the way to each end, shape (2 d, k), are good enough."""
+        table = [
+            _moved(row, i, float(row[i] + part * (end - row[i])))
+            for (i, end), some in zip(ends, parts, strict=True)
+            for part in some
+        ]
+        values = search.judge.values(np.array(table)).reshape(parts.shape)
+        allowed = np.array([not any(search.violations(one)) for one in table])
+        loss = np.array([-judge.decibels(v, best) for v in values.ravel()]).reshape(parts.shape)
+        return (loss <= WITHIN) & allowed.reshape(parts.shape)
+
+    scan = np.tile(np.arange(1, SCANNED + 1) / SCANNED, (len(ends), 1))
+    kept = good(scan)
+    whole = kept.all(axis=1)
+    first = np.where(whole, SCANNED, np.argmin(kept, axis=1))
+    inner, outer = first / SCANNED, np.minimum(first + 1, SCANNED) / SCANNED
+    for _ in range(HALVED):
+        middle = (inner + outer) / 2.0
+        fine = good(middle[:, None])[:, 0]
+        inner, outer = np.where(fine, middle, inner), np.where(fine, outer, middle)
+    reached = [
+        float(row[i] + part * (end - row[i])) for (i, end), part in zip(ends, inner, strict=True)
+    ]
+    return {
+        name: Interval(
+            reached[2 * i], reached[2 * i + 1], (bool(whole[2 * i]), bool(whole[2 * i + 1]))
+        )
+        for i, name in enumerate(names)
+    }
+
+
+def _moved(row: Floats, i: int, value: float) -> Floats:
+    """A machine with another value of one parameter."""
+    moved = row.copy()
+    moved[i] = value
+    return moved

@@ -1,0 +1,297 @@
+"""What a search for a design varies, what it may not, and every machine that it has tried.
+
+Method      Every machine that a search asks for is kept in the order of the questions, with its
+            value. A search that is repeated with the same seed asks the same questions, and those
+            that are in the record already are answered from it: so a search that was stopped goes
+            on where it stopped, and ends as if it had not been, bit for bit.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.checks import check_target, ends_of, path_of, real, refusal
+from vibroimpact._core.datasets import SUFFIXES, Format
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Floats
+from vibroimpact.design.objective import Judge
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
+from vibroimpact.model.system import System, mechanism_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Constraint = Callable[[dict[str, float]], float]
+
+FORMAT = Format("vibroimpact-design-search", "a search's store", "vi.optimise(store=...)")
+INFEASIBLE = 1e100  # worth of a machine that is not allowed: worse than any motion
+NO_VALUE = 1e50  # of one whose motion has no value
+
+
+class Variables(NamedTuple):
+    """Parameters that vary, and their bounds, shape (d,) each."""
+
+    names: tuple[str, ...]
+    low: Floats
+    high: Floats
+
+
+def variables_of(system: System, vary: Any) -> Variables:
+    """Check what varies: parameters of the system, and bounds that it admits.
+
+    Raises
+    ------
+    InvalidParameterError
+        Nothing, an unknown parameter, bounds that are reversed or that the system refuses.
+    """
+    if not isinstance(vary, Mapping) or not vary:
+        raise refusal("vary", vary, "a dictionary from names of parameters to (low, high)")
+    bounds = []
+    for name, pair in vary.items():
+        parameter_value(system, name)
+        bounds.append(ends_of(f"vary[{name!r}]", pair))
+    for corner in itertools.product(*bounds):
+        values = dict(zip(vary, corner, strict=True))
+        try:
+            mechanism_of(with_parameters(system, values))
+        except InvalidParameterError as error:
+            text = str(error)
+            named = with_values(text, values) if isinstance(system, Mechanism) else text
+            raise InvalidParameterError(f"vary: {named}") from error
+    low, high = np.array(bounds).T
+    return Variables(tuple(vary), low, high)
+
+
+@dataclass(eq=False)
+class Search:
+    """Machines tried so far, best first on request.
+
+    Attributes
+    ----------
+    judges
+        What is judged: for the search, and with more members for the last machines.
+    variables
+        What varies.
+    constraints
+        Functions of the parameters that must be >= 0.
+    store
+        File in which the record is kept, or None.
+    report
+        Called with (machines, best value) after every group of machines.
+    seed
+        Of the search, which the store must share.
+    level
+        Number of the judge in use.
+    table, worth, levels
+        Every machine that was asked for: its parameters, (k, d), its value in the sense that less is
+        better, and the number of its judge.
+    groups
+        How many machines had been asked for after each group.
+    asked
+        How many of them have been asked for in this search; the others are of the store.
+    """
+
+    judges: tuple[Judge, Judge]
+    variables: Variables
+    constraints: tuple[Constraint, ...] = ()
+    store: str | os.PathLike[str] | None = None
+    report: Callable[[int, float], object] | None = None
+    seed: int = 0
+    table: list[Floats] = field(default_factory=list)
+    worth: list[float] = field(default_factory=list)
+    levels: list[int] = field(default_factory=list)
+    groups: list[int] = field(default_factory=list)
+    asked: int = 0
+    level: int = 0
+
+    def __post_init__(self) -> None:
+        if self.store is not None:
+            self._open()
+
+    def __call__(self, table: Floats) -> Floats:
+        """Worth of machines, shape (k, d) to (k,): less is better; those not allowed are worst."""
+        known = self.table[self.asked : self.asked + len(table)]
+        replayed = len(known) == len(table) and np.array_equal(known, table)
+        if not replayed:
+            del self.table[self.asked :], self.worth[self.asked :], self.levels[self.asked :]
+            self.groups = [k for k in self.groups if k <= self.asked]
+            worth = self._computed(np.asarray(table, dtype=float))
+            self.table += list(np.array(table, dtype=float))
+            self.worth += worth.tolist()
+            self.levels += [self.level] * len(worth)
+            self.groups.append(len(self.table))
+        at, self.asked = self.asked, self.asked + len(table)
+        if not replayed and self.store is not None:
+            FORMAT.save(self._record(), self.store)
+        if self.report is not None:
+            self.report(self.asked, self.best_value)
+        return np.array(self.worth[at : self.asked])
+
+    def over(self) -> None:
+        """End the search: what a store holds beyond it is dropped, and nothing is reported."""
+        del self.table[self.asked :], self.worth[self.asked :], self.levels[self.asked :]
+        self.groups = [k for k in self.groups if k <= self.asked]
+        self.report = self.store = None
+
+    @property
+    def judge(self) -> Judge:
+        """The judge in use."""
+        return self.judges[self.level]
+
+    @property
+    def seen(self) -> tuple[Floats, Floats]:
+        """Machines of the finest judge so far, and their worth: shapes (k, d), (k,)."""
+        rows = [k for k in range(self.asked) if self.levels[k] == self.levels[self.asked - 1]]
+        table = np.reshape(self.table[: self.asked], (self.asked, len(self.variables.names)))
+        return table[rows], np.array(self.worth[: self.asked])[rows]
+
+    @property
+    def best(self) -> Floats:
+        """Parameters of the best machine so far.
+
+        Raises
+        ------
+        InvalidParameterError
+            No machine was allowed; the message names the constraint.
+        """
+        table, worth = self.seen
+        k = int(np.argmin(worth))
+        if worth[k] >= INFEASIBLE:
+            raise InvalidParameterError(self._nowhere())
+        if worth[k] >= NO_VALUE:
+            raise InvalidParameterError(
+                f"objective: none of {len(worth)} machines has a value: their motions do not reach "
+                "the end of the window. Examine one of them with vi.sweep."
+            )
+        return np.asarray(table[k])
+
+    @property
+    def best_value(self) -> float:
+        """Objective of the best machine so far; NaN without one."""
+        least = self.seen[1].min(initial=math.inf)
+        return self.judge.objective.sign * float(least) if least < NO_VALUE else math.nan
+
+    def finalists(self, count: int, apart: float) -> Floats:
+        """The best machines, no two of them closer than ``apart`` of the bounds in all parameters."""
+        table, worth = self.seen
+        width = self.variables.high - self.variables.low
+        found: list[Floats] = []
+        for k in np.argsort(worth, kind="stable"):
+            far = [np.max(np.abs(table[k] - one) / width) > apart for one in found]
+            if worth[k] < NO_VALUE and all(far):
+                found.append(table[k])
+            if len(found) == count:
+                break
+        return np.array(found)
+
+    def history(self) -> tuple[tuple[int, ...], tuple[float, ...]]:
+        """Machines asked for, and the best objective by their judge, after each group of machines."""
+        best: list[float] = []
+        worth, levels = np.array(self.worth), np.array(self.levels)
+        for count in self.groups:
+            least = worth[:count][levels[:count] == levels[count - 1]].min()
+            value = self.judge.objective.sign * float(least)
+            best.append(value if least < NO_VALUE else math.nan)
+        return tuple(self.groups), tuple(best)
+
+    def parameters(self, row: Floats) -> dict[str, float]:
+        """Values by name."""
+        return dict(zip(self.variables.names, row.tolist(), strict=True))
+
+    def violations(self, row: Floats) -> list[float]:
+        """How far each constraint is from holding: 0 where it does."""
+        return violations_of(self.constraints, self.parameters(row))
+
+    def _computed(self, table: Floats) -> Floats:
+        wrong = np.array([math.fsum(self.violations(row)) for row in table])
+        worth = INFEASIBLE * (1.0 + wrong)
+        allowed = np.flatnonzero(wrong == 0.0)
+        if allowed.size:
+            found = self.judge.objective.sign * self.judge.values(table[allowed])
+            worth[allowed] = np.where(np.isfinite(found), found, NO_VALUE)
+        return worth
+
+    def _nowhere(self) -> str:
+        return nowhere(self.constraints, [self.parameters(row) for row in self.table])
+
+    # ---- the store ---------------------------------------------------------------------------
+
+    def _open(self) -> None:
+        path = path_of("store", self.store)
+        check_target(path, SUFFIXES, "store")
+        if not path.exists():
+            return
+        data = FORMAT.load(path)
+        with FORMAT.reading(data):
+            if data.attrs["question"] != self._question():
+                raise InvalidParameterError(
+                    f"store = {path}: holds the search of another question. Name another file, or "
+                    "ask the same."
+                )
+            self.table = list(data["table"].values)
+            self.worth = data["worth"].values.tolist()
+            self.levels = data["levels"].values.tolist()
+            self.groups = [int(k) for k in data["groups"].values]
+
+    def _record(self) -> xr.Dataset:
+        import xarray as xr
+
+        return xr.Dataset(
+            {
+                "table": (("machine", "parameter"), np.array(self.table)),
+                "worth": ("machine", np.array(self.worth)),
+                "levels": ("machine", np.array(self.levels)),
+                "groups": ("group", np.array(self.groups)),
+            },
+            coords={"parameter": np.array(self.variables.names, dtype=object)},
+            attrs={"format": FORMAT.name, "question": self._question()},
+        )
+
+    def _question(self) -> str:
+        """Everything on which the answers depend, but for the bodies of constraints."""
+        fixed = with_parameters(self.judge.system, self.parameters(self.variables.low))
+        names = ", ".join(map(_name, self.constraints))
+        bounds = [part.tolist() for part in self.variables[1:]]
+        asked = [one.objective for one in self.judges]
+        return f"{fixed!r}; {asked!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}"
+
+
+def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
+    """Check constraints: a function of the parameters, or several."""
+    listed = [constraints] if callable(constraints) else constraints
+    if not isinstance(listed, Sequence) or not all(map(callable, listed)):
+        raise refusal("constraints", constraints, "functions of a dictionary of the parameters")
+    return tuple(listed)
+
+
+def violations_of(constraints: Sequence[Constraint], parameters: dict[str, float]) -> list[float]:
+    """How far each constraint is from holding: 0 where it does."""
+    return [
+        max(0.0, -real(f"constraint {_name(one)}", one(dict(parameters)), "a number"))
+        for one in constraints
+    ]
+
+
+def nowhere(constraints: Sequence[Constraint], machines: Sequence[dict[str, float]]) -> str:
+    """Sentence: no machine is allowed, and which constraint fails most often."""
+    broken = np.array([violations_of(constraints, one) for one in machines])
+    name = _name(constraints[int(np.argmax((broken > 0.0).sum(axis=0)))])
+    return (
+        f"constraints: none of {len(machines)} machines within the bounds satisfies them; "
+        f"{name} fails most often. Widen the bounds, or relax it."
+    )
+
+
+def _name(function: Constraint) -> str:
+    """A function by name; a lambda by its number of line."""
+    name = getattr(function, "__name__", repr(function))
+    code = getattr(function, "__code__", None)
+    return f"the one in line {code.co_firstlineno}" if name == "<lambda>" and code else name
