@@ -34,6 +34,7 @@ COMMANDS = {  # a file of this folder each
     "diagram": "draw a bifurcation diagram by brute force, followed up and down or from random starts",
     "plane": "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met",
     "response": "find how large a machine vibrates over a band of frequencies, with a report",
+    "design": "find the parameters of a machine that are best over a band, with a report",
     "basins": "find the attractors from a grid of starts, and their basins",
 }
 DOWNWARDS = re.compile(r"-[^-]")  # values of --follow that argparse would take for options

@@ -237,7 +237,7 @@ def machine_section(response: Response) -> list[Block]:
     if has_numbers(system):
         units = ", in the scaled units of the model" if scaled else ""
         caption += f" Its numbers are those at {low}{units}."
-    drawing = _svg(plot_mechanism(system, parameters=False))
+    drawing = picture_of(plot_mechanism(system, parameters=False))
     alternative = f"Drawing of the {machine_words(system)}"
     return [
         Picture(drawing, caption, alternative, narrow=True),
@@ -259,7 +259,7 @@ def response_section(response: Response, compare: Sequence[str], *, decibel: boo
     )
     ax = plot_response(response, compare=compare, decibel=decibel)
     low, high = _ends(response)
-    return [Picture(_svg(ax), caption, f"{label} from {low} to {high}")]
+    return [Picture(picture_of(ax), caption, f"{label} from {low} to {high}")]
 
 
 def meaning(response: Response) -> str:
@@ -412,7 +412,7 @@ def repeat_section(response: Response, command: str) -> list[Block]:
 # ---- pictures ------------------------------------------------------------------------------------
 
 
-def _svg(ax: Axes) -> bytes:
+def picture_of(ax: Axes) -> bytes:
     """The figure of some axes, which is closed then."""
     try:
         return style.svg_of(ax)

@@ -1,0 +1,123 @@
+"""Command vibroimpact design: the best parameters of a machine over a band, with a report."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from typing import Any
+
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.cli import common
+from vibroimpact.cli.members import RANGE, ranges_of
+from vibroimpact.cli.output import write
+from vibroimpact.design.objective import mean_over, worst_over
+from vibroimpact.design.optimise import Design, optimise
+from vibroimpact.design.response import frequency_response
+from vibroimpact.model.system import System
+from vibroimpact.plotting.design_report import design_report
+from vibroimpact.plotting.report import PAGES
+from vibroimpact.plotting.units import units_of
+
+EXAMPLE = (
+    "  vibroimpact design impact-damper/A --vary half_clearance=1:20 --vary restitution=0.3:0.9 "
+    "--over omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
+)
+JUDGED = ("points", "starts", "settle", "periods")
+SEARCHED = ("budget", "refine", "seed", "workers")
+TEXTS = {
+    "measure": "What is measured: x1 (its amplitude), rms v1, transmissibility x1, power, impact "
+    "speed and others: docs/design.md.",
+}
+NUMBER, STARTS, MOST = 60, 6, 4  # of the response of the best machine in the report
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_system(parser)
+    group = parser.add_argument_group("design")
+    group.add_argument(
+        "--vary", required=True, action="append", metavar=RANGE,
+        help="a parameter and its bounds, scaled; once for each parameter",
+    )  # fmt: skip
+    group.add_argument(
+        "--si",
+        action="store_true",
+        help="the bounds of --vary are in SI units: m, N, rad/s; of a [physical] file",
+    )
+    group.add_argument(
+        "--over", required=True, action="append", metavar=RANGE,
+        help="what varies while the machine runs, usually omega, and its band: in --unit, or scaled",
+    )  # fmt: skip
+    group.add_argument(
+        "--unit", metavar="UNIT", help="Hz or rad/s, of a band of forcing frequencies"
+    )
+    common.add_arguments_of(group, worst_over, ["measure"], **TEXTS)
+    group.add_argument(
+        "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
+    )
+    common.add_arguments_of(group, worst_over, JUDGED)
+    common.add_arguments_of(group, optimise, SEARCHED)
+    group.add_argument(
+        "--store", metavar="FILE.nc",
+        help="keep every machine that was tried; the same command goes on where it was interrupted",
+    )  # fmt: skip
+    group.add_argument("--title", default="", metavar="TEXT", help="heading of the report")
+    common.add_out(parser, pages=PAGES)
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Search, write, and describe the best machine."""
+    targets = common.targets_of(arguments, pages=PAGES)
+    case = common.case_of(arguments)
+    over = ranges_of(arguments.over, "over")
+    if len(over) != 1:
+        raise InvalidParameterError(f"over = {', '.join(over)}: give --over {RANGE} once.")
+    parameter, band = next(iter(over.items()))
+    judge = mean_over if arguments.mean else worst_over
+    objective = judge(parameter, band, **common.given(arguments, ("measure", "unit", *JUDGED)))
+    vary = ranges_of(arguments.vary, "vary")
+    best = optimise(
+        case.system, _own(case.system, vary) if arguments.si else vary, objective,
+        **common.given(arguments, (*SEARCHED, "store")),
+    )  # fmt: skip
+    if best.interrupted:
+        raise KeyboardInterrupt
+    write(
+        targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best, over)
+    )
+    return f"{case.system}\n{best}\n{_sensitivities(best)}{common.listed(targets)}"
+
+
+def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Bounds in SI units in those of the machine."""
+    units = units_of(system)
+    if not units.si:
+        raise InvalidParameterError(
+            "si: the machine has no physical scales. Give a [physical] file, or leave --si out."
+        )
+    factors = {name: units.factor(units.quantity_of(name)) for name in vary}
+    return {name: (a / factors[name], b / factors[name]) for name, (a, b) in vary.items()}
+
+
+def _sensitivities(best: Design) -> str:
+    """Derivatives and robust ranges, a line for each parameter."""
+    lines = []
+    for name, slope in best.sensitivity.items():
+        low, high, _ = best.robust[name]
+        unit = best.units[name]
+        lines.append(
+            f"  {name}: derivative {slope:.4g}; within 1 dB from {low:.6g} to {high:.6g} {unit}".rstrip()
+        )
+    kind = "exact derivatives" if best.sensitivity_exact else "derivatives by differences"
+    return "\n".join([f"  {kind} of the objective, and ranges:", *lines])
+
+
+def _page(arguments: argparse.Namespace, best: Design, over: dict[str, tuple[float, float]]) -> str:
+    """The report: the best machine, and its response."""
+    (parameter, band), seen = next(iter(over.items())), best.objective
+    asked: dict[str, Any] = {"measure": seen.measure, "unit": seen.unit, "seed": seen.seed}
+    response = frequency_response(
+        best.system, parameter, band, **asked, number=NUMBER, starts=STARTS, most=MOST
+    )
+    command = shlex.join(["vibroimpact", *arguments.words])
+    return design_report(best, response, title=arguments.title, command=command)

@@ -1,0 +1,82 @@
+"""The command design: its files, words and report are those of the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+from support.commands import assert_nothing_written, said
+
+import vibroimpact as vi
+from vibroimpact.cli import design as command
+from vibroimpact.cli import main as cli
+
+from .test_response_command import FRAME, PHYSICAL, Page
+
+pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
+
+JUDGED: dict[str, Any] = {"points": 3, "starts": 1, "settle": 20.0, "periods": 5.0}
+ARGV = [
+    "design", "--config", "frame.toml", "--vary", "half_clearance=0.005:0.02", "--si",
+    "--over", "omega=7:9", "--unit", "Hz", "--budget", "32", "--refine", "0",
+    *(word for name, value in JUDGED.items() for word in (f"--{name}", str(value))),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def best() -> vi.Design:
+    frame = vi.ImpactDamper.from_physical(**PHYSICAL)
+    factor = 1.0 / frame.scales.length
+    return vi.optimise(
+        frame, {"half_clearance": (0.005 * factor, 0.02 * factor)},
+        vi.worst_over("omega", (7.0, 9.0), unit="Hz", **JUDGED), budget=32, refine=0, progress=False,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def _few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A report of few values."""
+    for name, value in {"NUMBER": 3, "STARTS": 1, "MOST": 0}.items():
+        monkeypatch.setattr(command, name, value)
+
+
+@pytest.mark.usefixtures("_few")
+def test_design_prints_and_writes_the_best_machine_of_the_library(
+    best: vi.Design, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("frame.toml").write_text(FRAME)
+    text = said([*ARGV, "--out", "d.nc", "--out", "d.html"], capsys)
+    assert repr(best) in text
+    low, high, _ = best.robust["half_clearance"]
+    assert f"within 1 dB from {low:.6g} to {high:.6g} m" in text
+    with xr.open_dataset("d.nc", engine="h5netcdf") as found:
+        assert float(found.best_value) == best.value
+    page = Page(Path("d.html").read_text(encoding="utf-8"))
+    assert not page.open
+    assert "Best of 32 machines: half clearance" in page.words
+    assert f"{best.reduction_db:.3g} dB better than with all stops open" in page.words
+    assert any(row[0] == "half clearance" and len(row) == 5 for row in page.rows)
+    assert "vibroimpact design --config frame.toml" in page.words
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (["--vary", "half_clearnce=1:2"], "half_clearance"),
+        (["--over", "omega=9:7"], "over"),
+        (["--measure", "x9"], "row"),
+        (["--vary", "restitution=0.5:1.5"], "restitution"),
+    ],
+)
+def test_what_cannot_be_designed_is_refused_in_one_sentence(
+    change: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("frame.toml").write_text(FRAME)
+    assert_nothing_written([*ARGV, *change, "--out", "d.html"], cli.MISUSE, message, capsys)
+
+
+def test_bounds_in_si_need_a_machine_with_scales(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["design", "impact-damper/A", *ARGV[3:], "--out", "d.html"]
+    assert_nothing_written(argv, cli.MISUSE, "no physical scales", capsys)
