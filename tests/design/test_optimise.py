@@ -142,6 +142,15 @@ def test_den_hartogs_absorber_is_found() -> None:
     assert found.reduction_db == pytest.approx(exact, abs=1e-7)
 
 
+def test_the_last_machines_are_judged_with_more_members() -> None:
+    over = replace(OVER, band=(0.9, 1.1), settle=60.0)
+    found = vi.optimise(DAMPER, CLEARANCE, over, budget=32, refine=2, progress=False)
+    row = np.array([[found.values["half_clearance"]]])
+    for value, points, starts, seed in ((found.own_value, 9, 4, 0), (found.verified, 17, 8, 1)):
+        finer = replace(over, points=points, starts=starts, seed=seed)
+        assert value == judge_of(DAMPER, finer, ("half_clearance",)).values(row)[0]
+
+
 def test_two_balls_with_unequal_clearances_are_designed_by_the_same_call() -> None:
     machine = vi.Family(two_balls, upper=10.0, lower=10.0, omega=1.0)
     vary = {"upper": (3.0, 20.0), "lower": (3.0, 20.0)}
