@@ -61,22 +61,20 @@ def test_design_prints_and_writes_the_best_machine_of_the_library(
     assert "vibroimpact design --config frame.toml" in page.words
 
 
+SCALED = ["design", "impact-damper/A", "--vary", "half_clearance=1:20", *ARGV[6:]]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (["--vary", "half_clearnce=1:2"], "half_clearance"),
-        (["--over", "omega=9:7"], "over"),
-        (["--measure", "x9"], "row"),
+        (["--vary", "half_clearnce=1:2"], "half_clearnce"),
+        (["--over", "zeta=0:1"], "give --over"),
+        (["--measure", "x9"], "of coordinates 1 to 2"),
         (["--vary", "restitution=0.5:1.5"], "restitution"),
+        (["--si"], "no physical scales"),
     ],
 )
 def test_what_cannot_be_designed_is_refused_in_one_sentence(
     change: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("frame.toml").write_text(FRAME)
-    assert_nothing_written([*ARGV, *change, "--out", "d.html"], cli.MISUSE, message, capsys)
-
-
-def test_bounds_in_si_need_a_machine_with_scales(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["design", "impact-damper/A", *ARGV[3:], "--out", "d.html"]
-    assert_nothing_written(argv, cli.MISUSE, "no physical scales", capsys)
+    assert_nothing_written([*SCALED, *change, "--out", "d.html"], cli.MISUSE, message, capsys)

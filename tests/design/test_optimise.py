@@ -19,9 +19,9 @@ from vibroimpact.model.parameters import with_parameters
 DAMPER = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6, half_clearance=10.0, omega=1.0
 )
-QUICK: dict[str, Any] = {"points": 5, "starts": 2, "settle": 60, "periods": 20}
-OVER = vi.worst_over("omega", (0.9, 1.1), "x1", **QUICK)
-CLEARANCE = {"half_clearance": (2.0, 30.0)}
+QUICK: dict[str, Any] = {"points": 5, "starts": 2, "settle": 100, "periods": 20}
+OVER = vi.worst_over("omega", (0.98, 1.02), "x1", **QUICK)
+CLEARANCE = {"half_clearance": (5.0, 13.0)}
 PLANE = {"mass_ratio": [0.05, 0.1], "half_clearance": [5.0, 10.0, 15.0, 20.0]}
 MU = 0.1
 
@@ -60,8 +60,10 @@ def best() -> vi.Design:
 
 @pytest.fixture(scope="module")
 def front() -> vi.ParetoFront:
-    both = [OVER, replace(OVER, measure="impact speed")]
-    return vi.pareto_front(DAMPER, CLEARANCE, both, budget=96, refine=1, progress=False)
+    over = replace(OVER, band=(0.9, 1.1), settle=60.0)
+    both = [over, replace(over, measure="impact speed")]
+    vary = {"half_clearance": (2.0, 30.0)}
+    return vi.pareto_front(DAMPER, vary, both, budget=96, refine=1, progress=False)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +85,7 @@ def test_an_objective_is_the_worst_of_a_sweep_of_each_machine_alone() -> None:
                 DAMPER, mass_ratio=row[0], half_clearance=part * row[1], restitution=r
             )
             members = vi.sweep(
-                machine, over={"omega": np.linspace(0.9, 1.1, 5)}, start=judge.starts, settle=60,
+                machine, over={"omega": np.linspace(0.98, 1.02, 5)}, start=judge.starts, settle=100,
                 periods=20, observe=[vi.observe.Extremes(row=(1.0, 0.0))], progress=False,
             )  # fmt: skip
             half = (members["x_largest"] - members["x_smallest"]) / 2.0
@@ -111,9 +113,11 @@ def test_the_machine_without_impacts_is_worst_at_its_resonance() -> None:
 
 
 def test_the_best_machine_is_not_beaten_by_brute_force(best: vi.Design) -> None:
-    values = best.judge.values(np.linspace(2.0, 30.0, 225)[:, None])
-    # the objective has steps, where an attractor appears: between two of the grid it may be less
-    assert values.min() * 0.98 <= best.own_value <= values.min() * 1.005
+    grid = np.linspace(5.0, 13.0, 33)
+    values = best.judge.values(grid[:, None])
+    # the best is where the symmetric orbit ceases to attract all starts: a step between two values
+    assert best.own_value <= values.min()
+    assert best.values["half_clearance"] == pytest.approx(grid[np.argmin(values)], abs=0.25)
     exact = 20.0 * math.log10(25.0 / math.sqrt(1.0 - 0.02**2) / best.own_value)
     assert best.reduction_db == pytest.approx(exact, abs=1e-8)
 
@@ -128,11 +132,23 @@ def test_den_hartogs_absorber_is_found() -> None:
     )  # fmt: skip
     # between two of 41 points a peak is higher than at the nearest by (0.0056 / 0.13)^2 / 2 or less
     assert found.own_value == pytest.approx(tuned.peak, rel=2e-3)
+    damper = vi.TunedDamper(MU, found.values["nu"], found.values["zeta"])
+    highest = damper.amplification(np.linspace(0.75, 1.2, 41)).max()
+    assert found.own_value == pytest.approx(highest, rel=1e-6)
     assert found.values["nu"] == pytest.approx(tuned.frequency_ratio, rel=5e-3)
     assert found.values["zeta"] == pytest.approx(tuned.damping_ratio, rel=5e-2)
     given = vi.TunedDamper(MU, 1.1, 0.3).peak
     exact = 20.0 * math.log10(given / found.own_value)
     assert found.reduction_db == pytest.approx(exact, abs=1e-7)
+
+
+def test_the_last_machines_are_judged_with_more_members() -> None:
+    over = replace(OVER, band=(0.9, 1.1), settle=60.0)
+    found = vi.optimise(DAMPER, CLEARANCE, over, budget=32, refine=2, progress=False)
+    row = np.array([[found.values["half_clearance"]]])
+    for value, points, starts, seed in ((found.own_value, 9, 4, 0), (found.verified, 17, 8, 1)):
+        finer = replace(over, points=points, starts=starts, seed=seed)
+        assert value == judge_of(DAMPER, finer, ("half_clearance",)).values(row)[0]
 
 
 def test_two_balls_with_unequal_clearances_are_designed_by_the_same_call() -> None:
@@ -187,11 +203,11 @@ def test_the_objective_is_within_a_decibel_over_the_robust_range(best: vi.Design
     at = best.values["half_clearance"]
     assert low <= at <= high
     limit = best.own_value * 10.0**0.05
-    tried = [at + part * (end - at) for end in (2.0, 30.0) for part in np.arange(1, 9) / 8]
+    tried = [at + part * (end - at) for end in (5.0, 13.0) for part in np.arange(1, 9) / 8]
     inside = [x for x in tried if low <= x <= high]
     if inside:
         assert (best.judge.values(np.array(inside)[:, None]) <= limit).all()
-    for end, bound, whole in zip((low, high), (2.0, 30.0), to_bounds, strict=True):
+    for end, bound, whole in zip((low, high), (5.0, 13.0), to_bounds, strict=True):
         beyond = end + (bound - at) / 8.0 / 2.0**5
         value = best.judge.values(np.array([[beyond]]))[0]
         assert whole or value > limit
@@ -229,33 +245,34 @@ class Stopper:
             raise KeyboardInterrupt
 
 
+@pytest.mark.parametrize("calls", [3, 6])  # in the search; among the last machines
 def test_an_interruption_keeps_the_best_so_far_and_resuming_ends_as_if_there_was_none(
-    tmp_path: Path, best: vi.Design
+    tmp_path: Path, best: vi.Design, calls: int
 ) -> None:
     store = tmp_path / "search.nc"
     part = vi.optimise(
-        DAMPER, CLEARANCE, OVER, budget=64, refine=1, progress=Stopper(3), store=store
+        DAMPER, CLEARANCE, OVER, budget=64, refine=1, progress=Stopper(calls), store=store
     )
     assert part.interrupted
     assert "interrupted" in part.why_stopped
-    assert part.machines == 48
+    assert part.machines == 48 if calls == 3 else 64 < part.machines < best.machines
     assert part.own_value == part.judge.values(np.array([[part.values["half_clearance"]]]))[0]
     whole = vi.optimise(DAMPER, CLEARANCE, OVER, budget=64, refine=1, progress=False, store=store)
     assert whole.values == best.values
     assert whole.own_value == best.own_value
     assert whole.history == best.history
     with pytest.raises(vi.InvalidParameterError, match="another question"):
-        vi.optimise(DAMPER, {"half_clearance": (2.0, 29.0)}, OVER, store=store, progress=False)
+        vi.optimise(DAMPER, {"half_clearance": (5.0, 12.0)}, OVER, store=store, progress=False)
 
 
 def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.Design) -> None:
-    def below_six(p: dict[str, float]) -> float:
-        return 6.0 - p["half_clearance"]
+    def below_eight(p: dict[str, float]) -> float:
+        return 8.0 - p["half_clearance"]
 
     found = vi.optimise(
-        DAMPER, CLEARANCE, OVER, constraints=below_six, budget=32, refine=1, progress=False
+        DAMPER, CLEARANCE, OVER, constraints=below_eight, budget=32, refine=1, progress=False
     )
-    assert found.values["half_clearance"] <= 6.0
+    assert found.values["half_clearance"] <= 8.0
     assert found.own_value > best.own_value
 
     def never(p: dict[str, float]) -> float:
@@ -265,7 +282,7 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
         objective: Any = OVER if search is vi.optimise else [OVER, OVER]
         with pytest.raises(vi.InvalidParameterError, match="never fails most often"):
             search(
-                DAMPER, CLEARANCE, objective, constraints=[below_six, never], budget=64,
+                DAMPER, CLEARANCE, objective, constraints=[below_eight, never], budget=64,
                 progress=False,
             )  # fmt: skip
 
@@ -329,7 +346,7 @@ def test_no_machine_of_a_front_beats_another_and_brute_force_none_of_them(
     assert len(front) > 3
     assert (np.diff(front.own_values[:, 0]) > 0.0).all()
     assert (np.diff(front.own_values[:, 1]) < 0.0).all()
-    table = np.linspace(2.0, 30.0, 57)[:, None]
+    table = np.linspace(2.0, 30.0, 29)[:, None]
     apart = np.array([judge.values(table) for judge in front.judges]).T
     for one in apart:  # within 5 %: the front has few machines, and the plane as few others
         assert not (one < 0.95 * front.own_values).all(axis=1).all()

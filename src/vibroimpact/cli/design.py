@@ -6,8 +6,10 @@ import argparse
 import shlex
 from typing import Any
 
+import numpy as np
+
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.cli import common
+from vibroimpact.cli import common, members
 from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write
 from vibroimpact.design.objective import mean_over, worst_over
@@ -68,11 +70,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Search, write, and describe the best machine."""
     targets = common.targets_of(arguments, pages=PAGES)
-    case = common.case_of(arguments)
     over = ranges_of(arguments.over, "over")
     if len(over) != 1:
         raise InvalidParameterError(f"over = {', '.join(over)}: give --over {RANGE} once.")
     parameter, band = next(iter(over.items()))
+    case = members.case_of(arguments, {parameter: np.array(band)})
     judge = mean_over if arguments.mean else worst_over
     objective = judge(parameter, band, **common.given(arguments, ("measure", "unit", *JUDGED)))
     vary = ranges_of(arguments.vary, "vary")

@@ -395,9 +395,9 @@ def optimise(
         check_count(name, value, least)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("refine", refine, 0)
-    report = _Report(progress, budget)
     judges = judge, judge.finer(max(refine, 1))
-    search = Search(judges, variables, constraints_of(constraints), store, report, seed)
+    search = Search(judges, variables, constraints_of(constraints), store, seed=seed)
+    search.report = report = _Report(progress, budget)
     interrupted = False
     try:
         why = _evolve(search, seed, budget)
