@@ -172,15 +172,13 @@ class Design:
 
     @cached_property
     def verified(self) -> float:
-        """The objective with four times as many values of the band and starts as asked for, others.
+        """The objective with twice as many values of the band and starts, other ones; in its unit.
 
-        Somewhat worse than :attr:`value`, for which the machine was chosen; in the same unit.
+        Somewhat worse than :attr:`value`, for which the machine was chosen.
         """
-        row = self._row
-        return (
-            float(self.search.judges[0].finer(VERIFIED, seed=1).values(row[None])[0])
-            * (self.factors[""])
-        )
+        seed = self.objective.seed + 1
+        found = self.judge.finer(VERIFIED, seed=seed).values(self._row[None])
+        return float(found[0]) * self.factors[""]
 
     @cached_property
     def worst(self) -> Member:
