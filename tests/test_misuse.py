@@ -44,7 +44,7 @@ RESULTS = {  # made by functions, not by hand
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
     "StroboscopicSection", "SymmetricOrbit", "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
-    "ResponseSpectrum", "SineSweep", "TunedDamper",
+    "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
@@ -58,6 +58,8 @@ LONG = {
     ("lyapunov_spectrum", "settle"), ("lyapunov_spectrum", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
     ("find_circle", "settle"), ("find_circle, formula", "settle"),
+    ("worst_over", "points"), ("mean_over", "points"), ("optimise", "budget"),
+    ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
     ("frequency_response", "number"), ("frequency_response", "starts"),
     ("frequency_response", "settle"), ("frequency_response", "periods"),
     ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
@@ -533,7 +535,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         f"observe.{kind.__name__}": observed(kind)
         for kind in OBSERVERS.values() if fields(cast(Any, kind))
     }  # fmt: skip
-    calls |= _response_calls(damper) | _transient_calls(damper, folder)
+    calls |= _response_calls(damper) | _design_calls(damper) | _transient_calls(damper, folder)
     ours = {
         "a contact": contact,
         "a damper": damper,
@@ -579,6 +581,40 @@ def _response_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
             plotting.plot_response,
             {"response": response, "decibel": False, "compare": (), "marks": True, "ax": None},
         ),
+    }  # fmt: skip
+
+
+def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
+    """The same of designs."""
+    few: dict[str, Any] = {"points": 2, "starts": 1, "settle": 2, "periods": 2}
+    judged = {"parameter": "omega", "band": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
+              "spread": None, "aim": "small"} | few  # fmt: skip
+    both = vi.worst_over("omega", (1.1, 1.2), **few), vi.mean_over("omega", (1.1, 1.2), **few)
+    vary = {"half_clearance": (4.0, 6.0)}
+    asked = {"system": damper, "vary": vary, "constraints": (), "seed": 0, "budget": 64, "refine": 0,
+             "workers": 1, "progress": False}  # fmt: skip
+    over = {"half_clearance": [4.0, 5.0], "restitution": [0.5, 0.6]}
+    best = vi.optimise(damper, vary, both[0], budget=32, refine=0, progress=False)
+    drawn = vi.design_map(damper, over, both[0], progress=False)
+    front = vi.pareto_front(damper, vary, both, budget=64, refine=1, progress=False)
+    return {
+        "worst_over": (vi.worst_over, judged),
+        "mean_over": (vi.mean_over, judged),
+        "optimise": (vi.optimise, asked | {"objective": both[0], "store": None}),
+        "Design.plot": (best.plot, {"what": "response", "ax": None}),
+        "design_map": (
+            vi.design_map,
+            {"system": damper, "over": over, "objective": both[0], "workers": 1, "progress": False},
+        ),
+        "DesignMap.to_dataset": (drawn.to_dataset, {"si": False}),
+        "DesignMap.plot": (drawn.plot, {"ax": None}),
+        "pareto_front": (vi.pareto_front, asked | {"objectives": both, "refine": 1}),
+        "ParetoFront.machine": (front.machine, {"number": 0}),
+        "ParetoFront.to_dataset": (front.to_dataset, {"si": False}),
+        "ParetoFront.plot": (front.plot, {"ax": None}),
+        "plot_design": (plotting.plot_design, {"design": best, "what": "response", "ax": None}),
+        "plot_design_map": (plotting.plot_design_map, {"found": drawn, "ax": None}),
+        "plot_pareto_front": (plotting.plot_pareto_front, {"front": front, "ax": None}),
     }  # fmt: skip
 
 
@@ -696,6 +732,9 @@ NAMES = [
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
+    "worst_over", "mean_over", "optimise", "Design.plot", "design_map", "DesignMap.to_dataset",
+    "DesignMap.plot", "pareto_front", "ParetoFront.machine", "ParetoFront.to_dataset",
+    "ParetoFront.plot", "plot_design", "plot_design_map", "plot_pareto_front",
     "frequency_response", "Response.at", "Response.to_dataset", "Response.plot", "measure_of",
     "measures.Amplitude", "measures.Peak", "measures.Rms", "measures.Harmonic",
     "measures.Transmissibility", "measures.DissipatedPower", "measures.ContactForce",

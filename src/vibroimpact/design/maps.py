@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import refusal
+from vibroimpact._core.checks import check_flag, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress, interruptible
@@ -95,6 +95,7 @@ class DesignMap:
         """
         import xarray as xr
 
+        check_flag("si", si)
         units: Any = deferred("plotting.units", "units_of")(self.system)
         first, second = self.axes
         quantities = {name: units.quantity_of(name) for name in self.axes}

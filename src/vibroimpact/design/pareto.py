@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact._core.checks import LARGEST_SEED, check_count, refusal
+from vibroimpact._core.checks import LARGEST_SEED, check_count, check_flag, check_index, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
@@ -73,6 +73,7 @@ class ParetoFront:
 
     def machine(self, number: int) -> System:
         """One of the machines."""
+        check_index("number", number, len(self))
         row = self.table[number].tolist()
         return with_parameters(self.system, dict(zip(self.names, row, strict=True)))
 
@@ -91,6 +92,7 @@ class ParetoFront:
         """
         import xarray as xr
 
+        check_flag("si", si)
         units: Any = deferred("plotting.units", "units_of")(self.system)
         columns = {
             name: (units.quantity_of(name), self.table[:, i]) for i, name in enumerate(self.names)

@@ -267,17 +267,30 @@ class Search:
 def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
     """Check constraints: a function of the parameters, or several."""
     listed = [constraints] if callable(constraints) else constraints
-    if not isinstance(listed, Sequence) or not all(map(callable, listed)):
+    if not isinstance(listed, Sequence) or not all(map(_is_function, listed)):
         raise refusal("constraints", constraints, "functions of a dictionary of the parameters")
     return tuple(listed)
 
 
+def _is_function(one: object) -> bool:
+    return callable(one) and not isinstance(one, type)
+
+
 def violations_of(constraints: Sequence[Constraint], parameters: dict[str, float]) -> list[float]:
     """How far each constraint is from holding: 0 where it does."""
-    return [
-        max(0.0, -real(f"constraint {_name(one)}", one(dict(parameters)), "a number"))
-        for one in constraints
-    ]
+    return [max(0.0, -_value_of(one, parameters)) for one in constraints]
+
+
+def _value_of(constraint: Constraint, parameters: dict[str, float]) -> float:
+    """A user's function at one machine."""
+    name = f"constraint {_name(constraint)}"
+    try:
+        value = constraint(dict(parameters))
+    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
+        raise InvalidParameterError(
+            f"{name}: failed ({type(error).__name__}: {error}). It takes a dictionary of the parameters that vary."
+        ) from error
+    return real(name, value, "a number")
 
 
 def nowhere(constraints: Sequence[Constraint], machines: Sequence[dict[str, float]]) -> str:
