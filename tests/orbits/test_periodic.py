@@ -25,7 +25,7 @@ from support.periodic import (
 from support.systems import oscillator, paper_damper, random_mechanism
 
 import vibroimpact as vi
-from vibroimpact.orbits.find import SAME, primitive, solve, unfolded
+from vibroimpact.orbits.find import SAME, Guess, mirror_distance, primitive, solve, unfolded
 from vibroimpact.orbits.problem import Signature
 
 EPS = np.finfo(float).eps
@@ -332,3 +332,20 @@ def test_random_mechanisms_with_two_sided_contacts_give_consistent_orbits() -> N
             continue
         orbit = vi.find_orbit(m, run, impacts=["A", "B"], cycles=1)
         assert orbit.converged == (orbit.residual < 1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_coordinate_at_rest_does_not_hide_how_far_a_loop_is_from_its_image() -> None:
+    """The second mass never moves: 0 / 0 of it was NaN, which passed for a mirror image."""
+    pair = vi.Mechanism(
+        mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=np.eye(2),
+        forces=(vi.Harmonic(1.0, (1.0, 0.0)),),
+        contacts=(vi.Contact((1.0, 0.0), -1.0, 1.0, 0.7),),
+    )  # fmt: skip
+    orbit = vi.find_orbit(pair, vi.State((0.0, 0.0), (0.5, 0.0)), symmetric=False)
+    assert orbit.symbol == "1-1-1"
+    assert not orbit.states[:, [1, 3]].any()
+    loop = Guess(orbit.states, orbit.durations)
+    assert mirror_distance(pair, orbit.signature, loop) < 1e-9
+    loop.states[0, 2] *= 1.5
+    assert mirror_distance(pair, orbit.signature, loop) == pytest.approx(1.0 / 3.0)

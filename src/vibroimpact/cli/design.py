@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> str:
     write(
         targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best, over)
     )
-    return f"{case.system}\n{best}\n{_sensitivities(best)}{common.listed(targets)}"
+    return f"{case.system}\n{best}\n{_looked_at(best)}{common.listed(targets)}"
 
 
 def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
@@ -101,8 +101,8 @@ def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tupl
     return {name: (a / factors[name], b / factors[name]) for name, (a, b) in vary.items()}
 
 
-def _sensitivities(best: Design) -> str:
-    """Derivatives and robust ranges, a line for each parameter."""
+def _looked_at(best: Design) -> str:
+    """The value looked at more closely; derivatives and robust ranges, a line for each parameter."""
     lines = []
     for name, slope in best.sensitivity.items():
         low, high, _ = best.robust[name]
@@ -110,8 +110,10 @@ def _sensitivities(best: Design) -> str:
         lines.append(
             f"  {name}: derivative {slope:.4g}; within 1 dB from {low:.6g} to {high:.6g} {unit}".rstrip()
         )
+    seen = f"  {best.verified:.6g} {best.units['']}".rstrip()
+    seen += " with four times as many values of the band and starts, others"
     kind = "exact derivatives" if best.sensitivity_exact else "derivatives by differences"
-    return "\n".join([f"  {kind} of the objective, and ranges:", *lines])
+    return "\n".join([seen, f"  {kind} of the objective, and ranges:", *lines])
 
 
 def _page(arguments: argparse.Namespace, best: Design, over: dict[str, tuple[float, float]]) -> str:

@@ -372,7 +372,7 @@ def optimise(
     Notes
     -----
     Cost: ``budget`` machines of the cost that :func:`~vibroimpact.worst_over` states; for an impact
-    damper with three parameters and the defaults about 10 s on two cores. Sensitivity and the
+    damper with three parameters and the defaults about 25 s on two cores. Sensitivity and the
     robust range are computed when they are asked for, with 4 and some 40 machines per parameter.
     Bodies of constraints are not compared with those of a store, only their names.
 

@@ -382,6 +382,6 @@ def mirror_distance(system: System, signature: Signature, guess: Guess) -> float
     ):
         return math.inf
     here, there = guess.states[:half, :-1], guess.states[half : 2 * half, :-1]
-    return float(
-        (np.abs(here + there).max(axis=0) / np.abs(guess.states[:, :-1]).max(axis=0)).max()
-    )
+    sizes = np.abs(guess.states[:, :-1]).max(axis=0)
+    sizes[sizes == 0.0] = 1.0  # of a coordinate that is zero at every impact, as its image is
+    return float((np.abs(here + there).max(axis=0) / sizes).max())

@@ -71,7 +71,8 @@ def _in_brief(best: Design) -> Iterator[str]:
     if best.reduction_db == best.reduction_db:
         yield (
             f"The {best.label} is {number(best.value, best.units[''])} as the search saw it, "
-            f"{best.reduction_db:.3g} dB better than with all stops open."
+            f"{best.reduction_db:.3g} dB better than with all stops open. With more values of the band "
+            f"and other starts it is {number(best.verified, best.units[''])}."
         )
 
 
