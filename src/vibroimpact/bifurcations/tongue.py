@@ -56,7 +56,7 @@ GROWTH, LONGEST = 1.5, 4.0  # of r from one try to the next
 PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method has no room
 TURN = 1e-4  # radians, for the direction of phi
 SPAN = 0.02  # size of the parameter on a slice, as a change of log nu
-APART = 1e-8  # as a change of log nu: folds that are nearer make equations that are nearly singular twice
+APART = 1e-9  # as a change of log nu: folds that are nearer make equations that are nearly singular twice
 TINY = float(np.finfo(float).tiny)
 AT_TIP = 0.8  # of the radius of the start: nearer to the tip both sides are one to rounding
 SIDES = Steps(first=0.05, largest=1.0, tolerance=1e-6, points=600)
