@@ -11,7 +11,7 @@ from vibroimpact._core.checks import check_choice, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.design.flights import dual
-from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.machines.machine import scales_or_ones
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded, parameter_value, with_parameter, with_values
 from vibroimpact.model.system import System, mechanism_of
@@ -76,7 +76,7 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     if unit:
         check_choice("unit", unit, [*CYCLES])
         _check_frequency(system, parameter, unit)
-        factor = (scales_of(system) or Scales()).frequency / CYCLES[unit]
+        factor = scales_or_ones(system).frequency / CYCLES[unit]
     for value in (low, high):
         _check_value(system, parameter, value / factor)
     return Band(parameter, low / factor, high / factor, unit, factor)

@@ -32,7 +32,7 @@ from vibroimpact.design.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.design.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
 from vibroimpact.design.measure import Peak, Row
 from vibroimpact.design.motions import flights_of_run
-from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
 from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
 from vibroimpact.model.state import State
@@ -92,7 +92,7 @@ class FreeDecay:
     @property
     def scales(self) -> Scales:
         """Units of the system; ones where it has none."""
-        return scales_of(self.system) or Scales()
+        return scales_or_ones(self.system)
 
     @property
     def end(self) -> RunEnd:
@@ -167,7 +167,7 @@ class FreeDecay:
     def energies(self) -> Energies:
         """Energy at the start and at the end, and what dashpots, contacts and elements have taken."""
         m = mechanism_of(self.run.system)
-        return energies_of(self.run, self._signal.flights, m).scaled(self.scales.energy)
+        return energies_of(self.run, self._signal.flights, m).scaled(self.scales.factor("energy"))
 
     def histories(self, count: int = 4000) -> tuple[Floats, Floats, Floats | None]:
         """Times, the row less its value at rest, and the same of the machine without impacts."""
@@ -287,7 +287,7 @@ def free_decay(
     """
     part = share("to", to)
     m = unforced(mechanism_of(system))
-    scales = scales_of(system) or Scales()
+    scales = scales_or_ones(system)
     state = _state(start, m.degrees, scales)
     measure = Peak(row)
     chosen, order = measure._coefficients(m), measure.derivatives

@@ -31,7 +31,7 @@ from vibroimpact.design.force_record import ForceRecord
 from vibroimpact.design.instants import check_span, largest_modulus
 from vibroimpact.design.measure import Measure, Peak, Rms, Row, measure_of
 from vibroimpact.design.motions import flights_of_run
-from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -82,7 +82,7 @@ class RecordResponse:
     @property
     def scales(self) -> Scales:
         """Units of the system; ones where it has none."""
-        return scales_of(self.system) or Scales()
+        return scales_or_ones(self.system)
 
     @property
     def end(self) -> RunEnd:
@@ -231,7 +231,7 @@ class RecordResponse:
             base = self._flights.rows.moved(code, record * (carried / self._factor), 0)
             return Dual(moved.value + base.value, moved.by + base.by)
 
-        return largest_modulus(self._flights.signal(absolute)) * self.scales.acceleration
+        return largest_modulus(self._flights.signal(absolute)) * self.scales.factor("acceleration")
 
     @cached_property
     def energies(self) -> Energies:
@@ -241,7 +241,7 @@ class RecordResponse:
         force[n] = 1.0 / self._factor
         along = np.append(self._row, 0.0)
         found = energies_of(self.run, self._flights, self._m, [(force, along)])
-        return found.scaled(self.scales.energy)
+        return found.scaled(self.scales.factor("energy"))
 
     @property
     def largest_impulse(self) -> float:
@@ -365,12 +365,12 @@ def simulate_record(
             "the record takes one. Remove a coordinate."
         )
     m = whole if own_forces else unforced(whole)
-    scales = scales_of(system) or Scales()
+    scales = scales_or_ones(system)
     row = record.influence(m)
     pieces = record.pieces(nonnegative("after", after))
     begin = (pieces.begin - record.time[0]) / scales.time
     length = pieces.length / scales.time
-    unit = scales.acceleration if record.kind == "base" else scales.force
+    unit = scales.factor("acceleration" if record.kind == "base" else "force")
     value, slope = pieces.value / unit, pieces.slope / unit * scales.time
     span = float(begin[-1] + length[-1])
     wider, factor = driven(m, row, 1.0 / span)

@@ -26,7 +26,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.design.band import Band, Unit, band_of, is_frequency
 from vibroimpact.design.measure import Peak, Row
-from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -79,7 +79,7 @@ class SineSweep:
     @property
     def scales(self) -> Scales:
         """Units of the system; ones where it has none."""
-        return scales_of(self.system) or Scales()
+        return scales_or_ones(self.system)
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -299,7 +299,7 @@ def _values(
         space = np.geomspace if spacing == "log" else np.linspace
         return np.asarray(space(band.low, band.high, count))
     own = positive("rate", rate)
-    scales = scales_of(system) or Scales()
+    scales = scales_or_ones(system)
     if band.unit:  # per second
         own *= scales.time if spacing == "log" else scales.time / band.factor
     lasting = _lasting(system, band.parameter, periods)

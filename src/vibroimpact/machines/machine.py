@@ -22,6 +22,21 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 SCALES = "scales"  # the field that is no parameter
+POWERS = {  # (a, b, c) of mass^a length^b time^c in the factor of a quantity                (1)
+    "length": (0, 1, 0),
+    "velocity": (0, 1, -1),
+    "acceleration": (0, 1, -2),
+    "time": (0, 0, 1),
+    "frequency": (0, 0, -1),
+    "rate": (0, 0, -1),
+    "force": (1, 1, -2),
+    "impulse": (1, 1, -1),
+    "energy": (1, 2, -2),
+    "power": (1, 2, -3),
+    "mass": (1, 0, 0),
+    "stiffness": (1, 0, -2),
+    "damping": (1, 0, -1),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,34 +72,14 @@ class Scales:
         return 1.0 / self.time
 
     @property
-    def acceleration(self) -> float:
-        """Metres per second squared per unit of acceleration."""
-        return self.length / self.time**2
-
-    @property
     def force(self) -> float:
         """Newtons per unit of force."""
-        return self.mass * self.acceleration
-
-    @property
-    def impulse(self) -> float:
-        """Newton seconds per unit of impulse."""
-        return self.mass * self.velocity
-
-    @property
-    def energy(self) -> float:
-        """Joules per unit of energy."""
-        return self.mass * self.velocity**2
-
-    @property
-    def power(self) -> float:
-        """Watts per unit of power."""
-        return self.energy / self.time
+        return self.mass * self.length / self.time**2
 
     def factor(self, quantity: str) -> float:
-        """SI units per unit of a quantity: "length", "rate", ...; 1 for a plain number, ""."""
-        name = "frequency" if quantity == "rate" else quantity
-        return float(getattr(self, name)) if name else 1.0
+        """SI units per unit of a quantity (1); 1 for a plain number, ""."""
+        a, b, c = POWERS.get(quantity, (0, 0, 0))
+        return float(self.mass**a * self.length**b * self.time**c)
 
 
 class Machine:
@@ -137,3 +132,8 @@ def scales_of(system: object) -> Scales | None:
     """Physical scales of a system; None for one without them."""
     scales = getattr(system, "scales", None)
     return scales if isinstance(scales, Scales) and scales != Scales() else None
+
+
+def scales_or_ones(system: object) -> Scales:
+    """Physical scales of a system; ones for one without them."""
+    return scales_of(system) or Scales()

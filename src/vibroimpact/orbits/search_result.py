@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.machines.machine import Scales, scales_of
+from vibroimpact.machines.machine import scales_of, scales_or_ones
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
@@ -98,7 +98,7 @@ class OrbitSearch:
 
     def _row(self, k: int) -> tuple[str, ...]:
         orbit, image = self.orbits[k], self.mirror_of[k]
-        length = (scales_of(self.system) or Scales()).length
+        length = scales_or_ones(self.system).length
         remark = f"mirror image of {image}" if image is not None else ""
         why = orbit.inadmissible_reason and f"not admissible: {orbit.inadmissible_reason}"
         return (

@@ -1,11 +1,7 @@
 """Units of figures and printed results: SI where the system has physical scales, else none.
 
-A number of the scaled system times the factor of its quantity is the number in SI units, with the
-scales of the machine:
-
-    factor = mass^a length^b time^c                                                          (1)
-
-The attribute ``quantity`` of a variable of a sweep names its quantity.
+A number of the scaled system times the factor of its quantity (``Scales.factor``) is the number in SI
+units. The attribute ``quantity`` of a variable of a sweep names its quantity.
 """
 
 from __future__ import annotations
@@ -20,19 +16,20 @@ from vibroimpact.machines.json_text import system_of
 from vibroimpact.machines.machine import Measure, Scales, measures_of, scales_of
 from vibroimpact.sweeps.states import COORDINATE
 
-QUANTITIES = {  # unit, and the powers (a, b, c) of (1)
-    "length": ("m", (0, 1, 0)),
-    "velocity": ("m/s", (0, 1, -1)),
-    "acceleration": ("m/s²", (0, 1, -2)),
-    "time": ("s", (0, 0, 1)),
-    "frequency": ("rad/s", (0, 0, -1)),
-    "rate": ("1/s", (0, 0, -1)),
-    "force": ("N", (1, 1, -2)),
-    "impulse": ("N s", (1, 1, -1)),
-    "power": ("W", (1, 2, -3)),
-    "mass": ("kg", (1, 0, 0)),
-    "stiffness": ("N/m", (1, 0, -2)),
-    "damping": ("N s/m", (1, 0, -1)),
+UNITS = {
+    "length": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s²",
+    "time": "s",
+    "frequency": "rad/s",
+    "rate": "1/s",
+    "force": "N",
+    "impulse": "N s",
+    "energy": "J",
+    "power": "W",
+    "mass": "kg",
+    "stiffness": "N/m",
+    "damping": "N s/m",
 }
 COORDINATES = {"x": "length", "v": "velocity"}
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
@@ -46,15 +43,12 @@ class Units(NamedTuple):
     parameters: Mapping[str, Measure] = MappingProxyType({})
 
     def factor(self, quantity: str) -> float:
-        """Factor (1); 1 for a number without dimension, and for a nondimensional system."""
-        if not self.si or quantity not in QUANTITIES:
-            return 1.0
-        a, b, c = QUANTITIES[quantity][1]
-        return float(self.scales.mass**a * self.scales.length**b * self.scales.time**c)
+        """Factor to SI units; 1 for a number without dimension, and for a nondimensional system."""
+        return self.scales.factor(quantity) if self.si else 1.0
 
     def unit(self, quantity: str) -> str:
         """Unit of a quantity; "" for a number without dimension or in scaled units."""
-        return QUANTITIES[quantity][0] if self.si and quantity in QUANTITIES else ""
+        return UNITS.get(quantity, "") if self.si else ""
 
     def label(self, text: str, quantity: str) -> str:
         """Label with its unit."""
