@@ -247,8 +247,19 @@ def check_flag(name: str, value: object) -> None:
 
 def check_function(name: str, value: object) -> None:
     """Refuse a value that is neither a function nor None."""
-    if value is not None and (not callable(value) or isinstance(value, type)):
+    if value is not None and not is_function(value):
         raise refusal(name, value, "a function, or None")
+
+
+def is_function(value: object) -> bool:
+    """Whether a value can be called, and is no class."""
+    return callable(value) and not isinstance(value, type)
+
+
+def check_progress(progress: object) -> None:
+    """Refuse a ``progress`` that is neither a flag nor a function."""
+    if not isinstance(progress, bool) and not is_function(progress):
+        raise refusal("progress", progress, "True, False or a function")
 
 
 def check_choice(name: str, value: object, choices: Collection[str], advice: str = "") -> None:

@@ -113,6 +113,25 @@ class Progress:
             stream.flush()
 
 
+class Sentences:
+    """How far one stage has come, in sentences: on standard error, or to a function."""
+
+    def __init__(self, progress: bool | Callable[[str], object], stage: str) -> None:
+        self._to = progress if callable(progress) else None
+        self._bar = Progress(1, quiet=progress is not True)
+        self._bar.stage(stage)
+
+    def say(self, text: str) -> None:
+        """Report a sentence."""
+        if self._to is not None:
+            self._to(text)
+        self._bar.note(text)
+
+    def close(self) -> None:
+        """Remove the live line."""
+        self._bar.close()
+
+
 @contextmanager
 def interruptible(kept: str) -> Iterator[None]:
     """Give an interruption a message, if it has none yet: which part of the work is kept."""

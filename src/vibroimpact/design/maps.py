@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import check_flag, refusal
+from vibroimpact._core.checks import check_flag, check_progress, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress, interruptible
@@ -180,8 +180,7 @@ def design_map(
     for name, values in axes.items():
         if np.any(np.diff(values) <= 0.0):
             raise InvalidParameterError(f"over[{name!r}]: must rise.")
-    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
-        raise refusal("progress", progress, "True, False or a function")
+    check_progress(progress)
     judge = judge_of(system, objective, tuple(axes), workers)
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     table, shape = np.column_stack([part.ravel() for part in mesh]), mesh[0].shape

@@ -26,10 +26,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import LARGEST_SEED, check_count, refusal
+from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import Sentences
 from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.motions import Motion
@@ -393,10 +393,13 @@ def optimise(
         check_count(name, value, least)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("refine", refine, 0)
+    check_progress(progress)
     judges = judge, judge.finer(max(refine, 1))
     search = Search(judges, variables, constraints_of(constraints), store, seed=seed)
-    search.report = report = _Report(progress, budget)
-    interrupted = False
+    told, interrupted = Sentences(progress, "optimise"), False
+    search.report = lambda machines, best: told.say(
+        f"{machines} of {budget} machines, best {best:.6g}"
+    )
     try:
         why = _evolve(search, seed, budget)
         if refine:
@@ -406,34 +409,13 @@ def optimise(
             raise
         interrupted, why = True, "interrupted; the best machine until then is kept"
     finally:
-        report.close()
+        told.close()
     search.over()
     row = search.best
     return Design(
         judge.machine(row), search.parameters(row), search.best_value, len(search.worth), why,
         interrupted, search.history(), search.judge, search,
     )  # fmt: skip
-
-
-class _Report:
-    """Progress on standard error, or to a function."""
-
-    def __init__(self, progress: Any, budget: int) -> None:
-        if not isinstance(progress, bool | Callable) or isinstance(progress, type):
-            raise refusal("progress", progress, "True, False or a function")
-        self._to = progress if callable(progress) else None
-        self._bar, self._budget = Progress(1, quiet=progress is not True), budget
-        self._bar.stage("optimise")
-
-    def __call__(self, machines: int, best: float) -> None:
-        text = f"{machines} of {self._budget} machines, best {best:.6g}"
-        if self._to is not None:
-            self._to(text)
-        self._bar.note(text)
-
-    def close(self) -> None:
-        """Remove the live line."""
-        self._bar.close()
 
 
 # ---- the two stages ------------------------------------------------------------------------------

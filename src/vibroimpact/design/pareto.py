@@ -18,7 +18,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact._core.checks import LARGEST_SEED, check_count, check_flag, check_index, refusal
+from vibroimpact._core.checks import (
+    LARGEST_SEED,
+    check_count,
+    check_flag,
+    check_index,
+    check_progress,
+    refusal,
+)
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
@@ -171,8 +178,7 @@ def pareto_front(
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("budget", budget, 2 * SIZE)
     check_count("refine", refine, 1)
-    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
-        raise refusal("progress", progress, "True, False or a function")
+    check_progress(progress)
     bar = Progress(1, quiet=progress is not True)
     bar.stage("pareto front")
 

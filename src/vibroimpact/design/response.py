@@ -23,10 +23,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, nonnegative, positive, real, refusal
+from vibroimpact._core.checks import (
+    check_count,
+    check_progress,
+    nonnegative,
+    positive,
+    real,
+    refusal,
+)
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.progress import Sentences, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
@@ -397,7 +404,8 @@ def frequency_response(
     nonnegative("settle", settle)
     positive("periods", periods)
     check_steps(steps, None)
-    report = _reporter(progress)
+    check_progress(progress)
+    report = Sentences(progress, "frequency response")
     simulation = Simulation(
         first, parameter, measured, start if start is not None else rest_of(first),
         _starts(starts, seed, first, asked, start), float(settle), float(periods),
@@ -433,31 +441,6 @@ def _starts(
     base = start if start is not None else rest_of(system)
     sampled = [with_parameter(system, band.parameter, v) for v in band.values(SAMPLED).tolist()]
     return random_starts(system, sampled, starts, seed, base)
-
-
-class _Reporter:
-    """Progress on standard error, or to a function."""
-
-    def __init__(self, to: ProgressCallback | None, bar: Progress) -> None:
-        self._to, self._bar = to, bar
-        bar.stage("frequency response")
-
-    def say(self, text: str) -> None:
-        """Report a sentence."""
-        if self._to is not None:
-            self._to(text)
-        self._bar.note(text)
-
-    def close(self) -> None:
-        """Remove the live line."""
-        self._bar.close()
-
-
-def _reporter(progress: Any) -> _Reporter:
-    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
-        raise refusal("progress", progress, "True, False or a function")
-    to = progress if callable(progress) else None
-    return _Reporter(to, Progress(1, quiet=progress is not True))
 
 
 class _Search:

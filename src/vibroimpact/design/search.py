@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_target, ends_of, path_of, real, refusal
+from vibroimpact._core.checks import check_target, ends_of, is_function, path_of, real, refusal
 from vibroimpact._core.datasets import SUFFIXES, Format
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
@@ -267,13 +267,9 @@ class Search:
 def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
     """Check constraints: a function of the parameters, or several."""
     listed = [constraints] if callable(constraints) else constraints
-    if not isinstance(listed, Sequence) or not all(map(_is_function, listed)):
+    if not isinstance(listed, Sequence) or not all(map(is_function, listed)):
         raise refusal("constraints", constraints, "functions of a dictionary of the parameters")
     return tuple(listed)
-
-
-def _is_function(one: object) -> bool:
-    return callable(one) and not isinstance(one, type)
 
 
 def violations_of(constraints: Sequence[Constraint], parameters: dict[str, float]) -> list[float]:

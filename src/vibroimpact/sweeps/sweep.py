@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import (
     LARGEST_COUNT,
     check_count,
+    check_progress,
     memory_of_machine,
     nonnegative,
     positive,
@@ -166,8 +167,7 @@ def sweep(
     for name, value in (("workers", workers), ("tile", tile)):
         if value is not None:
             check_count(name, value, 1)
-    if not isinstance(progress, bool | Callable) or isinstance(progress, type):
-        raise refusal("progress", progress, "True, False or a function")
+    check_progress(progress)
     specification = specification_of(plan)
     schema = schema_of(plan, specification)
     sizes = tile_shape(plan.shape, tile or _members(plan, schema), plan.followed)
