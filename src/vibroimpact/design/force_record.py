@@ -225,7 +225,7 @@ class ForceRecord:
         if self.row is None:
             carried = np.ones(n) if self.kind == "base" else np.eye(n)[0]
         else:
-            carried = Peak(self.row)._coefficients(m)
+            carried = Peak(self.row).coefficients(m)
         return -np.array(m.mass) @ carried if self.kind == "base" else carried
 
     def pieces(self, after: float = 0.0) -> Pieces:

@@ -290,7 +290,7 @@ def free_decay(
     scales = scales_or_ones(system)
     state = _state(start, m.degrees, scales)
     measure = Peak(row)
-    chosen, order = measure._coefficients(m), measure.derivatives
+    chosen, order = measure.coefficients(m), measure.derivatives
     plain = _without_impacts(m)
     unit = scales.factor(measure.dimension)
     given = None if rest is None else real("rest", rest) / unit

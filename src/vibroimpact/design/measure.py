@@ -220,6 +220,9 @@ class _OfRow(Measure):
     order: int | None = field(default=None, kw_only=True)
 
     KIND: ClassVar[str] = ""
+    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = (
+        None  # that holds it of coordinates
+    )
 
     def __post_init__(self) -> None:
         order = self.order
@@ -258,10 +261,10 @@ class _OfRow(Measure):
         return DIMENSIONS[self.derivatives]
 
     def _check(self, m: Mechanism) -> None:
-        self._coefficients(m)
+        self.coefficients(m)
 
-    def _coefficients(self, m: Mechanism) -> Floats:
-        """Shape (n,)."""
+    def coefficients(self, m: Mechanism) -> Floats:
+        """Coefficients of the coordinates of a mechanism, shape (n,)."""
         row, n = self.row, m.degrees
         if not isinstance(row, str):
             return np.array(vector("row", row, n))
@@ -274,11 +277,22 @@ class _OfRow(Measure):
             raise refusal("row", row, "not all zero")
         return out
 
-    def _observed(self, kind: Callable[..., Observer]) -> tuple[Observer, ...]:
-        if self.derivatives:
-            return (Final(),)
-        row = self._coefficients(self._bound)
-        return (kind(row=tuple(row.tolist()), label=self._name),)
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """That of the row; where none holds it, the end of the run, from which members go on."""
+        if self.OBSERVER is None or self.derivatives:
+            return super().observers
+        row = self.coefficients(self._bound)
+        return (self.OBSERVER(row=tuple(row.tolist()), label=self._name),)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
+        if self.OBSERVER is None or self.derivatives:
+            return super()._members(members, system)
+        return self._observed(members)
+
+    def _observed(self, members: xr.Dataset) -> xr.DataArray:
+        """From what the observer of the row holds."""
+        raise NotImplementedError
 
     @property
     def _name(self) -> str:
@@ -290,7 +304,7 @@ class _OfRow(Measure):
 
     def _signal(self, flights: Flights) -> Signal:
         rows, order = flights.rows, self.derivatives
-        return flights.signal(partial(_moved, rows, self._coefficients(rows.mechanism), order))
+        return flights.signal(partial(_moved, rows, self.coefficients(rows.mechanism), order))
 
 
 def of_row(measure: Measure) -> Row | None:
@@ -300,7 +314,7 @@ def of_row(measure: Measure) -> Row | None:
 
 def coefficients_of(measure: Measure, m: Mechanism) -> Floats | None:
     """Coefficients of the row of a measure, shape (n,); None for a measure of no row."""
-    return measure._coefficients(m) if isinstance(measure, _OfRow) else None
+    return measure.coefficients(m) if isinstance(measure, _OfRow) else None
 
 
 def with_row(measure: Measure, row: Sequence[float]) -> Measure:
@@ -327,15 +341,9 @@ class Amplitude(_OfRow):
     """
 
     KIND: ClassVar[str] = "amplitude"
+    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = Extremes
 
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """The range of the row."""
-        return self._observed(Extremes)
-
-    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        if self.derivatives:
-            return super()._members(members, system)
+    def _observed(self, members: xr.Dataset) -> xr.DataArray:
         return (members[f"{self._name}_largest"] - members[f"{self._name}_smallest"]) / 2.0
 
     def _of(self, flights: Flights) -> Dual:
@@ -348,15 +356,9 @@ class Peak(_OfRow):
     """Largest modulus of a row over the steady motion; with a mean, more than its amplitude."""
 
     KIND: ClassVar[str] = "peak"
+    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = Extremes
 
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """The range of the row."""
-        return self._observed(Extremes)
-
-    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        if self.derivatives:
-            return super()._members(members, system)
+    def _observed(self, members: xr.Dataset) -> xr.DataArray:
         low, high = (members[f"{self._name}_{end}"] for end in ("smallest", "largest"))
         return abs(low).where(abs(low) > abs(high), abs(high))
 
@@ -374,15 +376,9 @@ class Rms(_OfRow):
     """Root mean square of a row over the steady motion, its mean included."""
 
     KIND: ClassVar[str] = "rms"
+    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = RmsObserver
 
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """The averages of the row."""
-        return self._observed(RmsObserver)
-
-    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        if self.derivatives:
-            return super()._members(members, system)
+    def _observed(self, members: xr.Dataset) -> xr.DataArray:
         return members[f"{self._name}_rms"]
 
     def _of(self, flights: Flights) -> Dual:
@@ -465,7 +461,7 @@ class Transmissibility(Amplitude):
                 f"base = None: the static deflection is that of one forcing line, and there are "
                 f"{len(m.forces)}. Give base."
             )
-        _static_deflection(m, m, self._coefficients(m), self.text)
+        _static_deflection(m, m, self.coefficients(m), self.text)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
         if self.base is not None:
@@ -474,13 +470,13 @@ class Transmissibility(Amplitude):
 
     def _reference(self, system: System) -> float:
         m = mechanism_of(system)
-        return float(_static_deflection(m, m, self._coefficients(m), self.text).value)
+        return float(_static_deflection(m, m, self.coefficients(m), self.text).value)
 
     def _of(self, flights: Flights) -> Dual:
         amplitude, rows = super()._of(flights), flights.rows
         if self.base is not None:
             return Dual(amplitude.value / self.base, amplitude.by / self.base)
-        row = self._coefficients(rows.mechanism)
+        row = self.coefficients(rows.mechanism)
         size = _static_deflection(rows.mechanism, rows.varied, row, self.text)
         value = amplitude.value / size.value
         return Dual(value, (amplitude.by - value * size.by) / size.value)

@@ -170,7 +170,7 @@ class RecordResponse:
         measure = Peak(row)
         if measure.derivatives > 1:
             raise refusal("row", row, 'a row of coordinates or velocities, such as "x1" or "v1"')
-        found: Floats = self.at(t)[measure.derivatives] @ measure._coefficients(self._m)
+        found: Floats = self.at(t)[measure.derivatives] @ measure.coefficients(self._m)
         return found
 
     @cached_property
@@ -199,7 +199,7 @@ class RecordResponse:
     def peak(self, row: Row = "x1") -> float:
         """Largest modulus of a row, such as "x1", "v1", "a1" or "x2 - x1", between impacts, too."""
         measure = Peak(row)
-        chosen = np.append(measure._coefficients(self._m), 0.0)
+        chosen = np.append(measure.coefficients(self._m), 0.0)
         rows, order = self._flights.rows, measure.derivatives
         signal = self._flights.signal(lambda code: rows.moved(code, chosen, order))
         return largest_modulus(signal) * self.scales.factor(measure.dimension)
@@ -219,7 +219,7 @@ class RecordResponse:
         measure = Peak(row)
         if measure.derivatives != 2:
             raise refusal("row", row, 'a row of accelerations, such as "a1"')
-        chosen = measure._coefficients(self._m)
+        chosen = measure.coefficients(self._m)
         carried = 0.0
         if self.record.kind == "base":  # the base adds its own
             carried = -float(chosen @ np.linalg.solve(np.array(self._m.mass), self._row))

@@ -263,7 +263,7 @@ def sine_sweep(
     if measure.derivatives:
         raise refusal("row", row, 'a row of coordinates, such as "x1" or "x2 - x1"')
     m = mechanism_of(system)
-    coefficients = tuple(measure._coefficients(m).tolist())
+    coefficients = tuple(measure.coefficients(m).tolist())
     if spacing == "log" and chosen.low <= 0.0:
         raise refusal("band", band, "above 0 for spacing = 'log'")
     values = _values(system, chosen, steps, rate, spacing, periods_per_step)

@@ -22,7 +22,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 SCALES = "scales"  # the field that is no parameter
-POWERS = {  # (a, b, c) of mass^a length^b time^c in the factor of a quantity                (1)
+POWERS = {  # (a, b, c) of mass^a length^b time^c, the factor of a quantity
     "length": (0, 1, 0),
     "velocity": (0, 1, -1),
     "acceleration": (0, 1, -2),
@@ -77,7 +77,7 @@ class Scales:
         return self.mass * self.length / self.time**2
 
     def factor(self, quantity: str) -> float:
-        """SI units per unit of a quantity (1); 1 for a plain number, ""."""
+        """SI units per unit of a quantity, such as "velocity"; 1 for a plain number, ""."""
         a, b, c = POWERS.get(quantity, (0, 0, 0))
         return float(self.mass**a * self.length**b * self.time**c)
 
