@@ -6,6 +6,7 @@ import argparse
 import inspect
 import math
 import re
+import shlex
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from enum import Enum
@@ -87,6 +88,11 @@ def add_arguments_of(
             metavar=name.rpartition("_")[2].upper(),
             help=text,
         )
+
+
+def command_of(arguments: argparse.Namespace) -> str:
+    """The command as it was typed."""
+    return shlex.join(["vibroimpact", *arguments.words])
 
 
 def option(name: str) -> str:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
-from typing import Any
 
 import numpy as np
 
@@ -26,10 +24,6 @@ EXAMPLE = (
 )
 JUDGED = ("points", "starts", "settle", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers")
-TEXTS = {
-    "measure": "What is measured: x1 (its amplitude), rms v1, transmissibility x1, power, impact "
-    "speed and others: docs/design.md.",
-}
 NUMBER, STARTS, MOST = 60, 6, 4  # of the response of the best machine in the report
 
 
@@ -46,14 +40,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="the bounds of --vary are in SI units: m, N, rad/s; of a [physical] file",
     )
-    group.add_argument(
-        "--over", required=True, action="append", metavar=RANGE,
-        help="what varies while the machine runs, usually omega, and its band: in --unit, or scaled",
-    )  # fmt: skip
-    group.add_argument(
-        "--unit", metavar="UNIT", help="Hz or rad/s, of a band of forcing frequencies"
-    )
-    common.add_arguments_of(group, worst_over, ["measure"], **TEXTS)
+    members.add_band(group, worst_over)
     group.add_argument(
         "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
     )
@@ -70,10 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Search, write, and describe the best machine."""
     targets = common.targets_of(arguments, pages=PAGES)
-    over = ranges_of(arguments.over, "over")
-    if len(over) != 1:
-        raise InvalidParameterError(f"over = {', '.join(over)}: give --over {RANGE} once.")
-    parameter, band = next(iter(over.items()))
+    parameter, band = members.band_of(arguments)
     case = members.case_of(arguments, {parameter: np.array(band)})
     judge = mean_over if arguments.mean else worst_over
     objective = judge(parameter, band, **common.given(arguments, ("measure", "unit", *JUDGED)))
@@ -84,9 +68,7 @@ def run(arguments: argparse.Namespace) -> str:
     )  # fmt: skip
     if best.interrupted:
         raise KeyboardInterrupt
-    write(
-        targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best, over)
-    )
+    write(targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best))
     return f"{case.system}\n{best}\n{_looked_at(best)}{common.listed(targets)}"
 
 
@@ -116,12 +98,12 @@ def _looked_at(best: Design) -> str:
     return "\n".join([seen, f"  {kind} of the objective, and ranges:", *lines])
 
 
-def _page(arguments: argparse.Namespace, best: Design, over: dict[str, tuple[float, float]]) -> str:
+def _page(arguments: argparse.Namespace, best: Design) -> str:
     """The report: the best machine, and its response."""
-    (parameter, band), seen = next(iter(over.items())), best.objective
-    asked: dict[str, Any] = {"measure": seen.measure, "unit": seen.unit, "seed": seen.seed}
+    seen = best.objective
     response = frequency_response(
-        best.system, parameter, band, **asked, number=NUMBER, starts=STARTS, most=MOST
-    )
-    command = shlex.join(["vibroimpact", *arguments.words])
+        best.system, seen.parameter, seen.band, measure=seen.measure, unit=seen.unit,
+        seed=seen.seed, number=NUMBER, starts=STARTS, most=MOST,
+    )  # fmt: skip
+    command = common.command_of(arguments)
     return design_report(best, response, title=arguments.title, command=command)

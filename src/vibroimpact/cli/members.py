@@ -30,6 +30,10 @@ Parse = Callable[[str, str], T]  # from NAME=... and the name of the option
 GRID = "NAME=LOW:HIGH:COUNT"
 RANGE = "NAME=LOW:HIGH"
 MOST = 10**7  # values of an axis
+MEASURE = (
+    "What is measured: x1 (its amplitude), rms v1, transmissibility x1, power, contact force 0, "
+    "impact speed and others: docs/design.md."
+)
 STATED = (*STATE, "on_stop", "orbit")
 
 
@@ -48,6 +52,26 @@ def over_of(arguments: argparse.Namespace, count: int | None = None) -> dict[str
 def ranges_of(texts: list[str], option: str) -> dict[str, tuple[float, float]]:
     """Ranges NAME=LOW:HIGH by name."""
     return _by_name(texts, option, _range)
+
+
+def add_band(parser: argparse._ActionsContainer, function: Callable[..., Any]) -> None:
+    """Add what varies while a machine runs, its band, and what a function measures over it."""
+    parser.add_argument(
+        "--over", required=True, action="append", metavar=RANGE,
+        help="the parameter, usually omega, and its band: in --unit, or else scaled",
+    )  # fmt: skip
+    parser.add_argument(
+        "--unit", metavar="UNIT", help="Hz or rad/s, of a band of forcing frequencies"
+    )
+    common.add_arguments_of(parser, function, ["measure"], measure=MEASURE)
+
+
+def band_of(arguments: argparse.Namespace) -> tuple[str, tuple[float, float]]:
+    """The parameter that varies, and its band."""
+    over = ranges_of(arguments.over, "over")
+    if len(over) != 1:
+        raise InvalidParameterError(f"over = {', '.join(over)}: give --over {RANGE} once.")
+    return next(iter(over.items()))
 
 
 def case_of(arguments: argparse.Namespace, over: dict[str, Floats]) -> Case:

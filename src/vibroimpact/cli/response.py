@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common, members
 from vibroimpact.cli.ensemble import system_over
-from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write
 from vibroimpact.design.compare import COMPARISONS, measured_beside
 from vibroimpact.design.response import Response, frequency_response
@@ -27,8 +25,6 @@ EXAMPLE = (
 SIMULATION = ("number", "seed", "settle", "periods")
 SEARCH = ("most", "depth", "workers")
 TEXTS = {
-    "measure": "What is measured: x1 (its amplitude), rms v1, transmissibility x1, power, "
-    "contact force 0, impact speed and others: docs/design.md.",
     "settle": "Forcing periods before motions are observed.",
     "periods": "Forcing periods while they are observed.",
     "depth": "Switches from the branch of a simulated orbit to others.",
@@ -43,14 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_system(parser)
     common.add_start(parser, at_orbit=False)
     group = parser.add_argument_group("response")
-    group.add_argument(
-        "--over", required=True, action="append", metavar=RANGE,
-        help="the parameter, usually omega, and its band: in --unit, or else scaled",
-    )  # fmt: skip
-    group.add_argument(
-        "--unit", metavar="UNIT", help="Hz or rad/s, of a band of forcing frequencies"
-    )
-    common.add_arguments_of(group, frequency_response, ["measure"], **TEXTS)
+    members.add_band(group, frequency_response)
     group.add_argument(
         "--compare", action="append", default=[], choices=COMPARISONS,
         help="put a linear machine beside it: linear, all stops open; tuned, with a tuned mass "
@@ -71,7 +60,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Compute the response, write, and say how large it is."""
     targets = common.targets_of(arguments, pages=PAGES)
-    parameter, band = _band(arguments)
+    parameter, band = members.band_of(arguments)
     case = members.case_of(arguments, {parameter: np.array(band)})
     asked = {
         "parameter": parameter, "band": band,
@@ -87,18 +76,10 @@ def run(arguments: argparse.Namespace) -> str:
         data=lambda: response.to_dataset(si=True),
         picture=lambda: plot_response(response, **drawn),
         page=lambda: report_of(
-            response, title=arguments.title, command=_command(arguments), **drawn
+            response, title=arguments.title, command=common.command_of(arguments), **drawn
         ),
     )
     return said + common.listed(targets)
-
-
-def _band(arguments: argparse.Namespace) -> tuple[str, tuple[float, float]]:
-    """The parameter and its band."""
-    over = ranges_of(arguments.over, "over")
-    if len(over) != 1:
-        raise InvalidParameterError(f"over = {', '.join(over)}: give --over {RANGE} once.")
-    return next(iter(over.items()))
 
 
 def _start(arguments: argparse.Namespace, case: Case) -> dict[str, Any]:
@@ -124,8 +105,3 @@ def _said(arguments: argparse.Namespace, case: Case, response: Response) -> str:
         raise common.Failure(str(error)) from error
     ends = np.array([response.band.low, response.band.high])
     return "\n".join([system_over(case, {response.parameter: ends}), repr(response), *words])
-
-
-def _command(arguments: argparse.Namespace) -> str:
-    """The command as it was typed."""
-    return shlex.join(["vibroimpact", *arguments.words])

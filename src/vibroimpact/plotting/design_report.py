@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from vibroimpact import _kernel
@@ -68,7 +69,7 @@ def _in_brief(best: Design) -> Iterator[str]:
         for name, value in best.parameters.items()
     )
     yield f"Best of {best.machines} machines: {listed}."
-    if best.reduction_db == best.reduction_db:
+    if math.isfinite(best.reduction_db):
         yield (
             f"The {best.label} is {number(best.value, best.units[''])} as the search saw it, "
             f"{best.reduction_db:.3g} dB better than with all stops open. With more values of the band "
