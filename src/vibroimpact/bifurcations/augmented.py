@@ -19,6 +19,7 @@ from vibroimpact.bifurcations.equations import Equations, Pair
 
 BOUND = "bound"
 Bounds = tuple[float, float]
+Both = tuple[Bounds, Bounds]
 Tests = Callable[[Floats, Floats, Pair], Mapping[str, float]]
 
 

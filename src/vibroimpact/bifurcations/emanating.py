@@ -47,6 +47,12 @@ def solution_at(point: CodimensionTwoPoint) -> Solution:
     return Solution(equations, z, a)
 
 
+def run_through(origin: Solution, z: Floats) -> Floats:
+    """Unknowns of the orbit at a point run through as often as those of an orbit of a multiple period."""
+    times = len(z) // len(origin.z)
+    return origin.equations.unrolled(origin.z, np.zeros((times, len(origin.z))))
+
+
 class Slice:
     """Orbits of equations over two parameters along one of them, the other held: a ``Problem``."""
 
@@ -100,8 +106,7 @@ def emanating(
     (equations, z, a), touch = born
     touched = touch is not None
     condition, tests = (touch, nothing) if touch else on_multipliers(kind, equations)
-    changes = np.zeros((len(z) // len(origin.z), len(origin.z)))
-    middle = origin.equations.unrolled(origin.z, changes)
+    middle = run_through(origin, z)
     line = np.concatenate([z - middle, np.zeros(condition.unknowns), np.subtract(a, origin.a)])
 
     def distance(unknowns: Floats) -> float:

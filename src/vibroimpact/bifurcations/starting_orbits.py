@@ -29,11 +29,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.bifurcations.augmented import Augmented, Bounds
+from vibroimpact.bifurcations.augmented import Augmented, Both
 from vibroimpact.bifurcations.conditions import Condition, CriticalMultiplier
 from vibroimpact.bifurcations.continue_bifurcation import on_multipliers
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint, touching
-from vibroimpact.bifurcations.emanating import Born, Solution, is_inside, solution_at
+from vibroimpact.bifurcations.emanating import Born, Solution, is_inside, run_through, solution_at
 from vibroimpact.bifurcations.grazing_contact import opening, touch_condition
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.tests_along import nothing
@@ -43,8 +43,6 @@ from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, OneToFour, OneT
 
 INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
 SETTLES, SETTLED = 12, 1e-4  # of Newton's method: iterations; last step relative to the distance
-
-Both = tuple[Bounds, Bounds]
 
 
 def folds_of_four(
@@ -131,8 +129,7 @@ def _corrected(origin: Solution, start: Solution, condition: Condition) -> Itera
     problem = Augmented(equations, condition, nothing, ((0.0, 1.0), (0.0, 1.0)))
     at = np.append(problem.packed(z, condition.start(z, a), a), a[1])
     d, sizes = len(z), problem.scale()
-    still = np.zeros((d // len(origin.z), len(origin.z)))
-    away = (z - origin.equations.unrolled(origin.z, still)) / sizes[:d]
+    away = (z - run_through(origin, z)) / sizes[:d]
     row = np.append(away, np.zeros(len(at) - d))
     for _ in range(SETTLES):
         by = np.column_stack(problem.jacobian(at[:-1], float(at[-1])))

@@ -31,7 +31,7 @@ from numpy.linalg import LinAlgError
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.bifurcations.augmented import Bounds
+from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.continue_bifurcation import (
     Start,
     continue_bifurcation,
@@ -51,6 +51,7 @@ from vibroimpact.bifurcations.emanating import (
     checked_bounds,
     emanating,
     is_inside,
+    run_through,
     solution_at,
     width_of,
 )
@@ -71,7 +72,6 @@ SIZES = tuple(0.01 * 0.4**k for k in range(10))  # distances in the order in whi
 CORRECTED = 0.5  # of the distance from the point: by more a start that was predicted is not moved
 TO_THE_POINT = Steps(first=0.02, largest=0.5, points=200)
 
-Both = tuple[Bounds, Bounds]
 Starts = Callable[[float], Iterable[Born]]  # of a curve, at a distance
 
 
@@ -92,7 +92,7 @@ class NoCurve(NotFound):
 
 def switch_curve(
     point: CodimensionTwoPoint,
-    bounds: tuple[Bounds, Bounds] | None = None,
+    bounds: Both | None = None,
     *,
     steps: Steps | None = None,
     progress: CurveProgress | None = None,
@@ -244,7 +244,7 @@ def _leading_back(
 def _start_of(curve: BifurcationCurve, origin: Solution, born: Solution) -> tuple[int, float]:
     """Number of the point next to the predicted start, and its distance relative to that of the start."""
     d, sizes = len(born.z), born.equations.sizes
-    middle = origin.equations.unrolled(origin.z, np.zeros((d // len(origin.z), len(origin.z))))
+    middle = run_through(origin, born.z)
     moved = np.abs((curve.curve.z[:, :d] - born.z) / sizes).max(axis=1)
     start = int(np.argmin(moved))
     return start, float(moved[start] / np.abs((born.z - middle) / sizes).max())

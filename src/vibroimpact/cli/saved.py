@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.progress import Progress
-from vibroimpact.bifurcations.augmented import Bounds
+from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.store import load_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve
@@ -23,7 +23,6 @@ from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write_each
 from vibroimpact.plotting import plot_curves, plot_plane
 
-Both = tuple[Bounds, Bounds]
 Found = TypeVar("Found")
 
 
