@@ -210,7 +210,8 @@ class Flights:
         return Dual(*map(float, dual(lines[0].omega))) if lines else Dual(0.0, 0.0)
 
     @cached_property
-    def _windows(self) -> _Windows:
+    def windows(self) -> Windows:
+        """Windows that cover the flights, with the Chebyshev series of Y in them."""
         length = min(WINDOW / self.rows.rate, float(self.durations.max())) or 1.0
         counts = np.maximum(1, np.ceil(self.durations / length)).astype(np.int64)
         after = np.cumsum(counts)
@@ -232,14 +233,14 @@ class Flights:
                 values[:, first[there] + nth] = part
         segment = np.repeat(np.arange(len(counts)), counts)
         series = fitted(values.reshape(NODES, -1)).reshape(values.shape)
-        return _Windows(
+        return Windows(
             length, segment, (np.arange(total) - first[segment]) * length, first, after - 1,
             Dual(series[..., :size], series[..., size:]),
         )  # fmt: skip
 
     def signal(self, row: Callable[[int], Dual]) -> Signal:
         """What a row on Y in each mode, by its code, says along the motion."""
-        w = self._windows
+        w = self.windows
         table = {code: row(code) for code in {*self.codes}}
         by_window = [table[self.codes[k]] for k in w.segment]
         value, by = (np.array(part) for part in zip(*by_window, strict=True))
@@ -252,7 +253,7 @@ class Flights:
         ends = np.cumsum(self.durations)
         flight = min(int(np.searchsorted(ends, time)), len(ends) - 1)
         since = time - (ends[flight] - self.durations[flight])
-        w, n = self._windows, self.rows.mechanism.degrees
+        w, n = self.windows, self.rows.mechanism.degrees
         window = w.first[flight] + min(int(since / w.length), w.last[flight] - w.first[flight])
         x = 2.0 * (since - w.start[window]) / w.length - 1.0
         y = chebyshev.chebval(x, w.y.value[:, window])
@@ -263,7 +264,7 @@ class Flights:
 
     def closing(self) -> Dual:
         """Closing speed of each impact, shape (k,)."""
-        w, found = self._windows, []
+        w, found = self.windows, []
         for flight, stop in zip(self.struck.flights, self.struck.stops, strict=True):
             rate = self.rows.gap_rate(self.codes[flight], stop.contact)
             further = rate @ self.rows.flow(self.codes[flight])
@@ -275,7 +276,7 @@ class Flights:
         return Dual(both[:, 0], both[:, 1])
 
 
-class _Windows(NamedTuple):
+class Windows(NamedTuple):
     """Windows that cover the flights, and the series of Y in them."""
 
     length: float
@@ -341,7 +342,7 @@ class Signal:
 
     def _extrema(self) -> tuple[Floats, Floats, Floats]:
         """Values at extrema and at ends of flights, their derivatives and times."""
-        w, durations = self.flights._windows, self.flights.durations
+        w, durations = self.flights.windows, self.flights.durations
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
         at, x = real_zeros_of(slope, FLAT)
         x = np.clip(_polished(slope, at, x), -1.0, 1.0)
@@ -372,7 +373,7 @@ class Signal:
 
         A periodic motion has none of a frequency that is no multiple of its own.
         """
-        flights, w = self.flights, self.flights._windows
+        flights, w = self.flights, self.flights.windows
         omega = flights.omega
         turns = order * omega.value * flights.period.value / (2.0 * math.pi)
         if flights.periodic and abs(turns - round(turns)) > WHOLE * turns:
@@ -393,7 +394,7 @@ class Signal:
         return Dual(size, (c.value.conjugate() * c.by).real / size if size else math.nan)
 
     def _points(self, count: int) -> _Points:
-        w = self.flights._windows
+        w = self.flights.windows
         x, weights = _gauss(count)
         until = np.ones(len(w.segment))
         until[w.last] = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
@@ -408,7 +409,7 @@ class Signal:
 
     def _ends(self) -> Floats:
         """Values at the ends of the flights."""
-        w = self.flights._windows
+        w = self.flights.windows
         ends: Floats = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
         return _values(self.series, w.last, ends)
 

@@ -410,7 +410,7 @@ def _sampled(signal: Signal, t: Floats) -> Floats:
     """Values of a signal at rising times."""
     from numpy.polynomial import chebyshev
 
-    w, durations = signal.flights._windows, signal.flights.durations
+    w, durations = signal.flights.windows, signal.flights.durations
     begin = np.cumsum(durations) - durations
     flight = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(begin) - 1)
     since = np.minimum(t - begin[flight], durations[flight])

@@ -49,7 +49,7 @@ def largest_modulus(signal: Signal) -> float:
     Extrema are searched for only in windows whose series may reach beyond the largest value at an
     end of a window or a flight.
     """
-    w = signal.flights._windows
+    w = signal.flights.windows
     inner = np.setdiff1d(np.arange(len(w.segment)), w.last)
     known = [
         np.abs(_values(signal.series, w.last, _ends(signal))),
@@ -66,7 +66,7 @@ def largest_modulus(signal: Signal) -> float:
 
 def extrema(signal: Signal) -> Extrema:
     """Local maxima and minima of a signal, its first and last value not included."""
-    w = signal.flights._windows
+    w = signal.flights.windows
     slope = np.asarray(chebyshev.chebder(signal.series, axis=0), dtype=float)
     at, x = _inside(signal, *real_zeros_of(slope, FLAT))
     times, values = _times(signal, at, x), _values(signal.series, at, x)
@@ -89,7 +89,7 @@ def last_beyond(signal: Signal, level: float) -> float:
 
     The end of the motion where it is not below then; 0 where it is below all the time.
     """
-    durations, w = signal.flights.durations, signal.flights._windows
+    durations, w = signal.flights.durations, signal.flights.windows
     ends = _begin(signal) + durations
     at_end = np.abs(_values(signal.series, w.last, _ends(signal)))
     if at_end[-1] >= level:
@@ -110,14 +110,14 @@ def _begin(signal: Signal) -> Floats:
 
 def _ends(signal: Signal) -> Floats:
     """Ends of the flights, in their last windows."""
-    w = signal.flights._windows
+    w = signal.flights.windows
     ends: Floats = 2.0 * (signal.flights.durations - w.start[w.last]) / w.length - 1.0
     return ends
 
 
 def _inside(signal: Signal, at: Integers, x: Floats) -> tuple[Integers, Floats]:
     """Those of the points in windows that are within their flights."""
-    w = signal.flights._windows
+    w = signal.flights.windows
     x = np.clip(x, -1.0, 1.0)
     since = w.start[at] + w.length * (1.0 + x) / 2.0
     kept = since <= signal.flights.durations[w.segment[at]]
@@ -125,7 +125,7 @@ def _inside(signal: Signal, at: Integers, x: Floats) -> tuple[Integers, Floats]:
 
 
 def _times(signal: Signal, at: Integers, x: Floats) -> Floats:
-    w = signal.flights._windows
+    w = signal.flights.windows
     times: Floats = _begin(signal)[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
     return times
 
