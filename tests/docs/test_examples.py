@@ -29,6 +29,7 @@ SMALLER = {
     "parameter_plane": {"ACROSS": 16, "UP": 10},
     "resonances_in_a_plane": {"ACROSS": 16, "UP": 10},
     "rotation_numbers": {"ACROSS": 20, "UP": 14},
+    "size_a_damper": {"BUDGET": 32, "STARTS": 1, "REFINE": 1},
 }
 
 
