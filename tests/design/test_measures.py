@@ -242,3 +242,16 @@ def test_a_sweep_without_the_observers_is_refused() -> None:
     )
     with pytest.raises(vi.InvalidParameterError, match=r"measure\.observers"):
         vi.measure_of("x1", damper).of_sweep(members)
+
+
+@pytest.mark.parametrize("force", [1e-13, 1.0, 1e13])
+def test_transmissibility_does_not_depend_on_the_size_of_the_force(force: float) -> None:
+    machine = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]],
+        forces=(vi.Harmonic(1.2, (force,)),), contacts=(vi.Contact((1.0,), upper=50.0 * force),),
+    )  # fmt: skip
+    found = vi.frequency_response(
+        machine, "omega", (1.2, 1.3), measure="transmissibility x1", number=2, starts=1, settle=1,
+        periods=1, most=0, progress=False,
+    )  # fmt: skip
+    assert found.curves[0].value[0] == pytest.approx(1.0 / abs(1.0 - 1.2**2 + 0.024j), rel=1e-10)

@@ -361,3 +361,26 @@ def test_designs_are_drawn(
     for number, ax in enumerate(drawn):
         plotting.save(ax, tmp_path / f"{number}.svg")
         mpl.pyplot.close(ax.figure)
+
+
+def test_machines_without_impacts_are_within_a_decibel_of_each_other() -> None:
+    over = replace(OVER, band=(1.3, 1.5), measure="impact speed")
+    chart = vi.design_map(
+        DAMPER, {"mass_ratio": [0.1, 0.2], "half_clearance": [2.0, 3000.0]}, over, progress=False
+    )
+    assert (chart.own_value[:, 1] == 0.0).all()
+    assert (chart.within == [[False, True], [False, True]]).all()
+
+
+def test_corners_whose_starts_are_all_behind_a_stop_do_not_hide_the_worst_motion() -> None:
+    machine = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]],
+        forces=(vi.Harmonic(1.2, (1.0,)),), contacts=(vi.Contact((1.0,), upper=0.5),),
+    )  # fmt: skip
+    over = vi.worst_over(
+        "omega", (1.1, 1.2), "x1", points=3, starts=1, settle=20, periods=10,
+        spread={"contacts[0].upper": (-0.3, 0.5)},
+    )  # fmt: skip
+    judge = judge_of(machine, over, ("damping[0][0]",))
+    row = np.array([0.02])
+    assert judge.worst(row).value == judge.values(row[None])[0] > 0.0

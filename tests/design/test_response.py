@@ -247,3 +247,26 @@ def test_a_place_outside_the_band_and_a_missing_free_mass_are_refused(
                         contacts=(vi.Contact((1.0,), upper=1.0),))  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match="no forcing"):
         vi.frequency_response(ball, "stiffness[0][0]", (1.0, 2.0))
+
+
+@pytest.mark.parametrize("factor", [1e-7, 1.23456789, 1234567.0])
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_row_of_any_size_scales_its_value_peak_and_rms(factor: float, order: int) -> None:
+    def table(x: float) -> Any:
+        return vi.frequency_response(
+            OSCILLATOR, "omega", (1.1, 1.2), measure=vi.measures.Amplitude((x,), order=order),
+            number=2, starts=1, settle=50, periods=10, most=0, progress=False,
+        ).to_dataset()  # fmt: skip
+
+    one, many = table(1.0), table(factor)
+    for name in ("value_of_answer", "rms_of_answer", "peak_of_answer"):
+        assert np.isfinite(one[name]).any()
+        np.testing.assert_allclose(many[name], factor * one[name], rtol=1e-12)
+
+
+def test_a_response_without_a_stable_motion_says_so() -> None:
+    found = vi.frequency_response(
+        OSCILLATOR, "omega", (1.1, 1.2), number=2, start=vi.State((10.0,), (0.0,)), starts=0,
+        most=0, progress=False,
+    )  # fmt: skip
+    assert "no stable motion was found" in repr(found)

@@ -240,6 +240,8 @@ def written(folder: Path, text: str) -> Path:
     ("1\n2\n-1\n", {"step": 0.5}),
     ("0 9 1\n0.5 9 2\n1 9 -1\n", {"values": 2}),
     ("0\t1\n0.5\t2\n1\t-1\n", {}),
+    ('"time", "load"\n0, "1"\n0.5, 2\n1, -1\n', {"values": "load"}),
+    ('time,"load\n' + "0,1\n0.5,2\n" + "1,-1\n", {}),
 ])  # fmt: skip
 def test_tables_of_every_kind_are_read(tmp_path: Path, text: str, options: dict[str, Any]) -> None:
     record = vi.ForceRecord.from_csv(written(tmp_path, text), **options)
@@ -257,6 +259,7 @@ def test_tables_of_every_kind_are_read(tmp_path: Path, text: str, options: dict[
     ("t,f\n0,1\n1,2\n", {"values": "g"}, r"column = 'g': .* by name: 't', 'f'"),
     ("0,1\n", {}, r"1 samples"),
     ("# nothing\n", {}, r"holds no samples"),
+    ("0,1\n1," + 200_000 * "a" + "\n", {}, r"line 2, column 1: .aaa"),
 ])  # fmt: skip
 def test_bad_tables_are_refused_with_file_line_and_value(
     tmp_path: Path, text: str, options: dict[str, Any], said: str
@@ -494,3 +497,9 @@ def test_pictures_of_transients_have_units_and_all_curves() -> None:
     )
     assert response.to_dataset()["peak"].values[0] == response.peak()
     assert decay.to_dataset()["time_to_fall"].item() == decay.time
+
+
+def test_a_spectrum_without_a_number_is_printed() -> None:
+    record = vi.ForceRecord([0.0, 1.0], [0.0, 1.0])
+    found = vi.response_spectrum(record, [1.0])
+    assert "nan" in repr(replace(found, displacement=np.array([np.nan])))

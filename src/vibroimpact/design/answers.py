@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_row, of_run
+from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
 from vibroimpact.design.motions import Motion
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
 from vibroimpact.model.parameters import with_parameter
@@ -193,10 +193,8 @@ class Simulation:
     @property
     def measures(self) -> tuple[Measure, ...]:
         """The measure, and of a row its rms and peak."""
-        row = of_row(self.measure)
-        if row is None:
-            return (self.measure,)
-        return self.measure, *(measure_of(kind(row), self.system) for kind in (Rms, Peak))
+        others = (of_same_row(self.measure, kind) for kind in (Rms, Peak))
+        return self.measure, *(measure_of(one, self.system) for one in others if one)
 
     @property
     def observed(self) -> bool:

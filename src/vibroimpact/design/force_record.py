@@ -374,8 +374,15 @@ def _fields(lines: Sequence[str]) -> list[list[str]]:
     separator = next((c for c in DELIMITERS if c in lines[-1]), None)
     if separator is None:
         return [line.split() for line in lines]
-    rows = csv.reader(lines, delimiter=separator, skipinitialspace=True)
-    return [[field.strip() for field in row] for row in rows]
+    return [[field.strip() for field in _split(line, separator)] for line in lines]
+
+
+def _split(line: str, separator: str) -> list[str]:
+    """Fields of one line: a quotation mark that is not closed ends with it."""
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error:  # a field too large for the reader
+        return line.split(separator)
 
 
 def _is_number(text: str) -> bool:

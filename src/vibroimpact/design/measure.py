@@ -307,9 +307,9 @@ class _OfRow(Measure):
         return flights.signal(partial(_moved, rows, self.coefficients(rows.mechanism), order))
 
 
-def of_row(measure: Measure) -> Row | None:
-    """Row, as text, of a measure of one; None for others."""
-    return measure.text if isinstance(measure, _OfRow) else None
+def of_same_row(measure: Measure, kind: type[Rms | Peak]) -> Measure | None:
+    """A measure of another kind of the same row; None for measures of no row."""
+    return kind(measure.row, order=measure.order) if isinstance(measure, _OfRow) else None
 
 
 def coefficients_of(measure: Measure, m: Mechanism) -> Floats | None:
@@ -395,7 +395,8 @@ class Harmonic(_OfRow):
     row, order
         As for :class:`Amplitude`.
     harmonic
-        Multiple of the frequency of the first line, > 0; fractions are subharmonics.
+        Multiple of the frequency of the first line, > 0; fractions are subharmonics. Of motions that
+        are simulated, ``periods`` should hold a whole number of its turns: 51 for a third, not 50.
     """
 
     harmonic: float = field(default=1.0, kw_only=True)
@@ -492,7 +493,8 @@ def _static_deflection(m: Mechanism, varied: Mechanism, row: Floats, text: str) 
         x = inverse @ f.value
         parts.append((row @ x, row @ inverse @ (f.by - stiffness.by @ x)))
     size = math.hypot(*(value for value, _ in parts))
-    if size <= 1e-12 * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
+    largest = max(float(np.abs(dual(f).value).max()) for f in (force.sine, force.cosine))
+    if size <= 1e-12 * largest * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
         raise InvalidParameterError(
             f"row = {text}: has no static deflection under the forces of {m.degrees} coordinates. "
             "Give base, the amplitude of the base's motion, or take another row."

@@ -149,7 +149,7 @@ def worst_over(
 
     Notes
     -----
-    A machine costs points x (starts x (1 + 2^k) x (settle + periods) forcing periods with k
+    A machine costs points x starts x (1 + 2^k) x (settle + periods) forcing periods with k
     uncertain parameters: about ten milliseconds for an impact damper with the defaults. Measures
     that no observer of a sweep holds (velocities, accelerations, harmonics) take some milliseconds
     for each member more, a hundred times as long.
@@ -290,7 +290,9 @@ class Judge:
         return DECIBELS.get(self.measure.dimension, 20.0)
 
     def decibels(self, value: float, beside: float) -> float:
-        """By how much a value is better than another; NaN where one of them is not positive."""
+        """By how much a value is better than another; NaN where one of two that differ is not positive."""
+        if value == beside:
+            return 0.0
         if not (value > 0.0 and beside > 0.0 and math.isfinite(value) and math.isfinite(beside)):
             return math.nan
         return self.objective.sign * self.factor * math.log10(beside / value)
@@ -351,14 +353,20 @@ class Judge:
         return max(valued, key=lambda one: self.objective.sign * one.value)
 
     def worst_each(self, row: Floats) -> list[list[Member]]:
-        """The worst members of a machine: for each corner of the uncertainties, over the band."""
+        """The worst members of a machine: for each corner of the uncertainties, over the band.
+
+        Where no motion has a value it is NaN, and the state is zero.
+        """
         population, members, (worth,) = self._measured(row[None], [self])
         signed = np.where(np.isnan(worth), -math.inf, self.objective.sign * worth)
         start = np.argmax(signed, axis=1)
         ends = [members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")]
         found, points = [], self.objective.points
         for number, k in enumerate(start.tolist()):
-            place, speed, phase = (part[number, k] for part in ends)
+            none = not math.isfinite(worth[number, k])
+            place, speed, phase = (
+                np.zeros_like(e[number, k]) if none else e[number, k] for e in ends
+            )
             corner = self._corners[number // points]
             factors = {name: factor for name, (factor, _) in corner.items() if factor}
             machine = with_parameters(self.system, population.values(number))

@@ -172,9 +172,10 @@ class Design:
 
     @cached_property
     def verified(self) -> float:
-        """The objective with twice as many values of the band and starts, other ones; in its unit.
+        """The objective with twice as many values of the band and starts as the last judge; in its unit.
 
-        Somewhat worse than :attr:`value`, for which the machine was chosen.
+        The starts are others, and values between those of the band are added. Somewhat worse than
+        :attr:`value`, for which the machine was chosen.
         """
         seed = self.objective.seed + 1
         found = self.judge.finer(VERIFIED, seed=seed).values(self._row[None])

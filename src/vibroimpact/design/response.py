@@ -143,13 +143,18 @@ class Response:
         the bifurcation where the orbit stops being stable; of other motions it is that of the
         values simulated.
         """
-        found = [best for curve in self.curves if (best := curve.largest()) is not None]
-        found += [answer for answer in self.unexplained if math.isfinite(answer.value)]
-        if not found:
+        found = self._largest
+        if found is None:
             raise InvalidParameterError(
                 "response: holds no stable motion at all. Raise starts, or settle."
             )
-        return self._shown(self._complete(max(found, key=lambda answer: answer.value)))
+        return self._shown(self._complete(found))
+
+    @cached_property
+    def _largest(self) -> Answer | None:
+        found = [best for curve in self.curves if (best := curve.largest()) is not None]
+        found += [answer for answer in self.unexplained if math.isfinite(answer.value)]
+        return max(found, key=lambda answer: answer.value, default=None)
 
     def at(self, value: float) -> list[Answer]:
         """Return every steady motion at one value of the parameter, largest first.
@@ -275,8 +280,9 @@ class Response:
         others = sorted({answer.motion for answer in self.unexplained}, key=_order)
         if others:
             lines.append(f"  simulated, on no branch: {_listed(others)}")
-        if self.answers:
-            lines.append(f"  worst: {self.worst!r}")
+        lines.append(
+            f"  worst: {self.worst!r}" if self._largest else "  no stable motion was found"
+        )
         lines += [f"  {note}" for note in self.notes]
         return "\n".join(lines)
 
