@@ -85,7 +85,8 @@ class Sensitivity(NamedTuple):
     value
         The derivative.
     exact
-        Whether it is that of a periodic orbit; else it is a central difference.
+        Whether it is that of a periodic orbit; else it is a central difference, next to a bound of
+        a place two steps inside, 1 % of the bounds.
     error
         Of a difference: how much one of twice the step differs. 0 where it is exact.
     """

@@ -151,7 +151,8 @@ def response_spectrum(
 ) -> ResponseSpectrum:
     """Compute the largest response to a record over the natural frequency of an oscillator.
 
-    The oscillator starts at rest, has the mass 1, and vibrates on after the record.
+    The oscillator starts at rest, has the mass 1, and vibrates on for one period after the record:
+    its largest values are in it; impacts later than that are not counted.
 
     Parameters
     ----------
