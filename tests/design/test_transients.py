@@ -284,6 +284,7 @@ def test_bad_tables_are_refused_with_file_line_and_value(
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1.0, 0.0]), "> 0"),
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1.0], 1.0), r"zeta = 1.0: .*\[0, 1\)"),
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1], clearance=0.0), "> 0"),
+    (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1e-3]), "at least 0.01"),
     (lambda: vi.free_decay(DAMPER, {"v3": 1.0}), "x1 to x2"),
     (lambda: vi.free_decay(DAMPER, {"v2": 1.0}, to=1.0), r"to = 1.0"),
     (lambda: vi.free_decay(DAMPER, {"x1": 0.0}), "away from rest"),

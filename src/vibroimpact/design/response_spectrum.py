@@ -9,7 +9,7 @@ Method      x'' + 2 zeta w x' + w^2 x = f(t), f linear in each piece of length h
             With stops each oscillator is simulated (record_response.py).
 Assumes     0 <= zeta < 1
 Accuracy    some 1e-13 of the largest response per thousand pieces where an oscillator turns 0.1 radians
-            in a piece; below, 1e-16 / (omega h)^3 more per piece, as forces nearly cancel
+            in the record or more; below, digits are lost, 1e-8 at 0.01 radians; slower ones are refused
 Reference   Nigam and Jennings, Bull. Seismol. Soc. Am. 59 (1969) 909: the recursion; Biggs,
             Introduction to Structural Dynamics (1964), ch. 2: spectra of pulses
 """
@@ -51,6 +51,9 @@ BLOCK = 2**18  # responses that are examined together
 HALVINGS = 60  # of a bracket: to the last bit
 CYCLE = 2.0 * math.pi
 HIGHEST = 1e50  # frequency: its square and cube stay finite
+SLOWEST = (
+    0.01  # radians in the whole record: below, forces over omega^3 cancel to less than 8 digits
+)
 KEPT = 256  # lengths of pieces
 
 
@@ -160,7 +163,7 @@ def response_spectrum(
         A force, or the acceleration of the base: the coordinate is relative to the base then. Its
         row is of no account.
     frequencies
-        Natural frequencies, > 0, shape (k,).
+        Natural frequencies, > 0, shape (k,), that turn 0.01 radians or more while the record lasts.
     zeta
         Damping ratio, in [0, 1).
     unit
@@ -209,6 +212,12 @@ def response_spectrum(
         raise refusal("zeta", zeta, "in [0, 1)", "An overdamped oscillator has no frequency.")
     upper, lower = _clearances(clearance, lower_clearance)
     omega = given * TURN[unit]
+    lowest = SLOWEST / (record.time[-1] - record.time[0]) / TURN[unit]
+    if np.any(given < lowest):
+        raise refusal(
+            "frequencies", frequencies, f"at least {lowest:.3g}, {SLOWEST} radians in the record",
+            "Slower oscillators stand still while the base moves.",
+        )  # fmt: skip
     nothing = np.zeros(given.size)
     if math.isinf(upper) and math.isinf(lower):
         moved, shaken = _linear(record, omega, ratio)
