@@ -93,7 +93,7 @@ def _looked_at(best: Design) -> str:
             f"  {name}: derivative {slope:.4g}; within 1 dB from {low:.6g} to {high:.6g} {unit}".rstrip()
         )
     seen = f"  {best.verified:.6g} {best.units['']}".rstrip()
-    seen += " with four times as many values of the band and starts, others"
+    seen += " with twice as many values of the band and starts as the last judgement"
     kind = "exact derivatives" if best.sensitivity_exact else "derivatives by differences"
     return "\n".join([seen, f"  {kind} of the objective, and ranges:", *lines])
 
