@@ -14,9 +14,7 @@ LIGHT = 1e-3  # mass ratios of which the limits are extrapolated
 SHARE = 0.1  # zeta / mass_ratio
 # two mass ratios leave an error of second order in the lighter: (1e-3)^2 times 30 or so
 AGREE = 5e-5
-SHIFT = (
-    0.03  # bracket of the best clearance around its limit; the first order is some 0.6 mass_ratio
-)
+SHIFT = 0.03  # bracket of the best clearance around its limit; it is some 0.6 mass_ratio away
 
 
 def rho(restitution: float) -> float:

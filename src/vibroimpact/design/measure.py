@@ -220,9 +220,7 @@ class _OfRow(Measure):
     order: int | None = field(default=None, kw_only=True)
 
     KIND: ClassVar[str] = ""
-    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = (
-        None  # that holds it of coordinates
-    )
+    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = None  # of coordinates
 
     def __post_init__(self) -> None:
         order = self.order

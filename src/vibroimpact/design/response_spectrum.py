@@ -8,8 +8,8 @@ Method      x'' + 2 zeta w x' + w^2 x = f(t), f linear in each piece of length h
             u is found. After the record u vibrates freely: its first period has the largest.
             With stops each oscillator is simulated (record_response.py).
 Assumes     0 <= zeta < 1
-Accuracy    some 1e-13 of the largest response per thousand pieces where an oscillator turns 0.1 radians
-            in the record or more; below, digits are lost, 1e-8 at 0.01 radians; slower ones are refused
+Accuracy    some 1e-13 of the largest response per thousand pieces where an oscillator turns a radian
+            or more in the record; 1e-10 at 0.1 radians, 1e-8 at 0.01 (40 digits); slower: refused
 Reference   Nigam and Jennings, Bull. Seismol. Soc. Am. 59 (1969) 909: the recursion; Biggs,
             Introduction to Structural Dynamics (1964), ch. 2: spectra of pulses
 """
@@ -51,9 +51,7 @@ BLOCK = 2**18  # responses that are examined together
 HALVINGS = 60  # of a bracket: to the last bit
 CYCLE = 2.0 * math.pi
 HIGHEST = 1e50  # frequency: its square and cube stay finite
-SLOWEST = (
-    0.01  # radians in the whole record: below, forces over omega^3 cancel to less than 8 digits
-)
+SLOWEST = 0.01  # radians in the record: below, terms over omega^3 cancel to less than 8 digits
 KEPT = 256  # lengths of pieces
 
 
