@@ -1,12 +1,18 @@
-"""What the whole suite shares: settings of property tests, and fixtures.
+"""What the whole suite shares: settings of property tests, one thread for linear algebra, and fixtures.
 
 Property tests draw the same examples every time.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
+
+# Before numpy is loaded, here and in processes that tests start: threads of a BLAS that wait for a core which
+# another process has, spin. With as many busy processes as cores that takes five times the time.
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
 
 import matplotlib.pyplot as plt
 import pytest
