@@ -90,11 +90,5 @@ def test_times_of_events_and_derivatives_are_those_at_fifty_digits(what: str) ->
     got = vi.map_derivative(m, START, t_max=T_MAX, impacts=100_000, directions=directions)
     # the states of the run differ by 1e-13 or so, and the derivatives by as much times second ones
     size = 1e-9 * max(1.0, float(np.abs(matrix).max()), float(np.abs(growth).max()))
-    np.testing.assert_allclose(got.duration, growth[:, -1], atol=size)
-    # the map goes to the same time after the last event, not to the same time
-    r = Reference(m, START)
-    end = [*run.position[-1], *run.velocity_after[-1]]
-    waves = [f(r.omegas[k] / m.omega * START.phase + r.omegas[k] * T_MAX)
-             for k in range(len(r.omegas)) for f in (np.sin, np.cos)]  # fmt: skip
-    rate = (r.mode(flights(run, r)[-1].states)[0] @ [*end, *waves, 1.0])[:2]
-    np.testing.assert_allclose(got.matrix[:2] - np.outer(rate, got.duration), matrix, atol=size)
+    assert not got.duration.any()  # it ends at a given time
+    np.testing.assert_allclose(got.matrix[:2], matrix, atol=size)

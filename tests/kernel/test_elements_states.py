@@ -402,3 +402,29 @@ def test_another_unit_of_length_changes_no_bit_of_a_motion(power: int) -> None:
     assert len(plain) > 40
     assert scaled.time.tobytes() == plain.time.tobytes()
     assert (scaled.position * 2.0**-power).tobytes() == plain.position.tobytes()
+
+
+@pytest.mark.parametrize("shares", [(0.5, 0.5), (0.25, 0.5, 0.25)])
+@pytest.mark.parametrize("shock", ["impact", "kick"])
+def test_joints_on_one_row_move_as_one_with_the_sum_of_their_levels(
+    shares: tuple[float, ...], shock: str
+) -> None:
+    """Also where a shock makes all of them slip back at once, though one holds and the others cannot."""
+    what = (
+        vi.RigidStop((1.0,), upper=0.5, restitution=1.0)
+        if shock == "impact"
+        else vi.PhaseSwitch(1.0, (1.0, 4.0), ((0.0,), (0.0,)), ((-2.0,), (0.0,)))
+    )
+
+    def run(levels: tuple[float, ...]) -> vi.Run:
+        pads = tuple(vi.Friction((1.0,), kinetic=x, belt_speed=0.5) for x in levels)
+        m = vi.Mechanism(
+            mass=[[1.0]], damping=[[0.0]], stiffness=[[2.0]], elements=(what, *pads)
+        )  # fmt: skip
+        return vi.simulate(m, vi.State((0.0,), (0.0,)), t_max=8.0)
+
+    one, several = run((2.0,)), run(tuple(2.0 * x for x in shares))
+    assert one.end is several.end is vi.RunEnd.HORIZON
+    times = np.linspace(0.0, 8.0, 81)
+    for a, b in zip(one.at(times), several.at(times), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-13)

@@ -180,10 +180,7 @@ def test_derivatives_pass_through_the_beginning_and_the_end_of_a_slip() -> None:
         return np.array([*run.last.position, run.last.velocity[0]])
 
     start = vi.State((-0.3, 0.1), (1.5, 0.0))
-    run, found = vi.simulate(m, start, t_max=2.0), vi.map_derivative(m, start, impacts=9, t_max=2.0)
-    acceleration = (run.forces(2.0)[0] - run.last.position[0]) / 2.0
-    rate = np.array([*run.last.velocity, acceleration])  # its last flight has a given duration
-    matrix = found.matrix[:3] - np.outer(rate, found.duration)
+    matrix = vi.map_derivative(m, start, impacts=9, t_max=2.0).matrix[:3]
     at, h = np.array([-0.3, 1.5, 0.1]), 1e-6
     for i, column in enumerate((0, 2, 1)):
         step = np.eye(3)[i] * h

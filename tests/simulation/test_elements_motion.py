@@ -174,3 +174,32 @@ def test_a_ball_on_a_table_doubles_its_period_at_the_closed_form() -> None:
     np.testing.assert_allclose(found.section.phase, phase, atol=1e-7)
     assert classified(0.99 * doubling)[1].symbol == "1-0-1"
     assert classified(1.01 * doubling)[1].symbol == "2-0-2"
+
+
+def test_friction_that_sticks_and_slips_often_between_impacts_leaves_no_record_too_small() -> None:
+    """A capsule driven from inside slips and sticks six times for each time that its stop is met."""
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 3.0]], damping=[[0.3, -0.3], [-0.3, 0.3]],
+        stiffness=[[1.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(1.1, (1.0, 0.0)),),
+        elements=(vi.SoftStop((1.0, -1.0), upper=0.02, stiffness=27.0, damping=1.0),
+                  vi.Friction((0.0, 1.0), kinetic=0.4)),
+    )  # fmt: skip
+    start = vi.State((0.0, 0.0), (0.0, 0.0))
+    run = vi.simulate(m, start, impacts=50)
+    assert run.end is vi.RunEnd.IMPACTS
+    assert len(run) > 5 * run.impacts.sum()
+    assert len(vi.impact_section(m, start, points=20, settle=20).x1) == 20
+    exponent = vi.lyapunov_exponent(m, start, settle=50, impacts=1024)
+    assert abs(exponent.value) < 1e-9  # its place does not matter: a shift neither grows nor dies
+
+
+def test_exponents_go_on_where_impacts_end_and_friction_does_not() -> None:
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.31, (0.9,)),),
+        elements=(vi.RigidStop((1.0,), upper=0.9, restitution=0.5), vi.Friction((1.0,), 0.1)),
+    )  # fmt: skip
+    start = vi.State((0.0,), (0.0,))
+    assert vi.simulate(m, start, impacts=9).end is vi.RunEnd.EVENTS
+    spectrum = vi.lyapunov_spectrum(m, start, settle=100, impacts=1024)
+    assert spectrum.values[1] == -np.inf  # it sticks
+    assert vi.lyapunov_exponent(m, start, settle=100, impacts=1024).value < 0.0

@@ -206,9 +206,9 @@ open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension
             bool may = true;
             for (int j = 0; j < system.modes[m].watched.count; ++j) {
                 const auto& w = system.modes[m].watched.at[j];
-                // the force that holds it depends on what the others do
+                // the force that holds it, and what else holds it, depends on what the others do
                 const bool known = !system.elements.joint[e] &&
-                                   (s != sticking_state || system.elements.soft[e] || w.held);
+                                   (system.elements.soft[e] || (s == sticking_state) == w.held);
                 if (w.element == e && known)
                     may = may && look_at(w, y, largest, system.modes[m].flow).allowed;
             }

@@ -184,6 +184,7 @@ private:
         out.events = see.events;
         out.why = static_cast<int>(end.why);
         out.code = end.code;
+        if (end.why == vi::run_end::horizon) end_at_one_time(at, see.duration);
         const auto p = physical_[at.mode];
         const auto put = [&](int row, int j, double x) {
             out.columns[row * count + first + j] = x;
@@ -198,6 +199,18 @@ private:
                 put(2 * degrees_ + l, j, c.v * s.d[j] - s.v * c.d[j]);
             }
             out.durations[first + j] = see.duration.d[j];
+        }
+    }
+
+    // A flight that ends at the horizon ends a fixed time after the last event: moved to the horizon itself.
+    template <class Jet>
+    void end_at_one_time(vi::trajectory<Jet, Shape>& at, Jet& duration) const {
+        const auto& flow = modes_[at.mode].flow;
+        const auto rates = flow.derivative(vi::detail::plain_state(at.y, n_));
+        for (int j = 0; j < width; ++j) {
+            for (int i = 0; i < n_; ++i)
+                at.y[i].d[j] -= rates[i] * duration.d[j];
+            duration.d[j] = 0.0;
         }
     }
 

@@ -128,7 +128,7 @@ def multipliers(
     count = last - first
     result = motion.compiled.kernel.tangents(
         x, v, phases_of(mechanism, float(part.phase[first])), basis, math.inf,
-        flight_limit_of(motion.compiled), events_for(count), count,
+        flight_limit_of(motion.compiled), events_for(mechanism, count), count,
     )  # fmt: skip
     if RunEnd(result["why"]) is not RunEnd.IMPACTS:
         return None

@@ -1,7 +1,7 @@
 """Derivatives of impact maps, exact through every event.
 
 Jets run through the kernel's own flight, impact, chatter and release (theory.md, "Saltation"): the
-result is the derivative of the map from the start to the state after the last event.
+result is the derivative of the map from the start to the state after the last event, or at t_max.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from vibroimpact.simulation.simulate import (
 
 @dataclass(frozen=True)
 class MapDerivative:
-    """Derivative of the map from a start to the state after its last event.
+    """Derivative of the map from a start to the state after its last event, or at ``t_max``.
 
     Attributes
     ----------
     matrix
-        d(x, v, theta_1, ...) after / d(x, v, theta_1, ...) before, shape (2n + L, columns).
+        d(x, v, theta_1, ...) at the end / d(x, v, theta_1, ...) before, shape (2n + L, columns).
     duration
-        Derivative of the time of the last event, shape (columns,).
+        Derivative of the time of the end, shape (columns,): of the last event; zero at ``t_max``.
     events
         Number of events passed.
     end
@@ -57,12 +57,13 @@ def map_derivative(
     t_max: float = math.inf,
     directions: Floats | None = None,
 ) -> MapDerivative:
-    """Differentiate the motion from a state through a number of impacts.
+    """Differentiate the motion from a state through a number of impacts, or up to a time.
 
     Parameters
     ----------
     system, state, impacts, t_max
-        As for :func:`vibroimpact.simulate`.
+        As for :func:`vibroimpact.simulate`. Where ``t_max`` ends the run, the derivative is that of
+        the state at this time, however the events before it move.
     directions
         Columns of (dx, dv, dtheta_1, ...), shape (2n + L, columns); default: unit vectors. A
         direction that leaves the stop of a start is taken as it is: keep it on the stop, where
@@ -96,7 +97,7 @@ def map_derivative(
         out = compiled.kernel.tangents(
             list(state.position), list(state.velocity), phases_of(mechanism, state.phase),
             np.ascontiguousarray(seeds), t_max, flight_limit_of(compiled),
-            events_for(int(impacts)), int(impacts),
+            events_for(mechanism, int(impacts)), int(impacts),
         )  # fmt: skip
         end = RunEnd(out["why"])
         if end is not RunEnd.MISSING or not compiled.add_code(out["code"]):

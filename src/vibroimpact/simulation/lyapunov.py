@@ -28,7 +28,7 @@ from vibroimpact._core.checks import check_count
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
-from vibroimpact.simulation.simulate import RunEnd, events_for, flight_limit_of
+from vibroimpact.simulation.simulate import GOES_ON, RunEnd, events_for, flight_limit_of
 from vibroimpact.simulation.simulator import Simulator
 
 BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
@@ -139,7 +139,7 @@ def lyapunov_exponent(
     check_count("settle", settle, 0)
     motion = Simulator(system, state)
     end = motion.settle(settle)
-    if not motion.went_on(end):
+    if end not in GOES_ON:
         return _nothing(end)
     return exponent_from(motion, impacts)
 
@@ -147,7 +147,7 @@ def lyapunov_exponent(
 def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     """Estimate from the present position of a motion, which is not changed."""
     block = max(1, impacts // BLOCKS)
-    events = events_for(impacts)
+    events = events_for(motion.compiled.mechanism, impacts)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
     result = kernel.lyapunov(motion.at, math.inf, limit, events, impacts, block)
     while RunEnd(result["why"]) is RunEnd.MISSING and motion.compiled.add_code(result["code"]):
@@ -156,7 +156,7 @@ def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     if end is RunEnd.OBSERVER:
         return LyapunovEstimate(-math.inf, 0.0, -math.inf, np.empty(0), np.empty(0), end)
     skip = len(result["time"]) // ALIGNING
-    if end not in (RunEnd.IMPACTS, RunEnd.EVENTS) or len(result["time"]) - skip <= FEWEST_BLOCKS:
+    if end not in GOES_ON or len(result["time"]) - skip <= FEWEST_BLOCKS:
         return _nothing(end)
     growth, duration = np.diff(result["growth"][skip:]), np.diff(result["time"][skip:])
     *earlier, last = (

@@ -50,6 +50,7 @@ from vibroimpact.simulation.lyapunov import (
 )
 from vibroimpact.simulation.simulate import (
     COUNTED,
+    GOES_ON,
     RunEnd,
     Status,
     events_for,
@@ -271,7 +272,7 @@ def lyapunov_spectrum(
     check_memory("impacts", impacts, 8 * (carried + 4), "Take fewer.")
     motion = Simulator(system, state)
     end = motion.settle(settle)
-    if not motion.went_on(end):
+    if end not in GOES_ON:
         return _without(wanted, end, end.sentence)
     if needs_elements(mechanism):
         return _from_events(motion, int(impacts), wanted, carried + lines, count)
@@ -291,7 +292,7 @@ def _from_events(
             "count", count, f"at most {TANGENTS}",
             "Of a machine with elements the kernel carries so many tangents.",
         )  # fmt: skip
-    wanted, events = min(wanted, TANGENTS), events_for(impacts)
+    wanted, events = min(wanted, TANGENTS), events_for(motion.compiled.mechanism, impacts)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
     part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, wanted)
     while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
@@ -480,11 +481,11 @@ class _Growth:
     def record(self, impacts: int) -> RunEnd:
         """Follow the tangents through so many impacts; why that ended."""
         events: _Events | None = None
-        left, room = impacts, events_for(impacts)
+        left, room = impacts, events_for(self.mechanism, impacts)
         while left > 0 and room > 0:
             part = self.motion.events(min(left, CHUNK))
             end = RunEnd(part["why"])
-            if end not in (RunEnd.IMPACTS, RunEnd.EVENTS):
+            if end not in GOES_ON:
                 self.reason = end.sentence
                 return end
             new = self._events(part)
@@ -541,23 +542,18 @@ class _Growth:
         arrival, departure = _time(events, a, begun), _time(events, over, b)
         before = arrival - 0.5 * min(arrival, self.longest)
         after = 0.5 * min(departure, self.longest)
-        start, end = (
-            self._states(events, np.array([event]), np.array([offset]))[0]
-            for event, offset in ((a, before), (over, after))
-        )
+        start = self._states(events, np.array([a]), np.array([before]))[0]
         n, size = self.mechanism.degrees, self.size
         found = map_derivative(
             self.motion.system,
             State(tuple(start[:n]), tuple(start[n:size]), float(start[size])),
-            impacts=events_for(b - a),
+            impacts=events_for(self.mechanism, b - a),
             t_max=_time(events, a, over) - before + after,
             directions=np.eye(size + len(self.mechanism.forces), size),
         )
         if found.end is not RunEnd.HORIZON:
             self.reason = f"chatter or sticking could not be repeated: {found.end.sentence}"
-        # The horizon comes a fixed time after the last event: here at equal times instead.
-        jacobian = found.matrix[:size] - np.outer(self._flow(end), found.duration)
-        return over, after, [*self._coasting(before), jacobian]
+        return over, after, [*self._coasting(before), found.matrix[:size]]
 
     def _grow(self, events: _Events, rows: _Rows) -> bool:
         """Carry the tangents through these rows; False once all of them have vanished."""

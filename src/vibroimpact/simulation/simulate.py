@@ -26,7 +26,13 @@ from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.model.elements import RigidStopState
-from vibroimpact.model.mechanism import ImpactLaw, Mechanism, element_labels, kinds_of_states
+from vibroimpact.model.mechanism import (
+    STOP_KINDS,
+    ImpactLaw,
+    Mechanism,
+    element_labels,
+    kinds_of_states,
+)
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 
@@ -37,6 +43,7 @@ Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
 SILENT_PERIODS = 10_000  # forcing periods without an event after which a run is called silent
 SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forcing
+EVENTS_BETWEEN = 64  # events from impact to impact, at most, of a machine with elements
 
 
 class Status(IntEnum):
@@ -85,6 +92,8 @@ class RunEnd(IntEnum):
         return _SENTENCES[self]
 
 
+GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)  # by friction, say, without an impact
+
 _SENTENCES = {
     RunEnd.IMPACTS: "the requested number of impacts was reached",
     RunEnd.HORIZON: "t_max was reached",
@@ -94,7 +103,7 @@ _SENTENCES = {
     RunEnd.STALLED: "time does not advance: more than 4096 events at one instant",
     RunEnd.MISSING: "a set of closed contacts, and of friction that sticks, could not be compiled: "
     "they depend on each other, or the forcing meets an undamped resonance of it",
-    RunEnd.EVENTS: "the record is full: mostly events that are no impacts, or all of the memory",
+    RunEnd.EVENTS: "the record is full: mostly events that are no impacts (give t_max), or all of the memory",
     RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
     "rounding",
@@ -429,9 +438,14 @@ def check_counts(impacts: Any, t_max: float) -> None:
         raise refusal("t_max", t_max, "> 0")
 
 
-def events_for(impacts: int) -> int:
-    """Number of events in a record of so many impacts, with room for releases and grazes."""
-    return 4 * impacts + 64
+def events_for(mechanism: Mechanism, impacts: int) -> int:
+    """Largest number of events of a run of so many impacts.
+
+    Between two impacts there are some releases and grazes, but friction may stick and slip many times.
+    """
+    stops = any(isinstance(part, STOP_KINDS) for part in mechanism.numbered)
+    each = EVENTS_BETWEEN if mechanism.elements and stops else 4
+    return each * impacts + 64
 
 
 def record_bytes(m: Mechanism) -> int:
@@ -493,7 +507,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
     room = memory_of_machine() // size
-    events = room if t_max < math.inf else min(events_for(remaining), room)
+    events = room if t_max < math.inf else min(events_for(mechanism, remaining), room)
     while why is RunEnd.MISSING:
         part = compiled.kernel.simulate(at, t_max, flight_limit_of(compiled), events, remaining)
         parts.append(part)

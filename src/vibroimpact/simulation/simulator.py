@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
-from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import (
     COUNTED,
+    GOES_ON,
     Flights,
     RunEnd,
     Status,
@@ -86,19 +86,14 @@ class Simulator:
         """Advance by so many impacts without a record."""
         if impacts == 0:
             return RunEnd.IMPACTS
-        limit, events = flight_limit_of(self.compiled), events_for(impacts)
+        limit, events = flight_limit_of(self.compiled), events_for(self.compiled.mechanism, impacts)
         kernel = self.compiled.kernel
         result = self._call(lambda at: kernel.advance(at, math.inf, limit, events, impacts))
         return _why(result)[0]
 
-    def went_on(self, end: RunEnd) -> bool:
-        """Whether a motion can go on after settling: a machine without stops has no impacts."""
-        stops = any(isinstance(e, STOP_KINDS) for e in self.compiled.mechanism.numbered)
-        return end is (RunEnd.IMPACTS if stops else RunEnd.EVENTS) or end is RunEnd.IMPACTS
-
     def events(self, impacts: int) -> Any:
         """Every event of the next impacts, as the kernel records them."""
-        limit, events = flight_limit_of(self.compiled), events_for(impacts)
+        limit, events = flight_limit_of(self.compiled), events_for(self.compiled.mechanism, impacts)
         kernel = self.compiled.kernel
         return self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
 
@@ -144,7 +139,7 @@ class Simulator:
         last = Flights(start, start, np.array([self.at.y]), np.array([self.at.mode], np.int32))
         rows = np.empty((len(times), 2 * self.compiled.mechanism.degrees))
         done = 0
-        while end in (RunEnd.EVENTS, RunEnd.IMPACTS):
+        while end in GOES_ON:
             part = self._call(
                 lambda at: kernel.simulate(at, float(times[-1]), math.inf, CHUNK, CHUNK)
             )

@@ -274,6 +274,8 @@ def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
     at, end = begin(compiled, state), members.settle[row] + members.observe[row]
     most = members.most_impacts
     while True:
-        why, code, _ = compiled.kernel.advance(at, end, math.inf, events_for(most), most)
+        why, code, _ = compiled.kernel.advance(
+            at, end, math.inf, events_for(compiled.mechanism, most), most
+        )
         if why != RunEnd.MISSING or not compiled.add_code(code):
             return compiled.codes[known:]
