@@ -15,7 +15,9 @@ from scipy.linalg import expm
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
-from vibroimpact.orbits.problem import Signature
+from vibroimpact.model.stop import Stop
+from vibroimpact.orbits.near_returns import KnownLoops
+from vibroimpact.orbits.problem import Flight, Signature
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.orbits.starts_between import starts_between
 
@@ -240,6 +242,16 @@ def test_every_motion_and_every_guess_is_counted() -> None:
     images = sum(of is not None for of in search.mirror_of)
     new = search.guesses[GuessEnd.NEW] + search.guesses[GuessEnd.INADMISSIBLE]
     assert new + images == len(search)
+
+
+def test_loops_with_equal_impacts_and_other_flights_are_two() -> None:
+    """Until they begin at another event; the flights turn with the impacts."""
+    a, b, states = Flight(0, 1), Flight(5, 0), np.array([[1.0, 0.2, 0.1], [2.0, 0.3, 2.0]])
+    known, impacts = KnownLoops(np.array([10.0, 10.0])), (Stop(0, 1), Stop(0, 1))
+    known.add(Signature(impacts, 1, False, (a, b)), states)
+    assert known.has(Signature(impacts, 1, False, (b, a)), states[::-1], 1e-9)
+    assert not known.has(Signature(impacts, 1, False, (b, a)), states, 1e-9)
+    assert not known.has(Signature(impacts, 1, False, (a, a)), states, 1.0)
 
 
 def test_random_starts_lie_between_stops_that_move() -> None:

@@ -4,7 +4,7 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
             up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
             closed or not. With elements the changes of their states between the impacts belong to
-            the loop; a motion without impacts has loops of these changes.
+            the loop; a motion without impacts, or after its last one, has loops of these changes.
 Fails       a sentence: no such part; in its last period a contact rests, several events coincide, or
             the law leaves the state of an element open
 """
@@ -112,9 +112,14 @@ def closing_loop(
         Required forcing cycles; None for any.
     """
     events = events_of(run)
+    found = _nearest_loop(run, events, cycles) if sequence is None else None
+    silent = None if sequence or found else _since_last_impact(events)
+    if silent is not None:
+        events, found = silent, _nearest_loop(run, silent, cycles)
     stops = [events.stops[k] for k in events.counted]
     times = events.times[events.counted]
-    found = _nearest_loop(run, events, cycles) if sequence is None else _last_time(stops, sequence)
+    if sequence is not None:
+        found = _last_time(stops, sequence)
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
@@ -150,6 +155,14 @@ def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
         return why
     flights = flights_of(run, events, here)
     return TOGETHER if None in flights else tuple(flight for flight in flights if flight)
+
+
+def _since_last_impact(events: Events) -> Events | None:
+    """The changes of state after the last impact, all counted; None where the last event is one."""
+    if not events.counted.size:
+        return None
+    later = np.arange(events.counted[-1] + 1, len(events.times))
+    return events._replace(counted=later) if later.size else None
 
 
 def codes_of(run: Run, events: Events, here: slice) -> list[int]:

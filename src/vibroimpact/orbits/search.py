@@ -215,7 +215,7 @@ class _Sweep:
         orbit = primitive(orbit)
         if not orbit.converged:
             self.guesses[GuessEnd.NOWHERE] += 1
-        elif orbit.rateless or orbit.least_impact_speed <= NO_SPEED * self.starts.widths[-1]:
+        elif orbit.least_impact_speed <= NO_SPEED * self.starts.widths[-1]:
             self.guesses[GuessEnd.SPEEDLESS] += 1
         elif self._is_known(orbit):
             self.guesses[GuessEnd.KNOWN] += 1
