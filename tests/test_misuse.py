@@ -902,7 +902,10 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
             ),
             "orbits are found for coordinates that have a mass.*Take simulate",
         ),
-        (lambda: vi.find_orbits(still(RUBBING)), "lists of orbits, are found for rigid stops"),
+        (
+            lambda: vi.find_circle(still(RUBBING), vi.State((0.0,), (0.0,))),
+            "circles are found for rigid stops that stand still.*Take find_orbits",
+        ),
         (
             lambda: vi.find_orbit(
                 still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), impacts=[(0, 1)]

@@ -16,11 +16,13 @@ from support.systems import oscillator, paper_damper
 import vibroimpact as vi
 from vibroimpact._core.progress import Progress
 from vibroimpact.cli import main as cli
+from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import SAME, primitive, unfolded
+from vibroimpact.orbits.mirror_images import mirror_image
 from vibroimpact.orbits.near_returns import KnownLoops, beginnings
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Signature
-from vibroimpact.orbits.search import find_orbits, mirror_image
+from vibroimpact.orbits.search import find_orbits
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.orbits.starts import starts_of
 
@@ -228,7 +230,7 @@ def test_a_stop_behind_another_is_never_started_from() -> None:
 
 
 def test_loops_are_one_wherever_they_begin_and_phases_wrap() -> None:
-    a, b = (0, 1), (0, -1)
+    a, b = Stop(0, 1), Stop(0, -1)
     states = np.array([[1.0, 0.2, 0.001], [2.0, 0.3, 2.0], [3.0, 0.4, 4.0]])
     known = KnownLoops(np.array([10.0, 10.0]))
     known.add(Signature((a, a, b), 1), states)

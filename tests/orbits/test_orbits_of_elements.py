@@ -16,6 +16,8 @@ from support.exact_chain import DIGITS, Flight, flights, follow, start_of
 
 import vibroimpact as vi
 from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.orbits.find import solve
+from vibroimpact.orbits.problem import Signature
 
 EPS = 2.0**-52
 REST = vi.State((0.0,), (0.0,))
@@ -289,6 +291,40 @@ def test_an_orbit_beyond_the_limits_of_its_states_is_not_admissible() -> None:
     assert beyond.converged
     assert "element 0" in beyond.inadmissible_reason
     assert vi.find_orbit(rubbing, REST).zero_multipliers == 1  # the motion itself sticks
+
+
+def test_an_orbit_that_reverses_where_static_friction_holds_is_not_admissible() -> None:
+    """It solves the equations without the state that sticks; the simulation sticks there."""
+    load = vi.NormalLoad(0.5, (0.3,), (), vi.Harmonic(0.75, (0.4,)))
+    m = one(vi.Friction((1.0,), 0.5, 0.6, load=load), force=0.75)
+    impacts, states = ((0, 1), (0, -1), (0, -1)), [
+        [-1.43723832, 1.07012958, 6.1102534], [1.53914899, 0.0, 8.02147952],
+        [-0.470362363, -1.28611502, 10.5382298],
+    ]  # fmt: skip
+    signature = Signature(impacts, 1, False, ((0, 0), (1, 1), (3, 0)))  # type: ignore[arg-type]
+    guess = vi.Guess(np.array(states), np.array([2.54830149, 3.35566698, 2.47361194]))
+    orbit = solve(m, signature, guess)
+    assert orbit.converged
+    assert np.all(np.abs(orbit.multipliers) < 1.0)
+    assert "friction 0 would stick at the end of flight 0" in orbit.inadmissible_reason
+    assert not orbit.stable
+    before = vi.State((-1.43723832,), (1.07012958,), 6.1102534)
+    run = vi.simulate(m, before, t_max=2.6)
+    assert vi.FrictionState.STICK in run.states[:, 0]
+    settled = vi.find_orbit(m, REST)
+    assert settled.admissible
+    assert settled.zero_multipliers == 1
+
+
+def test_impacts_that_stop_leave_the_orbit_of_the_changes_after_them() -> None:
+    """A far soft stop is met at first only; then the orbit is the one without it."""
+    stop, f = STOP((1.0,), upper=3.0, stiffness=8.0), vi.Friction((1.0,), 0.3)
+    run = vi.simulate(one(f, stop, omega=0.6, force=1.0), vi.State((2.0,), (5.0,)), t_max=400.0)
+    assert run.impacts.any()
+    orbit = vi.find_orbit(run.system, run)
+    alone = vi.find_orbit(one(f, omega=0.6, force=1.0), REST)
+    assert orbit.symbol == alone.symbol == "1-0-0"
+    np.testing.assert_allclose(np.sort(orbit.states[:, 0]), np.sort(alone.states[:, 0]), rtol=1e-12)
 
 
 def test_friction_that_never_slips_is_answered_with_a_sentence() -> None:

@@ -406,8 +406,8 @@ def check_rigid(system: System) -> Mechanism:
     m = mechanism_of(system)
     if needs_elements(m):
         raise InvalidParameterError(
-            f"system = {shown(system)}: circles, and lists of orbits, are found for rigid stops that "
-            "stand still, with symmetric matrices. Take find_orbit, continue_orbit, simulate, classify."
+            f"system = {shown(system)}: circles are found for rigid stops that stand still, with "
+            "symmetric matrices. Take find_orbits, find_orbit, continue_orbit, simulate, classify."
         )
     return m
 

@@ -4,7 +4,7 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
             up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
             closed or not. With elements the changes of their states between the impacts belong to
-            the loop; a motion without impacts has loops of these changes.
+            the loop; a motion without impacts, or after its last one, has loops of these changes.
 Fails       a sentence: no such part; in its last period a contact rests, several events coincide, or
             the law leaves the state of an element open
 """
@@ -38,13 +38,17 @@ OPEN = "the law leaves the state of an element open in every period: such orbits
 
 
 class ClosingLoop(NamedTuple):
-    """Events of a loop, forcing cycles, states after them (m, 2n + 1), flight times (m,), flights."""
+    """Events of a loop, forcing cycles, states after them (m, 2n + 1), flight times (m,), flights.
+
+    ``settled`` says whether it closes within CLOSED; of a given sequence that is not asked.
+    """
 
     impacts: tuple[Stop, ...]
     cycles: int
     states: Floats
     durations: Floats
     flights: tuple[Flight, ...]
+    settled: bool
 
 
 class Events(NamedTuple):
@@ -87,12 +91,6 @@ def events_of(run: Run) -> Events:
     )  # fmt: skip
 
 
-def segments_of(run: Run) -> tuple[Floats, Floats, list[Stop]]:
-    """States after the impacts (m, 2n + 1) with growing phase, times, stops of a run's impacts."""
-    events = events_of(run)
-    return events.states, events.times, events.stops
-
-
 def cycles_of(system: System, span: float) -> int:
     """Whole forcing cycles nearest to a time, at least 1; 0 where there is no forcing."""
     omega = mechanism_of(system).omega
@@ -114,15 +112,20 @@ def closing_loop(
         Required forcing cycles; None for any.
     """
     events = events_of(run)
+    found = _nearest_loop(run, events, cycles) if sequence is None else None
+    silent = None if sequence or found else _since_last_impact(events)
+    if silent is not None:
+        events, found = silent, _nearest_loop(run, silent, cycles)
     stops = [events.stops[k] for k in events.counted]
     times = events.times[events.counted]
-    found = _nearest_loop(run, events, cycles) if sequence is None else _last_time(stops, sequence)
+    if sequence is not None:
+        found = _last_time(stops, sequence)
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
         why = "" if run.end is RunEnd.SILENT else _without_signature(run, since, math.inf)
         return why or f"the run has no loop {wanted}: {run.end.sentence}"
-    first, last = found
+    first, last, settled = found
     whole = cycles_of(run.system, times[last] - times[first]) if cycles is None else cycles
     omega = mechanism_of(run.system).omega
     period = 2.0 * math.pi * whole / omega if omega else 0.0
@@ -136,7 +139,8 @@ def closing_loop(
     durations = np.diff(events.times[here.start : here.stop + 1])
     if not np.all(durations > 0.0):
         return TOGETHER
-    return ClosingLoop(tuple(events.stops[here]), whole, events.states[here], durations, flights)
+    impacts, states = tuple(events.stops[here]), events.states[here]
+    return ClosingLoop(impacts, whole, states, durations, flights, settled)
 
 
 def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
@@ -144,27 +148,56 @@ def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
     m = mechanism_of(run.system)
     if not m.elements:
         return ()
-    known = run.codes
-    codes = [known[k] for k in events.last[here]]
-    if any(code % 3 ** len(m.contacts) for code in codes):
+    codes = codes_of(run, events, here)
+    if any(rests_in(m, code) for code in codes):
         return RESTING
-    if why := _always_stuck(m, {*codes}):
+    if why := always_stuck(m, {*codes}):
         return why
-    compiled = compile_prescribed(run.system, "", tuple(sorted({*codes})))
-    flights = []
+    flights = flights_of(run, events, here)
+    return TOGETHER if None in flights else tuple(flight for flight in flights if flight)
+
+
+def _since_last_impact(events: Events) -> Events | None:
+    """The changes of state after the last impact, all counted; None where the last event is one."""
+    if not events.counted.size:
+        return None
+    later = np.arange(events.counted[-1] + 1, len(events.times))
+    return events._replace(counted=later) if later.size else None
+
+
+def codes_of(run: Run, events: Events, here: slice) -> list[int]:
+    """Code of the mode after each event of a part of a run."""
+    known = run.codes
+    return [known[k] for k in events.last[here]]
+
+
+def rests_in(m: Mechanism, code: int) -> bool:
+    """Whether a rigid stop is rested on in a mode."""
+    return bool(code % 3 ** len(m.contacts))
+
+
+def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
+    """Flight after each event of a part of a run; None where a stop is rested on, or no guard ends it.
+
+    ``here`` leaves out the last event of the run, after which no flight ends.
+    """
+    m, codes = mechanism_of(run.system), codes_of(run, events, here)
+    free = sorted({code for code in codes if not rests_in(m, code)})
+    compiled = compile_prescribed(run.system, "", tuple(free))
+    found: list[Flight | None] = []
     for k, code in enumerate(codes, here.start + 1):
-        stop, at = events.stops[k], events.first[k]
-        if stop.contact < len(m.contacts):
-            flights.append(Flight(code))
-            continue
-        watch = _watch_at(run, compiled, code, stop, int(at))
-        if watch == GAP:
-            return TOGETHER
-        flights.append(Flight(code, watch))
-    return tuple(flights)
+        stop = events.stops[k]
+        if rests_in(m, code):
+            found.append(None)
+        elif stop.contact < len(m.contacts):
+            found.append(Flight(code))
+        else:
+            watch = _watch_at(run, compiled, code, stop, int(events.first[k]))
+            found.append(None if watch == GAP else Flight(code, watch))
+    return found
 
 
-def _always_stuck(m: Mechanism, codes: set[int]) -> str:
+def always_stuck(m: Mechanism, codes: set[int]) -> str:
     """Sentence about friction that sticks in every mode of a loop; "" where there is none."""
     states = [states_from_code(code, len(m.contacts), len(m.elements)) for code in codes]
     for i, (element, taken) in enumerate(zip(m.elements, zip(*states, strict=True), strict=True)):
@@ -200,8 +233,13 @@ def _without_signature(run: Run, since: float, until: float) -> str:
     return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
 
 
-def _nearest_loop(run: Run, events: Events, cycles: int | None) -> tuple[int, int] | None:
-    """(first, last) impact of the shortest good loop at the end of a run."""
+Found = tuple[
+    int, int, bool
+]  # first and last impact of a loop, and whether it closes within CLOSED
+
+
+def _nearest_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
+    """The shortest good loop at the end of a run."""
     states, times = events.states[events.counted], events.times[events.counted]
     stops = [events.stops[k] for k in events.counted]
     omega, last = mechanism_of(run.system).omega, len(stops) - 1
@@ -217,15 +255,15 @@ def _nearest_loop(run: Run, events: Events, cycles: int | None) -> tuple[int, in
         whole = cycles_of(run.system, span) if cycles is None else cycles
         distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
         if distance < CLOSED:
-            return first, last  # longer loops repeat this one
+            return first, last, True  # longer loops repeat this one
         near = distance < NEARLY_CLOSED and last - first <= LONGEST_NEARLY
         if near and (best is None or distance < best[0]):
             best = distance, first
-    return (best[1], last) if best else None
+    return (best[1], last, False) if best else None
 
 
-def _last_time(stops: list[Stop], sequence: tuple[Stop, ...]) -> tuple[int, int] | None:
-    """(first, last) impact of the last occurrence of a sequence followed by its first stop."""
+def _last_time(stops: list[Stop], sequence: tuple[Stop, ...]) -> Found | None:
+    """The last occurrence of a sequence followed by its first stop."""
     count, wanted = len(sequence), [*sequence, *sequence[:1]]
     begins = [k for k in range(len(stops) - count) if stops[k : k + count + 1] == wanted]
-    return (begins[-1], begins[-1] + count) if begins else None
+    return (begins[-1], begins[-1] + count, False) if begins else None

@@ -29,6 +29,7 @@ from vibroimpact.orbits.admissibility import (
 from vibroimpact.orbits.multipliers import pencil_of
 from vibroimpact.orbits.newton import FOUND, family_dimension, guard_sizes, scale_of
 from vibroimpact.orbits.problem import OrbitProblem, Signature, impacting
+from vibroimpact.orbits.reversals import held_reversal
 
 NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither inside nor outside
 SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
@@ -256,7 +257,13 @@ class Orbit:
         compiled = self.problem.compiled(self.parameter_value)
         sizes = amplitudes(compiled, self.states, self.durations, self.problem.ends)
         ends, durations = self.problem.ends, self.durations
-        return why_inadmissible(self.linearised, ends, durations, self.gaps, sizes, slack)
+        why = why_inadmissible(self.linearised, ends, durations, self.gaps, sizes, slack)
+        held = (
+            ""
+            if why or not self.signature.flights
+            else held_reversal(self.system, self.states, ends)
+        )
+        return why or held
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:

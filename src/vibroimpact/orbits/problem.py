@@ -77,8 +77,10 @@ class Signature:
     flights: tuple[Flight, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "impacts", tuple(Stop(*impact) for impact in self.impacts))
-        object.__setattr__(self, "flights", tuple(Flight(*flight) for flight in self.flights))
+        for name, kind in (("impacts", Stop), ("flights", Flight)):
+            given = getattr(self, name)
+            if type(given) is not tuple or not all(type(part) is kind for part in given):
+                object.__setattr__(self, name, tuple(kind(*part) for part in given))
 
     @property
     def solved(self) -> tuple[Stop, ...]:
@@ -212,10 +214,15 @@ def _check_symmetry(m: Mechanism, signature: Signature) -> None:
 
 def asymmetry(m: Mechanism, cycles: int) -> str:
     """Reason why (x, v) -> (-x, -v) over half of the cycles is no symmetry; "" if it is one."""
+    if m.elements and not any(m.constant_force):
+        return "orbits of soft stops and friction are solved as a whole"
+    return asymmetry_without_elements(m, cycles)
+
+
+def asymmetry_without_elements(m: Mechanism, cycles: int) -> str:
+    """The same of the stops and forces alone."""
     if any(m.constant_force):
         return "a constant force has no mirror image"
-    if m.elements:
-        return "orbits of soft stops and friction are solved as a whole"
     for i, contact in enumerate(m.contacts):
         if (
             contact.motion

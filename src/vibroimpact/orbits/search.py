@@ -1,8 +1,9 @@
 """Search for periodic orbits with few impacts, from random starts.
 
-Method      From random starts on every stop (starts.py) motions are simulated from their first
-            impact on, transients included. Every part of a motion that ends on the stop of its
-            beginning, after at most ``impacts`` impacts and ``cycles`` forcing cycles, with
+Method      From random starts, on every stop (starts.py), or between them where stops move or there
+            are elements (starts_between.py), motions are simulated, transients included. Every part
+            of a motion that ends on the stop of its beginning, after at most ``impacts`` impacts and
+            ``cycles`` forcing cycles, with
                 |states at its ends apart| <= COARSE of the box,   |cycles - whole| <= COARSE   (1)
             is a guess: motions pass near unstable orbits, and chaos follows them. Guesses closer
             than LIKE of the box to an earlier one, or to an orbit, with the same sequence are
@@ -12,7 +13,9 @@ Method      From random starts on every stop (starts.py) motions are simulated f
             touches a stop solves the equations too), and compared with the list: orbits are equal
             if their sequences are, up to rotation, and their states agree within SAME of the box;
             of a family of orbits with the same sequence one is listed. In a symmetric system the
-            mirror image of an orbit is an orbit too.                                       (2)
+            mirror image of an orbit is an orbit too (mirror_images.py).                    (2)
+            With elements the sequence has the changes of their states, and parts without impacts begin
+            and end with one; orbits are solved as a whole, not as symmetric.
             Symmetric orbits that are known in closed form are guesses as well.
 Accuracy    of each orbit, that of find_orbit. The list need not be complete; the evidence is a list
             that more starts and another seed leave unchanged.
@@ -32,26 +35,31 @@ import numpy as np
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_kind
 from vibroimpact._core.progress import Progress
 from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
-from vibroimpact.compile.prescribed import check_rigid
+from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.closing_segment import closing_loop
 from vibroimpact.orbits.find import (
     SAME,
     Guess,
     mirror_distance,
-    mirrored,
     of_symmetric,
     primitive,
     rolled,
     solve,
     unfolded,
 )
+from vibroimpact.orbits.mirror_images import mirror_image, mirror_turn
 from vibroimpact.orbits.near_returns import NOT_FREE, KnownLoops, beginnings, loops_of
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import MOST_CYCLES, Signature, asymmetry
+from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.orbits.starts import Starts, starts_of
-from vibroimpact.simulation.simulate import Run, RunEnd, simulate
+from vibroimpact.orbits.starts_between import StartsBetween, starts_between
+from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status, simulate
 
+CHANGES = (Status.CHANGE, Status.NON_UNIQUE)
+BEYOND = "it settled on an orbit of more than {self.cycles} cycles or {self.impacts} impacts"
+LATE = 0.9  # of a motion: what happens later goes on
 LENGTH = 200  # impacts of each motion
 COARSE = 0.4  # of the box, and of a forcing cycle: largest gap of the ends of a guess
 LIKE = 0.1  # of the box: closer guesses count as equal
@@ -77,10 +85,13 @@ def find_orbits(
     cycles
         Largest number of forcing cycles of an orbit, 1 to 1000; ignored without forcing.
     impacts
-        Largest number of impacts per period, at all stops, >= 1.
+        Largest number of impacts per period, at all stops, >= 1; meeting a soft stop counts as one.
+        Of orbits without impacts it bounds the changes of state of one kind: of one element, at
+        one limit, to one state.
     starts
         Motions to simulate, >= 1; they start on the stops in turn, at random places of a box that
-        short motions span, with random velocities and phases.
+        short motions span, with random velocities and phases. Where stops move, or there are
+        soft stops, friction or phase switches, they start anywhere in the box between rigid stops.
     seed
         Seed of the random numbers, >= 0: the same seed gives the same list.
     progress
@@ -90,18 +101,21 @@ def find_orbits(
     -------
     OrbitSearch
         Orbits of any stability, primitive and without repetition, those that are not admissible
-        marked with the reason, mirror images marked; and counts of the ends of motions and guesses.
+        marked with the reason, mirror images marked; and counts of the ends of motions and guesses,
+        with the reasons why motions ended on no orbit.
 
     Raises
     ------
     InvalidParameterError
-        Counts out of range, or no stop that can be reached.
+        Counts out of range; no stop that can be reached, or no place between stops; coordinates
+        without mass, more than 10 coordinates or 6 frequencies.
 
     Notes
     -----
     Cost: 1 ms per motion and some 5 ms per guess; for the damper five seconds with the defaults,
-    ten with ``cycles=4, impacts=8, starts=50``. Chaotic motions give most guesses. Ctrl-C ends the
-    search without a result; fewer starts give the first part of the same list.
+    ten with ``cycles=4, impacts=8, starts=50``; with elements 20 to 100 ms per motion. Chaotic
+    motions give most guesses. Ctrl-C ends the search without a result; fewer starts give the first
+    part of the same list.
 
     Examples
     --------
@@ -112,13 +126,13 @@ def find_orbits(
     >>> [(orbit.symbol, orbit.stable) for orbit in found.orbits if orbit.admissible]
     [('1-1-1', False), ('1-1-1', True)]
     """
-    check_rigid(system)
+    check_prescribed(system, mechanism_of(system))
     check_count("cycles", cycles, 1, MOST_CYCLES)
     for name, value in (("impacts", impacts), ("starts", starts)):
         check_count(name, value, 1)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_kind("progress", progress, (Progress, type(None)), "a Progress, or None")
-    sweep = _Sweep(system, cycles, impacts, starts_of(system))
+    sweep = _Sweep(system, cycles, impacts, _starts_of(system))
     progress = progress or Progress(1, quiet=True)
     sweep.try_closed_forms()
     for number in progress.track("searching from random starts", range(starts), starts):
@@ -129,6 +143,7 @@ def find_orbits(
         system, cycles, impacts, starts, seed, orbits, mirror_of,
         {end: sweep.motions[end] for end in MotionEnd},
         {end: sweep.guesses[end] for end in GuessEnd}, sweep.repeated,
+        dict(sorted(sweep.unresolved.items())),
     )  # fmt: skip
 
 
@@ -139,17 +154,18 @@ class _Sweep:
     system: System
     cycles: int
     impacts: int
-    starts: Starts
+    starts: Starts | StartsBetween
     orbits: list[Orbit] = field(default_factory=list)
     mirror_of: list[int | None] = field(default_factory=list)
     motions: Counter[MotionEnd] = field(default_factory=Counter)
     guesses: Counter[GuessEnd] = field(default_factory=Counter)
+    unresolved: Counter[str] = field(default_factory=Counter)
     repeated: int = 0
 
     def __post_init__(self) -> None:
         self.tried = KnownLoops(self.starts.widths)
         self.known = KnownLoops(self.starts.widths)
-        self.turn = _mirror_turn(self.system, self.cycles)
+        self.turn = mirror_turn(self.system, self.cycles)
 
     def try_closed_forms(self) -> None:
         """Add the symmetric orbits that have closed forms, admissible or not."""
@@ -163,6 +179,8 @@ class _Sweep:
         horizon = LENGTH * self.cycles * 2.0 * math.pi / m.omega if m.omega else math.inf
         run = simulate(self.system, self.starts.draw(rng, number), impacts=LENGTH, t_max=horizon)
         self.motions[_end_of(run)] += 1
+        if why := self._why_unresolved(run):
+            self.unresolved[why] += 1
         widths = self.starts.widths
         for signature, guess in loops_of(run, self.cycles, self.impacts, widths, COARSE):
             if self.tried.has(signature, guess.states, LIKE):
@@ -172,6 +190,19 @@ class _Sweep:
             for wanted in self._signatures(signature, guess):
                 found = solve(self.system, wanted, guess, iterations=ITERATIONS, halvings=HALVINGS)
                 self._enter(found)
+
+    def _why_unresolved(self, run: Run) -> str:
+        """What find_orbit says of a motion without a loop at its end, or with one beyond the bounds.
+
+        "" for all others; those that neither settle nor rest are among them.
+        """
+        loop = closing_loop(run, None, None)
+        if isinstance(loop, str):
+            return loop
+        signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
+        struck = sum(impacting(mechanism_of(self.system), signature))
+        beyond = loop.cycles > self.cycles or struck > self.impacts
+        return BEYOND.format(self=self) if beyond and loop.settled else ""
 
     def _signatures(self, signature: Signature, guess: Guess) -> Iterator[Signature]:
         """Signatures to solve for: a symmetric one where it is possible, then the general one."""
@@ -199,7 +230,7 @@ class _Sweep:
         if self.turn is None:
             return
         image = mirror_image(orbit, self.turn)
-        if image.converged and not self._is_known(image):
+        if image is not None and not self._is_known(image):
             self._list(_from_its_beginning(image), len(self.orbits) - 1)
 
     def _is_known(self, orbit: Orbit) -> bool:
@@ -215,6 +246,13 @@ class _Sweep:
         self.mirror_of.append(mirror_of)
 
 
+def _starts_of(system: System) -> Starts | StartsBetween:
+    """Starts on the stops, or between them where these move or there are elements."""
+    m = mechanism_of(system)
+    moving = any(contact.motion for contact in m.contacts)
+    return starts_between(system) if m.elements or moving else starts_of(system)
+
+
 def _end_of(run: Run) -> MotionEnd:
     if run.end is RunEnd.DIVERGED:
         return MotionEnd.DIVERGED
@@ -222,33 +260,25 @@ def _end_of(run: Run) -> MotionEnd:
         return MotionEnd.RESTED
     if run.end is RunEnd.IMPACTS:
         return MotionEnd.IMPACTS
+    if run.end in (RunEnd.HORIZON, RunEnd.EVENTS) and len(run):
+        late = run.status[run.time > LATE * run.time[-1]]
+        if np.isin(late, COUNTED).any():
+            return MotionEnd.IMPACTS
+        if np.isin(late, CHANGES).any():
+            return MotionEnd.CHANGING
     silent = run.end in (RunEnd.HORIZON, RunEnd.SILENT)
     return MotionEnd.SILENT if silent else MotionEnd.BROKEN
-
-
-def _mirror_turn(system: System, cycles: int) -> float | None:
-    """Phase shift of the symmetry; None for a system without it."""
-    m = mechanism_of(system)
-    halves = [k for k in range(1, cycles + 1, 2) if not asymmetry(m, k)]
-    return math.pi * halves[0] if halves else None
-
-
-def mirror_image(orbit: Orbit, turn: float) -> Orbit:
-    """Mirror image (-x, -v, theta + turn) of an orbit, solved once more."""
-    image = Guess(mirrored(orbit.states, turn), orbit.durations)
-    return solve(orbit.system, orbit.signature.mirrored, image)
 
 
 def _from_its_beginning(orbit: Orbit) -> Orbit:
     """Rotate an orbit to the first rotation of its sequence, with the least phase."""
     guess, signature = unfolded(orbit), orbit.signature
     phases = guess.states[:, -1] % (2.0 * math.pi)
-    first = min(beginnings(signature.impacts), key=lambda k: phases[k])
+    first = min(beginnings(signature.impacts, signature.flights), key=lambda k: phases[k])
     states, durations = rolled(guess, signature.cycles, first)
     around = 2.0 * math.pi * max(signature.cycles, 1)
     states[:, -1] -= around * math.floor(states[0, -1] / around)
-    impacts = signature.impacts[first:] + signature.impacts[:first]
-    return solve(orbit.system, replace(signature, impacts=impacts), Guess(states, durations))
+    return solve(orbit.system, signature.rolled(first), Guess(states, durations))
 
 
 def _sorted(
@@ -258,9 +288,8 @@ def _sorted(
 
     def rank(k: int) -> tuple[int, int, str, bool, bool, float]:
         o = orbits[k]
-        signature, phase = o.signature, float(o.states[0, -1])
-        return (signature.cycles, len(signature.impacts), o.symbol, not o.symmetric,
-                not o.admissible, phase)  # fmt: skip
+        struck, phase = sum(impacting(o.mechanism, o.signature)), float(o.states[0, -1])
+        return (o.signature.cycles, struck, o.symbol, not o.symmetric, not o.admissible, phase)
 
     order = sorted(range(len(orbits)), key=rank)
     place = {k: new for new, k in enumerate(order)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -15,6 +16,7 @@ from vibroimpact.machines.machine import scales_of, scales_or_ones
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import impacting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +26,7 @@ class MotionEnd(StrEnum):
     """End of a motion of the search."""
 
     IMPACTS = "kept impacting"
+    CHANGING = "kept changing states without impact"
     RESTED = "chattered or stuck"
     SILENT = "stopped impacting"
     DIVERGED = "diverged"
@@ -58,6 +61,9 @@ class OrbitSearch:
         Numbers of guesses by their result, :class:`GuessEnd`.
     repeated
         Number of nearly closed parts that resembled an earlier guess or orbit, and were skipped.
+    unresolved
+        Numbers of motions whose ends lead to no orbit within the bounds, by the sentence with which
+        :func:`find_orbit` refuses them; parts before may have led to orbits.
     """
 
     system: System
@@ -70,6 +76,7 @@ class OrbitSearch:
     motions: Mapping[MotionEnd, int]
     guesses: Mapping[GuessEnd, int]
     repeated: int
+    unresolved: Mapping[str, int] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.orbits)
@@ -83,6 +90,7 @@ class OrbitSearch:
             f"  {self.starts} motions (seed {self.seed}): {_shares(self.motions)}\n"
             f"  {sum(self.guesses.values())} guesses led {_shares(self.guesses)}; "
             f"{self.repeated} more were like these"
+            + "".join(f"\n  {n} ended on none of them: {why}" for why, n in self.unresolved.items())
         )
 
     def table(self) -> str:
@@ -112,7 +120,11 @@ class OrbitSearch:
         )
 
     def to_dataset(self) -> xr.Dataset:
-        """Convert the orbits to an xarray dataset, with ``row_size`` impacts for each orbit."""
+        """Convert the orbits to an xarray dataset, with ``row_size`` impacts for each orbit.
+
+        With elements every change of state counts among them; ``mode`` and ``watch`` are those of
+        the :class:`Flight` after each, ``struck`` whether it is an impact.
+        """
         import xarray as xr
 
         guesses = [unfolded(orbit) for orbit in self.orbits]
@@ -123,6 +135,7 @@ class OrbitSearch:
         both = ("impact", "coordinate")
         return xr.Dataset(
             self._by_orbit()
+            | self._by_flight()
             | {
                 "row_size": ("orbit", [len(impacts) for impacts in signatures]),
                 "contact": ("impact", stops[:, 0].astype(np.int32)),
@@ -141,9 +154,24 @@ class OrbitSearch:
                 "motions": _counts(self.motions),
                 "guesses": _counts(self.guesses),
                 "repeated": self.repeated,
+                "unresolved": "; ".join(f"{n} {why}" for why, n in self.unresolved.items()),
                 "version": _kernel.version(),
             },
         )
+
+    def _by_flight(self) -> dict[str, tuple[str, object]]:
+        """Modes and guards of flights, and which changes are impacts; nothing without elements."""
+        m = mechanism_of(self.system)
+        if not m.elements:
+            return {}
+        every = [orbit.signature for orbit in self.orbits]
+        flights = np.array([f for s in every for f in s.flights]).reshape(-1, 2).astype(np.int32)
+        struck = [x for s in every for x in impacting(m, s)]
+        return {
+            "mode": ("impact", flights[:, 0]),
+            "watch": ("impact", flights[:, 1]),
+            "struck": ("impact", _numbers(struck)),
+        }
 
     def _by_orbit(self) -> dict[str, tuple[str | tuple[str, ...], object]]:
         """Variables with one entry or row per orbit."""
@@ -168,8 +196,13 @@ class OrbitSearch:
 
 
 def sequence_of(orbit: Orbit) -> str:
-    """Impacts in order: A and B for contact 0, A1 and B1 for contact 1, and so on."""
-    return "".join(stop.label for stop in orbit.signature.impacts)
+    """Impacts in order: A and B for contact 0, A1 and B1 for contact 1, and so on; "-" without any.
+
+    Soft stops that are met are among them, other changes of state are not.
+    """
+    struck = impacting(orbit.mechanism, orbit.signature)
+    impacts = itertools.compress(orbit.signature.impacts, struck)
+    return "".join(stop.label for stop in impacts) or "-"
 
 
 def _numbers(values: list[int] | list[bool]) -> NDArray[np.int32]:

@@ -22,6 +22,7 @@ from scipy.optimize import linprog
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.prescribed import compile_prescribed
+from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, infinite, stop_sizes
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -63,10 +64,7 @@ class Starts:
     @property
     def widths(self) -> Floats:
         """Units of distances: the box's largest width of positions, and of velocities."""
-        n = self.mechanism.degrees
-        width = self.high - self.low
-        place = width[:n].max() or _size(self.mechanism)
-        return np.repeat([place, width[n:].max()], n)
+        return widths_of(self.low, self.high, _size(self.mechanism))
 
     def draw(self, rng: np.random.Generator, number: int) -> State:
         """Draw a random start (2) on a stop; the stops are taken in turn."""
@@ -74,7 +72,8 @@ class Starts:
         n = self.mechanism.degrees
         y = rng.uniform(self.low, self.high)
         place = y[:n] + face.row * ((face.limit - face.row @ y[:n]) / (face.row @ face.row))
-        share = _share(self.mechanism, face, place)
+        rows, limits, _ = gaps_of(self.mechanism)
+        share = share_of(rows, limits, face.centre, place)
         phase = rng.uniform(0.0, 2.0 * math.pi)
         place = face.centre + share * (place - face.centre)
         return State(tuple(place), tuple(_leaving(face, y[n:])), phase)
@@ -114,13 +113,22 @@ def _size(m: Mechanism) -> float:
     return float(max([*stop_sizes(m), *forced])) or 1.0
 
 
-def _gaps(m: Mechanism) -> tuple[Floats, Floats]:
-    """(G, g) with G x <= g where no gap is negative."""
-    rows, limits = [], []
-    for stop in _stops(m):
-        rows.append(stop.side * np.array(m.contacts[stop.contact].row))
-        limits.append(stop.side * stop.limit(m.contacts))
-    return np.array(rows), np.array(limits)
+def widths_of(low: Floats, high: Floats, length: float) -> Floats:
+    """Units of distances in a box of (x, v): its largest widths; a length where it has no width."""
+    width, n = high - low, len(low) // 2
+    return np.repeat([width[:n].max() or length, width[n:].max()], n)
+
+
+Moved = tuple[int, tuple[Harmonic, ...]]
+
+
+def gaps_of(m: Mechanism) -> tuple[Floats, Floats, list[Moved]]:
+    """(G, g) with G x <= g where no gap is negative, stops at rest; side and motion of each stop."""
+    stops = _stops(m)
+    rows = [stop.side * np.array(m.contacts[stop.contact].row) for stop in stops]
+    limits = [stop.side * stop.limit(m.contacts) for stop in stops]
+    moved = [(stop.side, m.contacts[stop.contact].motion) for stop in stops]
+    return np.array(rows).reshape(-1, m.degrees), np.array(limits), moved
 
 
 def _face(m: Mechanism, impact: Stop) -> Face | None:
@@ -128,26 +136,35 @@ def _face(m: Mechanism, impact: Stop) -> Face | None:
     contact = m.contacts[impact[0]]
     row, limit = np.array(contact.row), contact.upper if impact[1] > 0 else contact.lower
     others = [k for k, stop in enumerate(_stops(m)) if stop[0] != impact[0]]
-    rows, limits = _gaps(m)
-    n, size = m.degrees, _size(m)
-    least = np.concatenate([rows[others], np.ones((len(others), 1))], axis=1)
+    rows, limits, _ = gaps_of(m)
+    centre = centre_of(rows[others], limits[others], _size(m), (row, limit))
+    return None if centre is None else Face(impact, row, limit, centre)
+
+
+def centre_of(
+    rows: Floats, limits: Floats, size: float, face: tuple[Floats, float] | None = None
+) -> Floats | None:
+    """The place with the largest least gap, at most a size, on row . x = limit if a face is given.
+
+    None where there is no place without negative gap.
+    """
+    n = rows.shape[1]
     found = linprog(
         c=np.append(np.zeros(n), -1.0),  # the largest least gap t: G x + t <= g
-        A_ub=least if others else None,
-        b_ub=limits[others] if others else None,
-        A_eq=np.append(row, 0.0)[None, :],
-        b_eq=[limit],
+        A_ub=np.concatenate([rows, np.ones((len(rows), 1))], axis=1) if len(rows) else None,
+        b_ub=limits if len(rows) else None,
+        A_eq=np.append(face[0], 0.0)[None, :] if face else None,
+        b_eq=[face[1]] if face else None,
         bounds=[(None, None)] * n + [(0.0, size)],
     )
-    return Face(impact, row, limit, found.x[:n]) if found.status == 0 else None
+    return np.asarray(found.x[:n]) if found.status == 0 else None
 
 
-def _share(m: Mechanism, face: Face, place: Floats) -> float:
-    """Largest share, at most 1, of the way from a face's centre to a place without negative gap."""
-    rows, limits = _gaps(m)
-    room, used = limits - rows @ face.centre, rows @ (place - face.centre)
+def share_of(rows: Floats, limits: Floats, centre: Floats, place: Floats) -> float:
+    """Largest share, at most 1, of the way from a centre to a place without negative gap."""
+    room, used = limits - rows @ centre, rows @ (place - centre)
     # along the face itself the step changes nothing but rounding
-    ahead = used > 1e-12 * np.abs(limits).max(initial=np.abs(used).max())
+    ahead = used > 1e-12 * np.abs(limits).max(initial=np.abs(used).max(initial=0.0))
     return float(np.min(room[ahead] / used[ahead], initial=1.0)) if ahead.any() else 1.0
 
 

@@ -1,0 +1,59 @@
+"""Reversals of slip at which friction would stick, so that an orbit with them is no motion.
+
+Method      Where the static level is above the kinetic one, both states may be possible at slip speed
+            zero, and friction sticks (theory.md, "Elements"). A flight that ends with the reversal of
+            a slip is compared with the mode in which that friction sticks: the reversal is no motion
+            if the force that holds it is within the static level.
+Accuracy    a force within ON_LIMIT of the level counts as beyond it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibroimpact._core.types import Floats
+from vibroimpact.compile.piecewise import code_of_states, states_from_code
+from vibroimpact.compile.prescribed import End, compile_prescribed
+from vibroimpact.model.elements import Friction, FrictionState
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.admissibility import ON_LIMIT
+
+SLIPPING = {FrictionState.FORWARD, FrictionState.BACKWARD}
+
+
+def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
+    """Sentence about the first reversal at which friction would stick; "" where there is none.
+
+    ``states`` (m, 2n + 1) begin the flights that have these ends.
+    """
+    m = mechanism_of(system)
+    contacts, count = len(m.contacts), len(m.elements)
+    for k, end in enumerate(ends):
+        number, following = end.contact - contacts, (k + 1) % len(ends)
+        e = m.elements[number] if number >= 0 else None
+        if not isinstance(e, Friction) or e.static == e.kinetic:
+            continue
+        before, after = (
+            states_from_code(mode, contacts, count) for mode in (end.mode, ends[following].mode)
+        )
+        if {before[number], after[number]} != SLIPPING:
+            continue
+        stuck = (*after[:number], int(FrictionState.STICK), *after[number + 1 :])
+        if _lasts(system, code_of_states(stuck, contacts), end.contact, states[following]):
+            return f"friction {end.contact} would stick at the end of flight {k}, where it reverses"
+    return ""
+
+
+def _lasts(system: System, code: int, number: int, state: Floats) -> bool:
+    """Whether the guards of an element hold in a mode at a state."""
+    compiled = compile_prescribed(system, "", (code,))
+    y = compiled.embedded(state[:-1], np.array(state[-1]))
+    margins = []
+    for guard in compiled.modes[code].guards:
+        if guard.contact == number:
+            size = np.abs(guard.row) @ np.abs(y) + abs(guard.gain)
+            u = guard.row @ y + guard.gain
+            margins.append(min(guard.upper - u, u - guard.lower) - ON_LIMIT * size)
+    return bool(margins) and bool(min(margins) > 0.0)
