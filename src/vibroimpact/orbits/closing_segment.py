@@ -5,8 +5,8 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
             closed or not. With elements the changes of their states between the impacts belong to
             the loop; a motion without impacts has loops of these changes.
-Fails       a sentence: no such part; in its last period a contact rests, several events coincide, or
-            the law leaves the state of an element open
+Fails       a sentence: no such part; the motion drifts; in its last period a contact rests, several
+            events coincide, or the law leaves the state of an element open
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from vibroimpact.model.elements import Friction, FrictionState
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.drift import drift_words, shifts_of, without_shift
 from vibroimpact.orbits.problem import Flight
 from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status
 
@@ -116,7 +117,12 @@ def closing_loop(
     events = events_of(run)
     stops = [events.stops[k] for k in events.counted]
     times = events.times[events.counted]
-    found = _nearest_loop(run, events, cycles) if sequence is None else _last_time(stops, sequence)
+    if drifts := _drift(run, events, cycles):
+        return drifts
+    if sequence is None:
+        found = _nearest_loop(run, events.states[events.counted], events, cycles)
+    else:
+        found = _last_time(stops, sequence)
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
@@ -200,9 +206,27 @@ def _without_signature(run: Run, since: float, until: float) -> str:
     return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
 
 
-def _nearest_loop(run: Run, events: Events, cycles: int | None) -> tuple[int, int] | None:
-    """(first, last) impact of the shortest good loop at the end of a run."""
-    states, times = events.states[events.counted], events.times[events.counted]
+def _drift(run: Run, events: Events, cycles: int | None) -> str:
+    """Sentence about a settled motion that closes but for a shift of the machine; "" for others."""
+    shifts = shifts_of(mechanism_of(run.system))
+    if not shifts.size:
+        return ""
+    states = events.states[events.counted]
+    found = _nearest_loop(run, without_shift(states, shifts), events, cycles, 0.0)
+    if found is None:
+        return ""
+    first, last = found
+    place, times = states[first : last + 1, : len(shifts)], events.times[events.counted]
+    whole = cycles_of(run.system, times[last] - times[first])
+    least = CLOSED * float(np.ptp(place, axis=0).max())
+    return drift_words(place[-1] - place[0], least, whole)
+
+
+def _nearest_loop(
+    run: Run, states: Floats, events: Events, cycles: int | None, nearly: float = NEARLY_CLOSED
+) -> tuple[int, int] | None:
+    """(first, last) impact of the shortest good loop at the end of a run, by the states after them."""
+    times = events.times[events.counted]
     stops = [events.stops[k] for k in events.counted]
     omega, last = mechanism_of(run.system).omega, len(stops) - 1
     if last < 1:
@@ -218,7 +242,7 @@ def _nearest_loop(run: Run, events: Events, cycles: int | None) -> tuple[int, in
         distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
         if distance < CLOSED:
             return first, last  # longer loops repeat this one
-        near = distance < NEARLY_CLOSED and last - first <= LONGEST_NEARLY
+        near = distance < nearly and last - first <= LONGEST_NEARLY
         if near and (best is None or distance < best[0]):
             best = distance, first
     return (best[1], last) if best else None
