@@ -13,34 +13,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from support.massless import DASH, LEVEL, OWN, RIGID, SOFT, SPRING, C, K, jenkins, maxwell
 
 import vibroimpact as vi
 from vibroimpact.orbits.find import rotated
 
 Array = NDArray[np.float64]
 REST = vi.State((0.0, 0.0), (0.0, 0.0))
-M, C, K, OWN, DASH, SPRING, LEVEL = 1.0, 0.1, 1.0, 0.25, 0.4, 4.0, 0.5
-SOFT = vi.SoftStop((1.0, 0.0), upper=0.4, stiffness=20.0, damping=0.3, release="gap")
-RIGID = vi.RigidStop((1.0, 0.0), upper=0.4, restitution=0.7)
-
-
-def maxwell(stop: Any, omega: float = 1.3, light: float = 0.0, own: float = OWN) -> vi.Mechanism:
-    """A mass on a spring and, beside it, a dashpot in series with another spring, z between them."""
-    return vi.Mechanism(
-        mass=[[M, 0.0], [0.0, light]], damping=[[C + DASH, -DASH], [-DASH, DASH]],
-        stiffness=[[K, 0.0], [0.0, own]], elements=(stop,), forces=(vi.Harmonic(omega, (0.5, 0.0)),),
-    )  # fmt: skip
-
-
-def jenkins(stop: Any, spring: float = SPRING, level: float = LEVEL) -> vi.Mechanism:
-    """A mass on a spring and, beside it, a spring in series with a slider z."""
-    return vi.Mechanism(
-        mass=[[M, 0.0], [0.0, 0.0]], damping=[[C, 0.0], [0.0, 0.0]],
-        stiffness=[[0.3 + spring, -spring], [-spring, spring]],
-        elements=(stop, vi.Friction((0.0, 1.0), level)), forces=(vi.Harmonic(1.1, (0.9, 0.0)),),
-    )  # fmt: skip
-
-
 HARVESTER = {"m": 0.01, "c": 0.1, "k": 40.0, "coil": 4.0, "R": 20.0, "a": 0.3, "omega": 70.0}
 
 
