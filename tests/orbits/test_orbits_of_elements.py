@@ -183,7 +183,7 @@ def test_multipliers_are_those_of_the_saltation_matrices(found: tuple[str, vi.Or
     _, orbit = found
     m, k = orbit.mechanism, int(np.argmax(orbit.durations))
     compiled, mode = orbit.problem.compiled(0.0), orbit.problem.modes[k]
-    if compiled.modes[mode].sticking:  # a start at speed zero, to rounding, is a decision
+    if compiled.modes[mode].forgotten:  # a start at speed zero, to rounding, is a decision
         slips = np.array(orbit.problem.modes) != mode
         k = int(np.argmax(orbit.durations * slips))
         mode = orbit.problem.modes[k]

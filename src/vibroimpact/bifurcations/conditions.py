@@ -237,7 +237,7 @@ class Graze:
             rate = compiled.second(*segment, along)[1][0] * self._size
             rows.append(np.array([gap, rate]) / plane.sizes[0])
         by_z = np.zeros((2, len(z)))
-        by_z[:, k * (q + 1) : k * (q + 1) + q] = rows[0][:, :q]
+        by_z[:, k * (q + 1) : k * (q + 1) + q] = rows[0][:, plane.kept]
         by_w = rows[0][:, n + 1 : n + 2] * self._size
         return Derivatives(by_z, by_w, np.column_stack([rows[0][:, -1], rows[1][:, -1]]))
 
@@ -293,7 +293,7 @@ class Level(_OneEquation):
     def _arguments(self, z: Any, a: Sequence[Any]) -> tuple[Any, Any, Any]:
         rows = np.reshape(z, (len(self.plane.impacts), self.plane.size + 1))
         states = np.zeros((len(rows), 2 * self.plane.mechanism.degrees + 1), dtype=rows.dtype)
-        states[:, : self.plane.size] = rows[:, : self.plane.size]
+        states[:, self.plane.kept] = rows[:, : self.plane.size]
         return states, rows[:, self.plane.size], a
 
 

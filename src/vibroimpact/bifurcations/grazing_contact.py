@@ -48,6 +48,7 @@ from vibroimpact.bifurcations.tests_along import nothing
 from vibroimpact.branches.switch import single_tangent, with_touch, without_impact
 from vibroimpact.branches.verify import CRITICAL as AT_CRITICAL
 from vibroimpact.continuation.newton import equilibrated
+from vibroimpact.model.mechanism import accelerations
 from vibroimpact.normal_forms.critical import Refusal, Status
 from vibroimpact.normal_forms.special_points import NewCurve
 from vibroimpact.orbits.admissibility import Nearest
@@ -404,12 +405,12 @@ def free_gap_rate(plane: OrbitPlane, z: Floats, a: Pair, across: int) -> float:
     rate_by = compiled.second(states, durations, impacts, in_time)[1][0]
     m, stop = compiled.mechanism, impacts[0]
     row = np.array(m.contacts[stop.contact].row)
-    lift = np.linalg.solve(np.array(m.mass), row)
+    lift = accelerations(m, row)
     flight = parts.after_by[0, : 2 * n].copy()
     kick = (1.0 + stop.restitution(m.contacts)) * lift / (row @ lift)
     flight[n:] += np.outer(kick, rate_by)
     later = -durations[0] * float(compiled.omega_orders[1]) / compiled.omega  # dT / da
     forced = flight[:, -1] + flight[:, -2] * later
-    moved = np.linalg.solve(flight[:, : 2 * n] - np.diag(plane.mirror[: 2 * n]), -forced)
-    gap = parts.gap_by[0]
-    return -stop.side * float(gap[: 2 * n] @ moved + gap[-2] * later + gap[-1])
+    own, gap = plane.kept[:-1], parts.gap_by[0]  # but for the phase
+    moved = np.linalg.solve(flight[own][:, own] - np.diag(plane.mirror[:-1]), -forced[own])
+    return -stop.side * float(gap[own] @ moved + gap[-2] * later + gap[-1])

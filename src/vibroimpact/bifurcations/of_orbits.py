@@ -80,7 +80,7 @@ class OrbitPlane(OrbitFamily):
             parts = self.by_second(a).linearise(*self.unpacked(z), self.ends)
         except InvalidParameterError:
             return np.full((len(z), len(z)), np.nan), np.full((len(z), 2), np.nan)
-        second = np.column_stack([parts.after_by[:, : self.size, -1], parts.gap_by[:, -1]])
+        second = np.column_stack([parts.after_by[:, self.kept, -1], parts.gap_by[:, -1]])
         return by_z, np.column_stack([first, second.ravel()])
 
     def by_first(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
@@ -95,15 +95,16 @@ class OrbitPlane(OrbitFamily):
         along = np.column_stack([moved, times])
         after, gap = self.compiled(a).second(states, durations, self.ends, along)
         other, other_gap = self.by_second(a).second(states, durations, self.ends, along)
-        columns = [*range(q), 2 * self.mechanism.degrees + 1]
+        after, other = after[:, self.kept], other[:, self.kept]
+        columns = [*self.kept, 2 * self.mechanism.degrees + 1]
         ks = np.arange(m)
         whole = np.zeros((m, q + 1, m * (q + 1) + 2))
         blocks = whole[:, :, :-2].reshape(m, q + 1, m, q + 1)
-        blocks[ks, :q, ks] = after[:, :q, columns]
+        blocks[ks, :q, ks] = after[:, :, columns]
         blocks[ks, q, ks] = gap[:, columns]
         whole[:, :, :-2] = blocks.reshape(m, q + 1, m * (q + 1))
-        whole[:, :q, -2], whole[:, q, -2] = after[:, :q, -1], gap[:, -1]
-        whole[:, :q, -1], whole[:, q, -1] = other[:, :q, -1], other_gap[:, -1]
+        whole[:, :q, -2], whole[:, q, -2] = after[:, :, -1], gap[:, -1]
+        whole[:, :q, -1], whole[:, q, -1] = other[:, :, -1], other_gap[:, -1]
         return whole.reshape(m * (q + 1), -1)
 
     def multipliers(self, z: Floats, a: Pair) -> Complexes:
@@ -118,7 +119,7 @@ class OrbitPlane(OrbitFamily):
     def on_section(self, v: Complexes) -> Complexes:
         """Change of the first state, without the position that the section leaves out."""
         compiled = compile_prescribed(self.system, self.parameter, self.codes)
-        return np.delete(v[: self.size], compiled.solved_coordinate(self.signature.first))
+        return np.delete(v[: self.size], self.left_out(compiled))
 
     def repeated(self, times: int) -> OrbitPlane:
         """Orbits that close after so many iterates of the solved map; even ones lose the symmetry."""

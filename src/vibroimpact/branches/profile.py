@@ -140,9 +140,9 @@ def coordinate(branch: Branch, points: BranchProfile, name: str, impact: int = 0
     check_choice("variable", name, [*every, "phase", *ONE_PER_ORBIT])
     if numbered := re.fullmatch(r"([xv])(\d+)", name):
         column = int(numbered[2]) - 1 + (degrees if numbered[1] == "v" else 0)
-        return _state(branch, points.z, impact)[:, column]
+        return _state(branch, points, impact)[:, column]
     if name == "phase":
-        phase: Floats = _state(branch, points.z, impact)[:, -1] % (2.0 * math.pi)
+        phase: Floats = _state(branch, points, impact)[:, -1] % (2.0 * math.pi)
         return phase
     if name == "period":
         turns = 2.0 if branch.family.signature.symmetric else 1.0
@@ -155,11 +155,14 @@ def mirrored(values: Floats, name: str) -> Floats:
     return (values + math.pi) % (2.0 * math.pi) if name == "phase" else -values
 
 
-def _state(branch: Branch, unknowns: Floats, impact: int) -> Floats:
+def _state(branch: Branch, points: BranchProfile, impact: int) -> Floats:
     """State (x, v, theta) after an impact; for the second half of symmetric orbits, mirrored."""
     signature = branch.family.signature
     solved = len(branch.family.impacts)
-    states = np.array([branch.family.unpacked(z)[0][impact % solved] for z in unknowns])
+    states = np.array([
+        branch.family.states_at(z, float(p))[impact % solved]
+        for z, p in zip(points.z, points.parameter, strict=True)
+    ])  # fmt: skip
     second = signature.symmetric and impact >= solved
     return mirror_of(states, math.pi * signature.cycles) if second else states
 

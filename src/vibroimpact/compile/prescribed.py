@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import matrix_balance
 
 from vibroimpact import _kernel
 from vibroimpact._core.chebyshev import nodes
@@ -28,7 +29,7 @@ from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
-from vibroimpact.model.elements import Friction, FrictionState
+from vibroimpact.model.elements import Friction, FrictionState, SoftStop
 from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.system import System, mechanism_of
@@ -73,22 +74,41 @@ class GuardRow(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """A mode in numbers: y' = b y + constant, its guards, and how many joints stick."""
+    """A mode in numbers: y' = b y + constant, with its guards.
+
+    Attributes
+    ----------
+    forgotten
+        Number of directions in which states of the mode are no longer free: joints that stick, and
+        sliders that slip.
+    speeds
+        Velocities of the massless coordinates, rows on y with 1 in place of them, shape (light, D).
+    light
+        Numbers of the massless coordinates.
+    """
 
     b: Floats
     constant: Floats
     guards: tuple[GuardRow, ...]
-    sticking: int
+    forgotten: int
+    speeds: Floats
+    light: tuple[int, ...]
 
     def fastest(self, mechanical: int) -> float:
-        """Bound of the rates of so many first entries of y, and of the forcing."""
+        """Bound of the rates of so many first entries of y, and of the forcing.
+
+        Massless coordinates have units of their own: the bound is that in the units that make it least.
+        """
         own, waves = self.b[:mechanical, :mechanical], self.b[mechanical:]
+        if self.light:
+            own = matrix_balance(own, permute=False)[0]
         return float(max(np.abs(part).sum(axis=1).max(initial=0.0) for part in (own, waves)))
 
     @property
     def growth(self) -> float:
-        """Rate at which the mode makes volumes of (x, v) grow."""
-        return float(np.trace(self.b))
+        """Rate at which the mode makes volumes of (x, v) grow, v of the coordinates with mass."""
+        unused = [2 * i + 1 for i in self.light]
+        return float(np.trace(self.b) - np.diag(self.b)[unused].sum())
 
 
 class Linearised(NamedTuple):
@@ -148,6 +168,16 @@ class Prescribed:
     def mechanism(self) -> Mechanism:
         """The mechanism of the system, in plain numbers."""
         return mechanism_of(self.system)
+
+    @cached_property
+    def massless(self) -> list[int]:
+        """Coordinates without mass, whose velocities among zeta are no states and are not read."""
+        return self.mechanism.massless
+
+    @cached_property
+    def heavy(self) -> list[int]:
+        """Coordinates with mass."""
+        return [i for i in range(self.degrees) if i not in self.massless]
 
     @property
     def size(self) -> int:
@@ -226,7 +256,10 @@ class Prescribed:
         return np.array([force.omega / self.omega for force in self.mechanism.forces])
 
     def embedded(self, x_and_v: Floats, theta: Floats) -> Floats:
-        """Coordinates y, shape (..., D), of (x, v) (..., 2n) at phases (...)."""
+        """Coordinates y, shape (..., D), of (x, v) (..., 2n) at phases (...).
+
+        A massless coordinate has 1 in place of its velocity, which is not read.
+        """
         n, lines = self.degrees, len(self.mechanism.forces)
         y = np.empty((*x_and_v.shape[:-1], 2 * (n + lines)))
         y[..., 0 : 2 * n : 2] = x_and_v[..., :n]
@@ -234,7 +267,24 @@ class Prescribed:
         for line, ratio in enumerate(self.ratios):
             y[..., 2 * (n + line)] = np.sin(ratio * theta)
             y[..., 2 * (n + line) + 1] = np.cos(ratio * theta)
+        y[..., [2 * i + 1 for i in self.massless]] = 1.0
         return y
+
+    def largest(self, moved: Floats) -> Floats:
+        """Bounds of the coordinates y, shape (D,), where (x, v) take the values (..., 2n) in rows."""
+        n, most = self.degrees, np.ones(2 * (self.degrees + len(self.ratios)))
+        sizes = np.abs(moved).max(axis=0)
+        most[0 : 2 * n : 2], most[1 : 2 * n : 2] = sizes[:n], sizes[n:] / self.scale
+        most[[2 * i + 1 for i in self.massless]] = 1.0
+        return most
+
+    def with_speeds(self, states: Floats, modes: Sequence[int]) -> Floats:
+        """States (x, v, theta) in rows with the velocities that their modes give to massless coordinates."""
+        out = states.copy()
+        places = [self.degrees + i for i in self.massless]
+        for row, mode in zip(out, modes, strict=True):
+            row[places] = self.modes[mode].speeds @ self.embedded(row[:-1], row[-1])
+        return out
 
     def after(self, state: Floats, time: float, mode: int = 0) -> Floats:
         """(x, v, theta) after a time of flight in a mode, shape (2n + 1,)."""
@@ -343,12 +393,17 @@ class _Ends:
                 push = self.still, (0.0, 0.0), kick
                 yield self._keep(name, row, gain, (lower, upper), push, number)
 
-    def sticking(self, mode: Mode) -> int:
-        """Number of joints that stick in a mode, those left out that others hold already."""
-        elements = self.pieces.mechanism.elements
+    def forgotten(self, mode: Mode) -> int:
+        """Number of joints that stick in a mode, and of sliders whose place a balance of forces gives.
+
+        Left out are joints that others hold already.
+        """
+        elements, sliders = self.pieces.mechanism.elements, self.pieces.sliders
         states = states_from_code(mode.code, len(mode.guards), len(elements))
         return sum(
-            held and isinstance(elements[i], Friction) and states[i] == FrictionState.STICK
+            held
+            and isinstance(elements[i], Friction)
+            and (i in sliders or states[i] == FrictionState.STICK)
             for *_, i, held, _reset, _target in mode.watches
         )
 
@@ -401,6 +456,23 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
             )
 
 
+def _check_order(varied: Mechanism, parameter: str) -> None:
+    """Refuse a parameter that gives a massless coordinate a mass, or a slider without one a dashpot."""
+    soft = [e for e in varied.elements if isinstance(e, SoftStop)]
+    laws = [(e.row, e.law(side)[2]) for e in soft for side in (1, -1)]
+    for i in varied.massless:
+        given: dict[str, list[Any]] = {"mass": [*varied.mass[i], *(row[i] for row in varied.mass)]}
+        if i in varied.sliders.values() and not _value(varied.damping[i][i]):
+            given["dashpot"] = [*varied.damping[i], *(row[i] for row in varied.damping)]
+            given["dashpot"] += [c for row, c in laws if row[i]]
+        for what, entries in given.items():
+            if any(isinstance(x, Jet) and not x.value and any(x.coefficients) for x in entries):
+                raise InvalidParameterError(
+                    f"parameter = {parameter!r}: would give coordinate {i} a {what}, which changes the "
+                    f"order of its equation: it has no derivative there. Give it a small {what} first."
+                )
+
+
 def check_rigid(system: System) -> Mechanism:
     """The mechanism of a system, refused where it has more than rigid stops that stand still."""
     m = mechanism_of(system)
@@ -420,8 +492,6 @@ def check_prescribed(system: System, m: Mechanism) -> None:
             f"at most {_kernel.BLOCK_DEGREES} coordinates and {_kernel.BLOCK_LINES} frequencies, "
             f"and it has {m.degrees} and {len(m.forces)}"
         )
-    elif m.massless:
-        why = "coordinates that have a mass"
     if why:
         raise InvalidParameterError(
             f"system = {shown(system)}: orbits are found for {why}. "
@@ -433,25 +503,37 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     m = expanded(system, parameter) if parameter else mechanism_of(system)
     check_prescribed(system, m)
     _check_ratios(m, parameter)
+    _check_order(m, parameter)
     pieces = Piecewise(m)
     ends, modes, flows = _Ends(pieces), {}, []
     for number, code in enumerate(codes):
         mode = pieces.mode(code)
         flow = cast(Any, mode.coordinates.flow)
         b, constant = _array(flow["b"]), _array(flow["constant"])
-        guards, sticking = tuple(ends.of(mode, number)), ends.sticking(mode)
-        modes[code] = Numbers(b[0], constant[0], guards, sticking)
+        guards, speeds = tuple(ends.of(mode, number)), _speeds(pieces, mode)
+        modes[code] = Numbers(
+            b[0], constant[0], guards, ends.forgotten(mode), speeds, tuple(pieces.light)
+        )
         step = STEP_ANGLE / modes[code].fastest(2 * m.degrees)
         flows.append((b, constant, step))
+    rate = _value(pieces.rate)
+    if pieces.light:  # their rates are not among those of the masses
+        rate = max(rate, *(mode.fastest(2 * m.degrees) for mode in modes.values()))
     omega = _array([m.omega])[:, 0]
     kernel = _kernel.Prescribed(
         degrees=m.degrees, ratios=[_value(force.omega) / omega[0] for force in m.forces],
         rate=pieces.scale, omega=omega, modes=flows, stops=ends.laws,
     )  # fmt: skip
     return Prescribed(
-        system, parameter, m.degrees, float(omega[0]), omega, _value(pieces.rate), pieces.scale,
+        system, parameter, m.degrees, float(omega[0]), omega, rate, pieces.scale,
         modes, ends.known, kernel,
     )  # fmt: skip
+
+
+def _speeds(pieces: Piecewise, mode: Mode) -> Floats:
+    """Velocities of the massless coordinates in a mode, shape (light, D)."""
+    rows = [mode.coordinates.to_v[i] for i in pieces.light]
+    return _array(rows)[0] if rows else np.zeros((0, pieces.size))
 
 
 _cached = lru_cache(maxsize=4096)(_compile)  # a few kilobytes each

@@ -19,7 +19,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.model.elements import Element, Friction, NormalLoad, PhaseSwitch
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import Contact, Mechanism, accelerations
 
 
 def unforced(m: Mechanism) -> Mechanism:
@@ -56,11 +56,10 @@ def driven(m: Mechanism, row: Floats, slowest: float) -> tuple[Mechanism, float]
         Rate that counts where the mechanism has no faster one: one over the duration of the record.
     """
     n = m.degrees
-    mass, pulled = np.array(m.mass), np.array(row)
-    heavy = [i for i in range(n) if i not in m.massless]
-    lifted = np.linalg.solve(mass[np.ix_(heavy, heavy)], pulled[heavy])
+    pulled = np.array(row)
+    lifted = accelerations(m, pulled)
     rate = max(float(Piecewise(m).rate), slowest)
-    size = float(np.abs(lifted).max(initial=0.0)) or float(np.abs(pulled).max())
+    size = float(np.abs(lifted).max()) or float(np.abs(pulled).max())
     factor = size / rate**2
     stiffness = _bordered(m.stiffness, 0.0)
     stiffness[:n, n] = -pulled / factor

@@ -32,7 +32,7 @@ from vibroimpact.design.instants import check_span, largest_modulus
 from vibroimpact.design.measure import Measure, Peak, Rms, Row, measure_of
 from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
-from vibroimpact.model.mechanism import Mechanism, element_labels
+from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.pieces import Lines, simulate_pieces
@@ -222,7 +222,7 @@ class RecordResponse:
         chosen = measure.coefficients(self._m)
         carried = 0.0
         if self.record.kind == "base":  # the base adds its own
-            carried = -float(chosen @ np.linalg.solve(np.array(self._m.mass), self._row))
+            carried = -float(chosen @ accelerations(self._m, self._row))
         size = self._m.degrees
         record, whole = np.eye(size + 1)[size], np.append(chosen, 0.0)
 

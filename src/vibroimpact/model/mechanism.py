@@ -31,6 +31,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
+from vibroimpact._core.types import Floats
 from vibroimpact._kernel import (
     BLOCK_CONTACTS,
     BLOCK_DEGREES,
@@ -426,6 +427,15 @@ def stop_sizes(m: Mechanism) -> list[float]:
     """|limit| of every stop: lengths of the mechanism."""
     stops = [part for part in m.numbered if isinstance(part, STOP_KINDS)]
     return [abs(x) for stop in stops for x in (stop.lower, stop.upper) if not infinite(x)]
+
+
+def accelerations(m: Mechanism, forces: ArrayLike) -> Floats:
+    """M^-1 f for forces of shape (n,) or (n, k); zero at coordinates without mass."""
+    forces = np.array(forces)
+    heavy = [i for i in range(m.degrees) if i not in m.massless]
+    out = np.zeros(forces.shape)
+    out[heavy] = np.linalg.solve(np.array(m.mass)[np.ix_(heavy, heavy)], forces[heavy])
+    return out
 
 
 def _several(

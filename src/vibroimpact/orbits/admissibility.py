@@ -136,11 +136,8 @@ def amplitudes(
     compiled: Prescribed, states: Floats, durations: Floats, ends: Sequence[tuple[int, ...]]
 ) -> dict[tuple[int, int], float]:
     """Reference size for the gap of each guard, by the numbers of its contact and watch."""
-    n = compiled.degrees
     modes = [End(*end).mode for end in ends]
-    most = np.ones(2 * (n + len(compiled.ratios)))
-    moved = np.abs(compiled.sampled(states, durations, modes)).max(axis=0)
-    most[0 : 2 * n : 2], most[1 : 2 * n : 2] = moved[:n], moved[n:] / compiled.scale
+    most = compiled.largest(compiled.sampled(states, durations, modes))
     sizes: dict[tuple[int, int], float] = {}
     for guard in (guard for mode in {*modes} for guard in compiled.modes[mode].guards):
         limits = [abs(x) for x in (guard.lower, guard.upper, guard.gain) if not infinite(x)]

@@ -5,8 +5,8 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
             closed or not. With elements the changes of their states between the impacts belong to
             the loop; a motion without impacts, or after its last one, has loops of these changes.
-Fails       a sentence: no such part; in its last period a contact rests, several events coincide, or
-            the law leaves the state of an element open
+Fails       a sentence: no such part; the motion drifts; in its last period a contact rests, several
+            events coincide, or the law leaves the state of an element open
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from vibroimpact.model.elements import Friction, FrictionState
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.drift import drift_words, shifts_of, without_shift
 from vibroimpact.orbits.problem import Flight
 from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status
 
@@ -112,10 +113,12 @@ def closing_loop(
         Required forcing cycles; None for any.
     """
     events = events_of(run)
-    found = _nearest_loop(run, events, cycles) if sequence is None else None
+    if drifts := _drift(run, events, cycles):
+        return drifts
+    found = _settled_loop(run, events, cycles) if sequence is None else None
     silent = None if sequence or found else _since_last_impact(events)
     if silent is not None:
-        events, found = silent, _nearest_loop(run, silent, cycles)
+        events, found = silent, _settled_loop(run, silent, cycles)
     stops = [events.stops[k] for k in events.counted]
     times = events.times[events.counted]
     if sequence is not None:
@@ -233,14 +236,35 @@ def _without_signature(run: Run, since: float, until: float) -> str:
     return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
 
 
-Found = tuple[
-    int, int, bool
-]  # first and last impact of a loop, and whether it closes within CLOSED
+# first and last impact of a loop, and whether it closes within CLOSED
+Found = tuple[int, int, bool]
 
 
-def _nearest_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
-    """The shortest good loop at the end of a run."""
-    states, times = events.states[events.counted], events.times[events.counted]
+def _drift(run: Run, events: Events, cycles: int | None) -> str:
+    """Sentence about a settled motion that closes but for a shift of the machine; "" for others."""
+    shifts = shifts_of(mechanism_of(run.system))
+    if not shifts.size:
+        return ""
+    states = events.states[events.counted]
+    found = _nearest_loop(run, without_shift(states, shifts), events, cycles, 0.0)
+    if found is None:
+        return ""
+    first, last, _ = found
+    place, times = states[first : last + 1, : len(shifts)], events.times[events.counted]
+    whole = cycles_of(run.system, times[last] - times[first])
+    least = CLOSED * float(np.ptp(place, axis=0).max())
+    return drift_words(place[-1] - place[0], least, whole)
+
+
+def _settled_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
+    return _nearest_loop(run, events.states[events.counted], events, cycles)
+
+
+def _nearest_loop(
+    run: Run, states: Floats, events: Events, cycles: int | None, nearly: float = NEARLY_CLOSED
+) -> Found | None:
+    """The shortest good loop at the end of a run, by the states after its counted events."""
+    times = events.times[events.counted]
     stops = [events.stops[k] for k in events.counted]
     omega, last = mechanism_of(run.system).omega, len(stops) - 1
     if last < 1:
@@ -256,7 +280,7 @@ def _nearest_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
         distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
         if distance < CLOSED:
             return first, last, True  # longer loops repeat this one
-        near = distance < NEARLY_CLOSED and last - first <= LONGEST_NEARLY
+        near = distance < nearly and last - first <= LONGEST_NEARLY
         if near and (best is None or distance < best[0]):
             best = distance, first
     return (best[1], last, False) if best else None

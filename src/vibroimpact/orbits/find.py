@@ -20,7 +20,9 @@ from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
+from vibroimpact.compile.piecewise import code_of_states
 from vibroimpact.compile.prescribed import check_prescribed, compile_prescribed
+from vibroimpact.model.elements import FrictionState
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -83,15 +85,15 @@ def find_orbit(
     Orbit
         In a family of orbits (``family_dimension``), the one next to the guess. With ``converged``
         False and a sentence in ``status`` where none was reached, where none exists because every
-        impact loses energy, or where the motion chatters, sticks or has several impacts at once in
-        every period.
+        impact loses energy, or where the motion drifts, or chatters, sticks or has several impacts
+        at once in every period.
 
     Raises
     ------
     InvalidParameterError
         A signature that no orbit can have, or one that contradicts the guess; a guess of another
         kind, or one with states or times that are not finite, times that are not positive; a system
-        with coordinates without mass, or more than 10 coordinates or 6 frequencies.
+        with more than 10 coordinates or 6 frequencies.
 
     Notes
     -----
@@ -317,11 +319,11 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
         return False
     if not forcing_repeats(orbit.mechanism, cycles // k):
         return False
-    states, q = guess.states, orbit.problem.size
+    states, kept = guess.states, orbit.problem.kept
     drift = np.append(np.zeros(states.shape[1] - 1), 2.0 * math.pi * cycles / k)
-    change = np.abs(states[part:] - states[:-part] - drift)[:, :q]
-    sizes = scale_of(orbit.problem, orbit.problem.packed(orbit.states, orbit.durations))[:q]
-    return bool(np.all(change <= SAME * sizes))
+    change = np.abs(states[part:] - states[:-part] - drift)[:, kept]
+    sizes = scale_of(orbit.problem, orbit.problem.packed(orbit.states, orbit.durations))
+    return bool(np.all(change <= SAME * sizes[: len(kept)]))
 
 
 # ---- signatures of motions -----------------------------------------------------------------------
@@ -355,7 +357,9 @@ def _nothing(
     """Result without an orbit: the requested signature, or else some stop and a whole period."""
     m = mechanism_of(system)
     least = least_cycles(m)
-    ends = compile_prescribed(system).ends
+    sliders = [FrictionState.STICK if i in m.sliders else 0 for i in range(len(m.elements))]
+    at_rest = code_of_states(tuple(sliders), len(m.contacts))
+    ends = compile_prescribed(system, "", (at_rest,)).ends
     contact, side, *flight = max(end for end in ends if end.contact == 0)  # its upper stop
     flights = (Flight(*flight),) if m.elements else ()
     impacts = (Stop(contact, side),) if sequence is None or m.elements else sequence

@@ -9,7 +9,9 @@ Coordinates of an impact section are the positions but one, the velocities after
 phase theta; the position left out is the last with the largest entry of the contact's row. (Where an
 orbit begins with a change of state its guard may leave out a velocity instead.) For the
 impact damper that is (x1, v1+, v2+, theta), the paper's (10) in another order. Those of the
-stroboscopic map are positions and velocities. A direction of d + 1 entries ends in the parameter's.
+stroboscopic map are positions and velocities. Velocities of massless coordinates are no states: they are
+not among them; while a slider slips its place is tied to the others, and derivatives off that tie,
+where no motion is, are those of an analytic continuation. A direction of d + 1 entries ends in the parameter's.
 """
 
 from __future__ import annotations
@@ -189,7 +191,7 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     flown = replace(orbit.signature, symmetric=False).ends
     start = compiled.after(states[0], passed, flown[0].mode)
     ends = [*compiled.stop_numbers(flown), COASTING]
-    kept = tuple(range(2 * compiled.degrees))
+    kept = tuple(i for i in orbit.problem.kept if i < 2 * compiled.degrees)
     turns = 2.0 * math.pi * orbit.signature.cycles
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
     c = (turns / omega).coefficients
@@ -217,7 +219,7 @@ def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
 
 def _section(orbit: Orbit, impact: End) -> tuple[int, ...]:
     left_out = orbit.problem.compiled(orbit.parameter_value).solved_coordinate(impact)
-    return tuple(i for i in range(orbit.problem.size) if i != left_out)
+    return tuple(i for i in orbit.problem.kept if i != left_out)
 
 
 def _map(

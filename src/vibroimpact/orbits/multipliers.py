@@ -9,8 +9,9 @@ Method      With dzeta_0 = E dxi in the section of the first impact and dt_k the
             divide by the closing rate u'_k, as the saltation matrix does; (2) does not, so that at
             grazing one multiplier goes to infinity and the others are as exact as elsewhere.
             det (2) = +-(product of u'_k) det(DP - lambda): pole-free test functions.          (3)
-            While friction sticks its slip speed cannot change: so many multipliers are zero as
-            joints stick at once, and are set to zero.                                         (4)
+            While friction sticks its slip speed cannot change, and while a slider slips its place
+            follows from the others: so many multipliers are zero as do so at once, and are set
+            to zero. The velocity of a massless coordinate is no state, and has none.             (4)
 Accuracy    that of the QZ algorithm, relative to the largest multiplier
 Reference   theory.md, "Periodic orbits"
 """
@@ -28,14 +29,13 @@ from vibroimpact.orbits.newton import guard_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
 
-def section_basis(slopes: Floats, j: int, size: int) -> tuple[Floats, list[int]]:
-    """(E, kept): tangents of the section of a guard, and the entries of zeta that are its coordinates.
+def section_basis(slopes: Floats, j: int) -> tuple[Floats, list[int]]:
+    """(E, kept): tangents of the section of a guard, and the unknowns that are its coordinates.
 
-    ``slopes`` are the derivatives of the guard by zeta, ``j`` is the coordinate left out; ``size`` is
-    2n + 1, or 2n without forcing.
+    ``slopes`` are the derivatives of the guard by the unknowns of a state, ``j`` is the one left out.
     """
-    kept = [i for i in range(size) if i != j]
-    basis = np.eye(size)[:, kept]
+    kept = [i for i in range(len(slopes)) if i != j]
+    basis = np.eye(len(slopes))[:, kept]
     basis[j] = -slopes[kept] / slopes[j]
     return basis, kept
 
@@ -90,24 +90,25 @@ def pencil_of(
         Sizes of the unknowns of one segment: rows and columns are scaled by them, so that QZ does
         not depend on units. Fixed along a branch, where the determinant is followed.
     """
-    count, q = len(problem.impacts), problem.size
+    count, q, states = len(problem.impacts), problem.size, problem.kept
     time = 2 * problem.mechanism.degrees + 1
     first = problem.signature.first
-    slopes = compiled.slopes(first, parts.before[-1])  # of its phase only whole turns matter
-    basis, kept = section_basis(slopes, compiled.solved_coordinate(first), q)
+    slopes = compiled.slopes(first, parts.before[-1])[states]  # of its phase, only whole turns
+    basis, kept = section_basis(slopes, problem.left_out(compiled))
+    after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
     width = q - 1 + count
     tangent = np.zeros((q, width))
     tangent[:, : q - 1] = basis
     gaps = np.zeros((count, width))
     for k in range(count):
-        gaps[k] = parts.gap_by[k, :q] @ tangent
+        gaps[k] = gap_by[k] @ tangent
         gaps[k, q - 1 + k] += parts.gap_by[k, time]
-        tangent = parts.after_by[k, :q, :q] @ tangent
-        tangent[:, q - 1 + k] += parts.after_by[k, :q, time]
+        tangent = after_by[k][:, states] @ tangent
+        tangent[:, q - 1 + k] += after_by[k, :, time]
     ends = (problem.mirror[:, None] * tangent)[kept]
     marks = np.zeros((width, width))
     marks[: q - 1, : q - 1] = np.eye(q - 1)
     rows = np.concatenate([sizes[kept], guard_sizes(problem, sizes)])
     columns = np.concatenate([sizes[kept], np.full(count, sizes[q])])
-    zeros = max(compiled.modes[mode].sticking for mode in problem.modes)
+    zeros = max(compiled.modes[mode].forgotten for mode in problem.modes)
     return Pencil(np.vstack([ends, gaps]) / rows[:, None] * columns, marks, q - 1, zeros)

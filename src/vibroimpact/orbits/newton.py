@@ -46,15 +46,34 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
 
     The least size is FAR times the position: far from the origin its rounding is larger.
     """
-    n, q = problem.mechanism.degrees, problem.size
-    states, durations = problem.unpacked(z)
-    moved = _compiled(problem).sampled(states, durations, problem.modes)
-    place, speed, time = moved[:, :n], np.abs(moved[:, n:]).max(), durations.max()
+    compiled, (states, durations) = _compiled(problem), problem.unpacked(z)
+    n, time = compiled.degrees, durations.max()
+    moved = compiled.sampled(states, durations, problem.modes)
+    place, speed = moved[:, compiled.heavy], _fastest(compiled, moved)
     far = FAR * max([np.abs(place).max(), *stop_sizes(problem.mechanism)])
     length = max(np.ptp(place, axis=0).max(), speed * time, far) or 1.0
-    sizes = np.ones(q + 1)
-    sizes[:n], sizes[n : 2 * n], sizes[q] = length, speed or length / time, time
-    return np.tile(sizes, len(durations))
+    sizes = np.ones(compiled.size)
+    sizes[:n], sizes[n : 2 * n] = length, speed or length / time
+    if compiled.massless:
+        own = _sizes_of_massless(compiled, moved, time)
+        sizes[compiled.massless] = np.where(own > 0.0, own, length)
+    return np.tile(np.append(sizes[problem.kept], time), len(durations))
+
+
+def _fastest(compiled: Prescribed, moved: Floats) -> float:
+    """Largest speed of a coordinate with mass."""
+    return float(np.abs(moved[:, compiled.degrees :][:, compiled.heavy]).max())
+
+
+def _sizes_of_massless(compiled: Prescribed, moved: Floats, time: float) -> Floats:
+    """Sizes of the changes of massless coordinates, which have units of their own.
+
+    The least size is FAR times the position, and times what the terms of its velocity add up to.
+    """
+    place, most = moved[:, compiled.massless], compiled.largest(moved)
+    terms = np.max([np.abs(mode.speeds) @ most for mode in compiled.modes.values()], axis=0)
+    least = FAR * np.maximum(np.abs(place).max(axis=0), terms * time)
+    return np.asarray(np.maximum(np.ptp(place, axis=0), least))
 
 
 def _compiled(problem: OrbitProblem) -> Prescribed:
@@ -73,8 +92,9 @@ def guard_sizes(problem: OrbitProblem, sizes: Floats) -> Floats:
     """Size of the changes of the guard at the end of each segment, shape (m,)."""
     compiled, n = _compiled(problem), problem.mechanism.degrees
     rows = np.abs([compiled.guard(end).row for end in problem.ends])
-    of_y = np.ones(rows.shape[1])
-    of_y[0 : 2 * n : 2], of_y[1 : 2 * n : 2] = sizes[:n], sizes[n : 2 * n] / compiled.scale
+    of_y, of_zeta = np.ones(rows.shape[1]), np.zeros(compiled.size)
+    of_zeta[problem.kept] = sizes[: problem.size]
+    of_y[0 : 2 * n : 2], of_y[1 : 2 * n : 2] = of_zeta[:n], of_zeta[n : 2 * n] / compiled.scale
     return np.asarray(rows @ of_y)
 
 
@@ -125,9 +145,9 @@ def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
     """Whether the motion is at rest; a forced motion never is."""
     if problem.mechanism.forces:
         return False
-    n, (states, durations) = problem.mechanism.degrees, problem.unpacked(z)
-    moved = np.abs(_compiled(problem).sampled(states, durations, problem.modes))
-    speed, place = moved[:, n:].max(), moved[:, :n].max()
+    compiled, (states, durations) = _compiled(problem), problem.unpacked(z)
+    n, moved = compiled.degrees, compiled.sampled(states, durations, problem.modes)
+    speed, place = _fastest(compiled, moved), np.abs(moved[:, compiled.heavy]).max()
     return bool(speed <= SHRUNK * sizes[n] or speed * durations.max() <= STILL * place)
 
 

@@ -51,7 +51,8 @@ class Orbit:
         :class:`Signature`: impacts, cycles, symmetric.
     states
         (x, v, theta) just after each impact of the signature that begins a solved segment (all of
-        them, or the first half of a symmetric orbit), shape (m, 2n + 1).
+        them, or the first half of a symmetric orbit), shape (m, 2n + 1). The velocities of massless
+        coordinates are those in the flight that begins.
     durations
         Flight times of these segments, shape (m,).
     residual
@@ -75,6 +76,10 @@ class Orbit:
         if self.status == FOUND and not self.residual <= LEFT:
             status = f"no convergence: relative residual {self.residual:.1e}"
             object.__setattr__(self, "status", status)
+        if self.mechanism.massless:
+            compiled = self.problem.compiled(self.parameter_value)
+            states = compiled.with_speeds(self.states, self.problem.modes)
+            object.__setattr__(self, "states", states)
 
     @property
     def converged(self) -> bool:
@@ -146,6 +151,7 @@ class Orbit:
     def multipliers(self) -> Complexes:
         """Floquet multipliers of the full map, largest modulus first, shape (2n,).
 
+        One less for every massless coordinate, whose velocity is no state, and without forcing.
         NaN where the guard of an element is only touched: these orbits have no map of their own.
         """
         return self._of_solved_map**2 if self.symmetric else self._of_solved_map
@@ -184,9 +190,12 @@ class Orbit:
 
     @property
     def zero_multipliers(self) -> int:
-        """Number of multipliers that are zero by construction: friction sticks, which forgets."""
+        """Number of multipliers that are zero by construction: friction sticks, or a slider slips.
+
+        Both forget where the motion came from.
+        """
         compiled = self.problem.compiled(self.parameter_value)
-        return max(compiled.modes[mode].sticking for mode in self.problem.modes)
+        return max(compiled.modes[mode].forgotten for mode in self.problem.modes)
 
     @cached_property
     def determinant_error(self) -> float:
@@ -194,7 +203,8 @@ class Orbit:
 
         The product is that of R^2 over all impacts, times exp(-sum of t_k tr(M^-1 C)) over all
         flights, C that of their modes, times the ratio of the rates of the guard after and before
-        every change of state; with friction that sticks it is zero.
+        every change of state; with friction that sticks, or a slider that slips, it is zero. Large where
+        a multiplier is below the rounding of the others.
         """
         contacts, turns = self.mechanism.contacts, 2.0 if self.symmetric else 1.0
         modes = self.problem.compiled(self.parameter_value).modes

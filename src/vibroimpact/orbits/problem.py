@@ -280,6 +280,9 @@ class OrbitProblem:
         Stops at the ends of the segments, and the same with their modes and guards.
     modes
         Mode of each segment; ``codes`` are the different ones.
+    kept
+        Entries of zeta that are unknowns: without forcing not theta, and of massless coordinates not
+        the velocities, which follow from the others; ``size`` is their number.
     """
 
     system: System
@@ -299,15 +302,17 @@ class OrbitProblem:
         self.impacts, self.ends = self.signature.solved, self.signature.ends
         self.modes = tuple(end.mode for end in self.ends)
         self.codes = tuple(sorted({*self.modes}))
-        n = self.mechanism.degrees
-        self.size = 2 * n + (1 if self.mechanism.forces else 0)
+        n, massless = self.mechanism.degrees, self.mechanism.massless
+        entries = range(2 * n + (1 if self.mechanism.forces else 0))
+        self.kept = [i for i in entries if i - n not in massless]
+        self.size = len(self.kept)
         self.mirror = np.ones(self.size)
         self.turn = np.zeros(self.size)
         if self.signature.symmetric:
-            self.mirror[: 2 * n] = -1.0
+            self.mirror[: 2 * n - len(massless)] = -1.0
         if self.mechanism.forces:
             share = 0.5 if self.signature.symmetric else 1.0
-            self.turn[2 * n] = 2.0 * math.pi * self.signature.cycles * share
+            self.turn[-1] = 2.0 * math.pi * self.signature.cycles * share
 
     def system_at(self, p: Value) -> System:
         """System at the value p of the parameter; the latest ones, with their mechanisms, are kept."""
@@ -325,14 +330,21 @@ class OrbitProblem:
 
     def packed(self, states: Floats, durations: Floats) -> Floats:
         """Unknowns z from states (m, 2n + 1) and flight times (m,)."""
-        return np.column_stack([states[:, : self.size], durations]).ravel()
+        return np.column_stack([states[:, self.kept], durations]).ravel()
 
     def unpacked(self, z: Floats) -> tuple[Floats, Floats]:
-        """States (m, 2n + 1) and flight times (m,) from z."""
+        """States (m, 2n + 1) and flight times (m,) from z; zero where zeta has no unknown."""
         rows = np.reshape(z, (len(self.impacts), self.size + 1))
         states = np.zeros((len(rows), 2 * self.mechanism.degrees + 1))
-        states[:, : self.size] = rows[:, : self.size]
+        states[:, self.kept] = rows[:, : self.size]
         return states, rows[:, self.size].copy()
+
+    def states_at(self, z: Floats, p: Value) -> Floats:
+        """States (m, 2n + 1) from z, with the velocities of massless coordinates."""
+        states = self.unpacked(z)[0]
+        if not self.mechanism.massless:
+            return states
+        return self.compiled(p).with_speeds(states, self.modes)
 
     def linearised(self, z: Floats, p: Value) -> Linearised:
         """Every segment with its derivatives."""
@@ -346,7 +358,7 @@ class OrbitProblem:
     def _residual(self, z: Floats, parts: Linearised) -> Floats:
         rows = np.reshape(z, (len(self.impacts), self.size + 1))[:, : self.size]
         target = np.vstack([rows[1:], self.mirror * rows[0] + self.turn])
-        return np.column_stack([parts.after[:, : self.size] - target, parts.gap]).ravel()
+        return np.column_stack([parts.after[:, self.kept] - target, parts.gap]).ravel()
 
     def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
@@ -356,14 +368,19 @@ class OrbitProblem:
         """Residual and both derivatives at once."""
         parts = self.linearised(z, p)
         m, q = len(self.impacts), self.size
-        columns = [*range(q), 2 * self.mechanism.degrees + 1]  # the state, the flight time
+        columns = [*self.kept, 2 * self.mechanism.degrees + 1]  # the state, the flight time
+        of_state = parts.after_by[:, self.kept]
         ks = np.arange(m)
         following = np.tile(np.eye(q), (m, 1, 1))
         following[-1] = np.diag(self.mirror)
         matrix = np.zeros((m, q + 1, m, q + 1))
-        matrix[ks, :q, ks] = parts.after_by[:, :q, columns]
+        matrix[ks, :q, ks] = of_state[:, :, columns]
         matrix[ks, q, ks] = parts.gap_by[:, columns]
         matrix[ks, :q, (ks + 1) % m, :q] -= following
-        by_parameter = np.column_stack([parts.after_by[:, :q, -1], parts.gap_by[:, -1]])
+        by_parameter = np.column_stack([of_state[:, :, -1], parts.gap_by[:, -1]])
         d = m * (q + 1)
         return self._residual(z, parts), matrix.reshape(d, d), by_parameter.ravel()
+
+    def left_out(self, compiled: Prescribed, end: End | None = None) -> int:
+        """Number, among the unknowns of a state, of the one that the section of an event leaves out."""
+        return self.kept.index(compiled.solved_coordinate(end or self.signature.first))

@@ -107,8 +107,8 @@ def find_orbits(
     Raises
     ------
     InvalidParameterError
-        Counts out of range; no stop that can be reached, or no place between stops; coordinates
-        without mass, more than 10 coordinates or 6 frequencies.
+        Counts out of range; no stop that can be reached, or no place between stops;
+        more than 10 coordinates or 6 frequencies.
 
     Notes
     -----
@@ -250,7 +250,7 @@ def _starts_of(system: System) -> Starts | StartsBetween:
     """Starts on the stops, or between them where these move or there are elements."""
     m = mechanism_of(system)
     moving = any(contact.motion for contact in m.contacts)
-    return starts_between(system) if m.elements or moving else starts_of(system)
+    return starts_between(system) if m.elements or moving or m.massless else starts_of(system)
 
 
 def _end_of(run: Run) -> MotionEnd:

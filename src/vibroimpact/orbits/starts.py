@@ -23,7 +23,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism, infinite, stop_sizes
+from vibroimpact.model.mechanism import Mechanism, accelerations, infinite, stop_sizes
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -106,7 +106,7 @@ def _stops(m: Mechanism) -> list[Stop]:
 def _size(m: Mechanism) -> float:
     """A length of the mechanism: its largest limit or its largest forced displacement."""
     forced = [
-        np.abs(np.linalg.solve(m.mass, part)).max() / line.omega**2
+        np.abs(accelerations(m, part)).max() / line.omega**2
         for line in m.forces
         for part in (line.sine, line.cosine)
     ]

@@ -7,7 +7,8 @@ Method      Lengths of the machine are those of its stops and their motions, and
             velocities along every coordinate up to that speed; the box spans them, WIDER about its
             middle. Those that diverge do not count.                                        (2)
             A start is a random state of the box at a random phase, moved towards the centre of that
-            phase until no gap of a rigid stop is negative. It may be beyond a soft stop.    (3)
+            phase until no gap of a rigid stop is negative. It may be beyond a soft stop. With sliders
+            it is halved until none of them is pulled beyond its level, where no motion begins. (3)
 Assumes     at every phase there is a place between the rigid stops
 Reference   theory.md, "Periodic orbits"
 """
@@ -24,13 +25,15 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.elements import Friction, PhaseSwitch
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism, stop_sizes
+from vibroimpact.model.mechanism import Mechanism, accelerations, stop_sizes
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.starts import SHORT, SPEEDS, WIDER, centre_of, gaps_of, share_of, widths_of
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
 SAMPLES = 256  # of each short motion
+AT_ONCE = 1e-9  # units of time
+HALVINGS = 20
 INSIDE = 1.0 - 1e-9  # of the way to a stop: rounding leaves no gap negative
 
 
@@ -64,7 +67,14 @@ class StartsBetween:
         centre = _centre(m, phase, self.length)
         rows, limits = _gaps_at(m, phase)
         share = INSIDE * share_of(rows, limits, centre, y[:n])
-        return State(tuple(centre + share * (y[:n] - centre)), tuple(y[n:]), phase)
+        place, speed = share * (y[:n] - centre), y[n:]
+        start = State(tuple(centre + place), tuple(speed), phase)
+        for _ in range(HALVINGS if m.sliders else 0):
+            if simulate(m, start, impacts=1, t_max=AT_ONCE).end is not RunEnd.UNDECIDED:
+                break
+            place, speed = place / 2.0, speed / 2.0
+            start = State(tuple(centre + place), tuple(speed), phase)
+        return start
 
 
 def starts_between(system: System) -> StartsBetween:
@@ -92,7 +102,7 @@ def starts_between(system: System) -> StartsBetween:
 
 def _sizes(m: Mechanism, stiffest: float) -> tuple[float, float]:
     """Largest length and rate (1); the rate with all elements pressed where it has no other."""
-    modes = np.linalg.eigvals(np.linalg.solve(m.mass, m.stiffness))
+    modes = np.linalg.eigvals(accelerations(m, m.stiffness))
     rate = max([math.sqrt(np.abs(modes).max()), *(line.omega for line in m.forces)]) or stiffest
     moved = [part for stop in m.numbered for part in _amplitudes(stop.motion)]
     forces: list[tuple[float, ...]] = [m.constant_force]
@@ -107,7 +117,7 @@ def _sizes(m: Mechanism, stiffest: float) -> tuple[float, float]:
             forces += e.forces
             impulses += e.impulses
     for given, unit in ((forces, rate**2), (impulses, rate)):
-        moved += [float(np.abs(np.linalg.solve(m.mass, f)).max()) / unit for f in given]
+        moved += [float(np.abs(accelerations(m, f)).max()) / unit for f in given]
     return float(max([*stop_sizes(m), *moved])) or 1.0, rate
 
 

@@ -27,7 +27,7 @@ from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, wa
 from vibroimpact._core.progress import Progress, interruptible
 from vibroimpact._core.types import Arrays
 from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.sweeps.axes import corners, parameter_axes
@@ -230,7 +230,6 @@ def plan_of(
 
 def _ordinary(mechanism: Mechanism, length: float) -> float:
     """Upper estimate of impacts of ordinary motion in so many forcing periods or units of time."""
-    mass = np.array(mechanism.mass)
     stiffness, damping = np.array(mechanism.stiffness), np.array(mechanism.damping)
     for element in mechanism.elements:
         if isinstance(element, SoftStop):
@@ -238,9 +237,8 @@ def _ordinary(mechanism: Mechanism, length: float) -> float:
             (_, k_a, c_a), (_, k_b, c_b) = map(element.law, (1, -1))
             stiffness = stiffness + max(k_a, k_b) * square
             damping = damping + max(c_a, c_b) * square
-    heavy = np.ix_(*2 * ([i for i in range(len(mass)) if i not in mechanism.massless],))
     stiff, damp = (
-        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass[heavy], part[heavy]))).max())
+        float(np.abs(np.linalg.eigvals(accelerations(mechanism, part))).max())
         for part in (stiffness, damping)
     )
     fastest = max(math.sqrt(stiff) + damp, *(force.omega for force in mechanism.forces), 0.0)

@@ -136,7 +136,7 @@ class SignatureMap:
         compiled, q = self.problem.compiled(p), self.problem.size
         states = self.states(points, p)
         slopes = compiled.slopes(self.signature.first, states[0])
-        basis, kept = section_basis(slopes, self._left_out, q)
+        basis, kept = section_basis(slopes[:q], self._left_out)
         by_point = np.tile(basis, (len(points), 1, 1))
         by_parameter = np.zeros((len(points), q))
         by_parameter[:, self._left_out] = self._section_moves(states, p)
