@@ -279,6 +279,17 @@ def test_elements_and_their_motions_are_read_from_a_file(
     assert Path("r.png").stat().st_size > 0
 
 
+def test_a_mechanism_is_put_on_the_moving_base_of_its_file() -> None:
+    base = "base_motion = {omega = 1.3, sine = [0.1]}\nbase_direction = [1.0, 0.0]\n"
+    Path("machine.toml").write_text(ELEMENTS.replace("[mechanism]\n", f"[mechanism]\n{base}"))
+    motion = vi.Harmonic(1.3, (0.1,))
+    assert read_case("machine.toml").system == WITH_ELEMENTS.on_moving_base(motion, (1.0, 0.0))
+    wrong = base.replace("[0.1]", "[0.1, 0.2]")
+    Path("machine.toml").write_text(ELEMENTS.replace("[mechanism]\n", f"[mechanism]\n{wrong}"))
+    with pytest.raises(vi.InvalidParameterError, match=r"machine.toml.*base_motion.*2 amplitudes"):
+        read_case("machine.toml")
+
+
 def test_a_mechanism_with_elements_is_kept_in_a_text_to_the_last_bit() -> None:
     third = vi.SoftStop((1.0, 0.0), lower=-1 / 3, upper=2 / 3, stiffness=(1 / 7, 1 / 9))
     for m in (WITH_ELEMENTS, dataclasses.replace(WITH_ELEMENTS, elements=(third,))):

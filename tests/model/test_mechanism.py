@@ -378,3 +378,62 @@ def test_one_coordinate_may_have_more_stops_than_freedom() -> None:
 def test_bodies_far_from_their_stops_are_silent() -> None:
     m = oscillator(stiffness=1.0, damping=0.1, forces=(vi.Harmonic(1.3, (1.0,)),))
     assert vi.simulate(m, vi.State((0.0,), (0.0,)), impacts=1).end is vi.RunEnd.SILENT
+
+
+# ---- a moving base -------------------------------------------------------------------------------
+
+
+SHAKEN = vi.Harmonic(1.7, (0.3,), (0.1,))
+
+
+def test_a_machine_on_a_moving_base_moves_as_one_whose_supports_all_move() -> None:
+    """Spring, dashpot, stop and friction to the ground, each moved by itself in other coordinates."""
+    m, c, k, w = 1.3, 0.2, 2.0, SHAKEN.omega
+    a, b = SHAKEN.sine[0], SHAKEN.cosine[0]
+    still = vi.Mechanism(
+        mass=[[m]], damping=[[c]], stiffness=[[k]], forces=(vi.Harmonic(1.7, (0.2,)),),
+        elements=(vi.RigidStop((1.0,), upper=0.4, restitution=0.7), vi.Friction((1.0,), 0.1)),
+    )  # fmt: skip
+    ground = vi.Mechanism(
+        mass=[[m]], damping=[[c]], stiffness=[[k]],
+        forces=(vi.Harmonic(w, (0.2 + k * a - c * w * b,), (k * b + c * w * a,)),),
+        elements=(
+            vi.RigidStop((1.0,), upper=0.4, restitution=0.7, upper_motion=SHAKEN),
+            vi.Friction((1.0,), 0.1, belt_motion=vi.Harmonic(w, (-w * b,), (w * a,))),
+        ),
+    )  # fmt: skip
+    on_base = vi.simulate(still.on_moving_base(SHAKEN), vi.State((0.1,), (0.2,)), t_max=20.0)
+    on_ground = vi.simulate(ground, vi.State((0.1 + b,), (0.2 + w * a,)), t_max=20.0)
+    assert on_base.status.tolist() == on_ground.status.tolist()
+    assert {vi.Status.IMPACT, vi.Status.CHANGE} < {*on_base.status.tolist()}
+    # rounding of some 1e-15 grows from event to event
+    np.testing.assert_allclose(on_base.time, on_ground.time, rtol=0.0, atol=1e-11)
+
+
+def test_what_the_base_does_not_carry_feels_no_force() -> None:
+    m = row_of_balls(3, 0.5).on_moving_base(SHAKEN, direction=(1.0, 0.5, 0.0))
+    square = SHAKEN.omega**2
+    assert m.forces == (
+        vi.Harmonic(1.7, tuple(square * 0.3 * x for x in (1.0, 0.5, 0.0)),
+                    tuple(square * 0.1 * x for x in (1.0, 0.5, 0.0))),
+    )  # fmt: skip
+
+
+def test_forces_of_one_frequency_are_one_line_on_a_moving_base() -> None:
+    own = twin_dampers()
+    shaken = own.on_moving_base((vi.Harmonic(0.9, (0.1,)), SHAKEN))
+    assert [line.omega for line in shaken.forces] == [0.9, 1.7]
+    np.testing.assert_allclose(shaken.forces[0].sine, [1.0 + 0.081, 0.081 * 0.05, 0.081 * 0.05])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"motion": vi.Harmonic(1.0, (1.0, 2.0))}, "motion: has 2 amplitudes"),
+        ({"motion": 0.3}, "motion = 0.3.*a Harmonic"),
+        ({"motion": SHAKEN, "direction": (1.0,)}, "direction has shape"),
+    ],
+)
+def test_a_mistake_in_the_motion_of_a_base_is_named(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(vi.InvalidParameterError, match=said):
+        twin_dampers().on_moving_base(**given)

@@ -43,8 +43,9 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]``,
         ``[[mechanism.contacts]]`` and ``[[mechanism.elements]]``, each element with its ``kind``,
         "rigid_stop", "soft_stop", "friction" or "phase_switch"; motions of stops and belts are
-        tables with the parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables; a
-        normal load is a table ``load``. The tables of the damper are also called ``[damper]`` and
+        tables with the parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables, and so
+        is ``base_motion``, with which and ``base_direction`` the mechanism is put on a moving base;
+        a normal load is a table ``load``. The tables of the damper are also called ``[damper]`` and
         ``[physical]``. A table ``[start]`` (those of :class:`~vibroimpact.State`) is optional.
 
     Raises
@@ -78,7 +79,7 @@ def machine_in(path: str | os.PathLike[str]) -> str | None:
 def _system(path: Any, name: str, table: Any) -> Any:
     """The system of a table."""
     if name == MECHANISM:
-        return _built(path, f"[{name}]", Mechanism, _parts(path, table))
+        return _mechanism(path, table)
     machine, _, physical = SHORT_TABLES.get(name, name).partition(".")
     make: Callable[..., Any] = machine_of(machine)
     if isinstance(table, dict) and [*table] == [PHYSICAL]:
@@ -138,9 +139,26 @@ def _force(path: Any, where: str, table: Any) -> Any:
     return _built(path, where, Harmonic, table)
 
 
+_BASE = {"base_motion": "motion", "base_direction": "direction"}
 _PARTS: Mapping[str, Callable[[Any, str, Any], Any]] = {
     "forces": _force, "contacts": _contact, "elements": _element
 }  # fmt: skip
+
+
+def _mechanism(path: Any, table: Any) -> Mechanism:
+    """A mechanism, on a base that moves where its table says so."""
+    where, base = f"[{MECHANISM}]", {}
+    if isinstance(table, dict):
+        base = {name: table[key] for key, name in _BASE.items() if key in table}
+        table = {key: value for key, value in table.items() if key not in _BASE}
+    still: Mechanism = _built(path, where, Mechanism, _parts(path, table))
+    if not base:
+        return still
+    if "motion" in base:
+        lines = base["motion"] if isinstance(base["motion"], list) else [base["motion"]]
+        base["motion"] = tuple(_built(path, f"{where}: base_motion", Harmonic, x) for x in lines)
+    moved: Mechanism = _built(path, f"{where}: base_motion", still.on_moving_base, base)
+    return moved
 
 
 def _parts(path: Any, table: Any) -> Any:

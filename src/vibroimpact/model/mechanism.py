@@ -366,6 +366,52 @@ class Mechanism:
         parts = self.contacts, self.forces, self.constant_force, self.elements
         return hash((rows, parts, self.impact_law))
 
+    def on_moving_base(
+        self, motion: Harmonic | tuple[Harmonic, ...], direction: tuple[float, ...] | None = None
+    ) -> Mechanism:
+        """The same machine on a base that moves; its coordinates are then relative to the base.
+
+        Springs and dashpots to the ground, stops, and friction on the ground go with the base.
+
+        Parameters
+        ----------
+        motion
+            y(t) of the base: a :class:`Harmonic`, or several, with one amplitude each.
+        direction
+            How far each coordinate is carried where the base moves by 1, shape (n,): s. All by 1
+            where left out; 0 for a rotation, or what the base does not carry.
+
+        Returns
+        -------
+        Mechanism
+            With the force -M s y'' added to ``forces``, to those of the same frequency.
+
+        Raises
+        ------
+        InvalidParameterError
+            Several amplitudes, a direction of another shape, more than 12 frequencies.
+        """
+        lines = as_lines("motion", motion)
+        ones = (1.0,) * self.degrees
+        along = vector("direction", ones if direction is None else direction, self.degrees)
+        carried = linear.apply(self.mass, list(along))
+        forces = list(self.forces)
+        for line in lines:
+            sine, cosine = (
+                [line.omega * line.omega * part[0] * x for x in carried]
+                for part in (line.sine, line.cosine)
+            )
+            at = next((k for k, f in enumerate(forces) if f.omega == line.omega), None)
+            if at is None:
+                forces.append(Harmonic(line.omega, tuple(sine), tuple(cosine)))
+                continue
+            sine, cosine = (
+                [x + y for x, y in zip(new, old, strict=True)]
+                for new, old in ((sine, forces[at].sine), (cosine, forces[at].cosine))
+            )
+            forces[at] = replace(forces[at], sine=tuple(sine), cosine=tuple(cosine))
+        return replace(self, forces=tuple(forces))
+
     @property
     def numbered(self) -> tuple[Contact | Element, ...]:
         """Contacts, then elements, as results number them."""
