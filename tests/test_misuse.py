@@ -125,6 +125,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
         transitions=(vi.Transition("on", "top", "rising", "on"),),
     )  # fmt: skip
+    relayed = vi.simulate_hybrid(relay, "on", [0.0], t_max=3.0)
     rubbing = vi.simulate(still(RUBBING), vi.State((2.0,), (0.0,)), t_max=6.0)
     section = vi.impact_section(damper, state, points=5, settle=5)
     closed = vi.symmetric_orbits(damper)[0]
@@ -500,6 +501,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             plotting.plot_forces,
             {"run": rubbing, "t0": 0.0, "t1": 5.0, "elements": [0], "ax": None},
         ),
+        "plot_hybrid_run": (plotting.plot_hybrid_run, {"run": relayed, "ax": None}),
         "plot_hysteresis": (
             plotting.plot_hysteresis,
             {"run": rubbing, "element": 0, "t0": 0.0, "t1": 5.0, "ax": None},
@@ -729,7 +731,7 @@ NAMES = [
     "multistability", "basins", "attractor_state", "bifurcation_sweep", "plot_along",
     "plot_basins", "plot_bifurcation_diagram", "plot_branch_multipliers", "plot_branches",
     "plot_circle_error", "plot_circle_half_width", "plot_circles", "plot_forces", "plot_history",
-    "plot_hysteresis",
+    "plot_hybrid_run", "plot_hysteresis",
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
@@ -802,6 +804,7 @@ def test_nonsense_is_answered_by_an_error_of_the_package(
         (lambda: vi.Contact((1.0,), upper=1.0, velocity=1.0), "upper_motion"),
         (lambda: vi.Mechanism(stiffness_=[[1.0]]), "takes mass, .* Did you mean stiffness"),
         (lambda: vi.ImpactDamper(omgea=1.0), "Did you mean omega"),
+        (lambda: vi.LinearGuard(rows=[1.0]), "LinearGuard, which takes row, .* Did you mean row"),
         (lambda: vi.ImpactDamper(M1=1.0), "from_physical"),
         (lambda: vi.Harmonic(1.0, amplitude=1.0), "sine and cosine"),
         (lambda: vi.State((0.0,), (0.0,), theta=1.0), "State, which takes position"),

@@ -290,6 +290,68 @@ def test_a_mechanism_is_put_on_the_moving_base_of_its_file() -> None:
         read_case("machine.toml")
 
 
+HYBRID = """
+[hybrid.modes.on]
+matrix = [[-1.0]]
+constant = [3.0]
+[hybrid.modes.off]
+matrix = [[-1.0]]
+[hybrid.guards.upper]
+row = [1.0]
+level = 2.0
+[hybrid.guards.lower]
+row = [1.0]
+level = 1.0
+[[hybrid.transitions]]
+mode = "on"
+guard = "upper"
+direction = "rising"
+to = "off"
+[[hybrid.transitions]]
+mode = "off"
+guard = "lower"
+direction = "falling"
+to = "on"
+"""
+IN_ON = """[start]
+mode = "on"
+state = [1.0]
+"""
+
+
+def test_a_relay_in_a_file_switches_at_the_times_of_its_closed_form() -> None:
+    """Between 1 and 2 it rises by 3 - 2 exp(-t) and falls by 2 exp(-t): log 2 each."""
+    Path("relay.toml").write_text(HYBRID + IN_ON)
+    arguments = ["simulate", "--config", "relay.toml", "--t-max", "8", "--out", "r.nc"]
+    assert cli.main([*arguments, "--out", "r.png"]) == 0
+    run = opened("r.nc")
+    np.testing.assert_allclose(run.time[:-1], np.log(2.0) * np.arange(1, 12), rtol=1e-14)
+    assert run.attrs["mode_at_start"] == "on"
+    assert Path("r.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "said"),
+    [
+        (HYBRID, ["simulate"], "starts in a mode. Give [start]"),
+        (HYBRID + IN_ON, ["simulate", "--impacts", "9"], "--impacts 9.*--t-max"),
+        (HYBRID + IN_ON, ["simulate", "--omega", "1"], "[hybrid] is no mechanism"),
+        (HYBRID + IN_ON, ["section"], "[hybrid] is no mechanism. Take vibroimpact simulate"),
+        (HYBRID.replace("rising", "up") + IN_ON, ["simulate"], "direction"),
+        (HYBRID.replace("row =", "rows =") + IN_ON, ["simulate"], "[hybrid.guards.upper]: .*rows"),
+        (HYBRID.replace('to = "on"', 'to = "of"') + IN_ON, ["simulate"], "of"),
+        ("hybrid = 3", ["simulate"], "[hybrid] must be a table"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_hybrid_system_of_a_file_is_named(
+    text: str, arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("relay.toml").write_text(text)
+    command, *more = arguments
+    assert cli.main([command, "--config", "relay.toml", *more]) == cli.MISUSE
+    assert re.search(said.replace("[", r"\["), capsys.readouterr().err)
+
+
 def test_a_mechanism_with_elements_is_kept_in_a_text_to_the_last_bit() -> None:
     third = vi.SoftStop((1.0, 0.0), lower=-1 / 3, upper=2 / 3, stiffness=(1 / 7, 1 / 9))
     for m in (WITH_ELEMENTS, dataclasses.replace(WITH_ELEMENTS, elements=(third,))):

@@ -20,7 +20,7 @@ from vibroimpact.cli.output import DATA
 from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
-from vibroimpact.machines.toml_file import PHYSICAL, Case, read_case
+from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
@@ -157,6 +157,14 @@ def check_case(arguments: argparse.Namespace) -> None:
         )
 
 
+def hybrid_case_of(arguments: argparse.Namespace) -> HybridCase | None:
+    """Requested system where a file gives it as modes and guards, and nothing else is given."""
+    if not arguments.config or arguments.case or given(arguments, parameters_in(arguments)):
+        return None
+    case = read_case(arguments.config)
+    return case if isinstance(case, HybridCase) else None
+
+
 def case_of(arguments: argparse.Namespace) -> Case:
     """Requested system."""
     parameters = given(arguments, parameters_in(arguments))
@@ -165,7 +173,13 @@ def case_of(arguments: argparse.Namespace) -> Case:
             f"case = {arguments.case}, config = {arguments.config}: only one may be given."
         )
     if arguments.config:
-        return _changed(read_case(arguments.config), parameters)
+        case = read_case(arguments.config)
+        if isinstance(case, HybridCase):
+            raise InvalidParameterError(
+                f"config = {arguments.config}: [hybrid] is no mechanism. Take vibroimpact simulate, "
+                "without parameters of a machine."
+            )
+        return _changed(case, parameters)
     check_case(arguments)
     return Case(_built(arguments.machine, {**parameters_of_case(arguments), **parameters}))
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from matplotlib.axes import Axes
 
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
+from vibroimpact.machines.toml_file import HybridCase
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.plotting import plot_history
+from vibroimpact.plotting import plot_history, plot_hybrid_run
 from vibroimpact.plotting.units import units_of
+from vibroimpact.simulation.hybrid_run import simulate_hybrid
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
 EXAMPLE = (
@@ -38,6 +42,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Simulate, write, and count the events."""
     targets = common.targets_of(arguments)
+    if hybrid := common.hybrid_case_of(arguments):
+        return _hybrid(arguments, hybrid, targets)
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
@@ -46,6 +52,25 @@ def run(arguments: argparse.Namespace) -> str:
     write(targets, data=motion.to_dataset, picture=lambda: _picture(motion, arguments.window))
     si = common.in_si(case.system, motion.last, float(motion.time[-1]))
     return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{si}{common.listed(targets)}"
+
+
+def _hybrid(arguments: argparse.Namespace, case: HybridCase, targets: list[Path]) -> str:
+    """The same of a system given as modes and guards."""
+    start, impacts = case.start, arguments.impacts
+    if start is None:
+        raise InvalidParameterError(
+            f"config = {arguments.config}: a [hybrid] starts in a mode. Give [start] with mode and state."
+        )
+    if impacts is not None:
+        raise InvalidParameterError(
+            f"--impacts {impacts}: a [hybrid] has transitions and no impacts. Give --t-max."
+        )
+    motion = simulate_hybrid(
+        case.system, start.mode, start.state, phase=start.phase,
+        **common.given(arguments, ("t_max",)),
+    )  # fmt: skip
+    write(targets, data=motion.to_dataset, picture=lambda: plot_hybrid_run(motion))
+    return f"{motion}\nends in {motion.modes[-1]}: {motion.after[-1]}{common.listed(targets)}"
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import matrix_balance
 
 from vibroimpact import _kernel
 from vibroimpact._core.chebyshev import nodes
@@ -101,6 +100,8 @@ class Numbers:
         """
         own, waves = self.b[:mechanical, :mechanical], self.b[mechanical:]
         if self.light:
+            from scipy.linalg import matrix_balance
+
             own = matrix_balance(own, permute=False)[0]
         return float(max(np.abs(part).sum(axis=1).max(initial=0.0) for part in (own, waves)))
 

@@ -10,17 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibroimpact._core.checks import shown, unknown_keyword
+from vibroimpact._core.checks import names_arguments, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
 from vibroimpact.model.elements import MOTIONS, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.hybrid_system import HybridSystem, LinearGuard, LinearMode, Transition
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
 from vibroimpact.model.state import State
 
-MECHANISM, PHYSICAL = "mechanism", "physical"
-TABLES = (*SHORT_TABLES, MECHANISM, *MACHINES)
+MECHANISM, PHYSICAL, HYBRID = "mechanism", "physical", "hybrid"
+TABLES = (*SHORT_TABLES, MECHANISM, HYBRID, *MACHINES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +32,25 @@ class Case:
     start: State | None = None
 
 
-def read_case(path: str | os.PathLike[str]) -> Case:
+@names_arguments()
+@dataclass(frozen=True, slots=True)
+class HybridStart:
+    """Start of a hybrid system: the arguments of :func:`vibroimpact.simulate_hybrid`."""
+
+    mode: str
+    state: tuple[float, ...]
+    phase: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class HybridCase:
+    """A hybrid system and, where the file gives one, a start."""
+
+    system: HybridSystem
+    start: HybridStart | None = None
+
+
+def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
     """Read a system, and perhaps a start, from a TOML file.
 
     Parameters
@@ -47,6 +66,9 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         is ``base_motion``, with which and ``base_direction`` the mechanism is put on a moving base;
         a normal load is a table ``load``. The tables of the damper are also called ``[damper]`` and
         ``[physical]``. A table ``[start]`` (those of :class:`~vibroimpact.State`) is optional.
+        A table ``[hybrid]`` has the parameters of :class:`~vibroimpact.HybridSystem`, as
+        ``[hybrid.modes.NAME]``, ``[hybrid.guards.NAME]`` and ``[[hybrid.transitions]]``; its
+        ``[start]`` has ``mode``, ``state`` and ``phase``.
 
     Raises
     ------
@@ -63,7 +85,11 @@ def read_case(path: str | os.PathLike[str]) -> Case:
         )
     system = _system(path, systems[0], tables[systems[0]])
     start = tables.get("start")
-    return Case(system, None if start is None else _built(path, "[start]", State, start))
+    case, kind = (HybridCase, HybridStart) if systems == [HYBRID] else (Case, State)
+    made: Case | HybridCase = case(
+        system, None if start is None else _built(path, "[start]", kind, start)
+    )
+    return made
 
 
 def machine_in(path: str | os.PathLike[str]) -> str | None:
@@ -80,6 +106,8 @@ def _system(path: Any, name: str, table: Any) -> Any:
     """The system of a table."""
     if name == MECHANISM:
         return _mechanism(path, table)
+    if name == HYBRID:
+        return _hybrid(path, table)
     machine, _, physical = SHORT_TABLES.get(name, name).partition(".")
     make: Callable[..., Any] = machine_of(machine)
     if isinstance(table, dict) and [*table] == [PHYSICAL]:
@@ -105,6 +133,26 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise InvalidParameterError(
             f"config = {path}: is not valid TOML ({error}). Correct that place."
         ) from error
+
+
+def _hybrid(path: Any, table: Any) -> HybridSystem:
+    """A hybrid system with its modes, guards and transitions built."""
+    where = f"[{HYBRID}]"
+    if not isinstance(table, dict):
+        raise InvalidParameterError(f"config = {path}: {where} must be a table.")
+    made = dict(table)
+    for key, kind in (("modes", LinearMode), ("guards", LinearGuard)):
+        if isinstance(made.get(key), dict):
+            parts = made[key].items()
+            made[key] = {n: _built(path, f"[{HYBRID}.{key}.{n}]", kind, x) for n, x in parts}
+    if isinstance(made.get("transitions"), list):
+        label = f"[[{HYBRID}.transitions]]"
+        made["transitions"] = tuple(
+            _built(path, f"{label} {i}", Transition, x)
+            for i, x in enumerate(made["transitions"], 1)
+        )
+    system: HybridSystem = _built(path, where, HybridSystem, made)
+    return system
 
 
 def _contact(path: Any, where: str, table: Any) -> Any:

@@ -31,6 +31,7 @@ MOST_STATES = 2 * MAX_DEGREES
 MOST_GUARDS = 24  # of one mode
 
 
+@names_arguments()
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearMode:
     """A mode: y' = matrix y + constant + waves w, with w = (sin theta_1, cos theta_1, ...).
@@ -50,6 +51,7 @@ class LinearMode:
     waves: Floats | None = None
 
 
+@names_arguments()
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearGuard:
     """A guard: the value row . y + waves . w, which is compared with a level.
@@ -69,6 +71,7 @@ class LinearGuard:
     waves: Floats | None = None
 
 
+@names_arguments()
 @dataclass(frozen=True, slots=True, eq=False)
 class Transition:
     """What happens in a mode where a guard reaches its level: y becomes matrix y + shift.

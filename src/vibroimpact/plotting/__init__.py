@@ -23,6 +23,7 @@ from vibroimpact.plotting.curves import plot_curves, plot_tongue
 from vibroimpact.plotting.design import plot_design, plot_design_map, plot_pareto_front
 from vibroimpact.plotting.forces import plot_forces, plot_hysteresis
 from vibroimpact.plotting.history import plot_history
+from vibroimpact.plotting.hybrid import plot_hybrid_run
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
 from vibroimpact.plotting.phase_portrait import plot_phase_portrait
@@ -55,6 +56,7 @@ __all__ = [
     "plot_forces",
     "plot_free_decay",
     "plot_history",
+    "plot_hybrid_run",
     "plot_hysteresis",
     "plot_invariant_circle",
     "plot_mechanism",

@@ -1,0 +1,51 @@
+"""Time histories of hybrid systems given as data, with the mode that lasts."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from vibroimpact._core.checks import check_kind
+from vibroimpact.plotting import style
+from vibroimpact.plotting.history import COLOURS, POINTS
+from vibroimpact.simulation.hybrid_run import HybridRun
+
+LIGHT = 0.75  # share of white in the shade of a mode
+
+
+def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
+    """Draw the states of a hybrid system over time, on the shade of the mode that lasts.
+
+    Parameters
+    ----------
+    run
+        A result of :func:`vibroimpact.simulate_hybrid`.
+    ax
+        Axes to draw on; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on.
+    """
+    check_kind("run", run, HybridRun, "a HybridRun, as vi.simulate_hybrid gives")
+    last = float(run.time[-1]) if len(run) else 0.0
+    t = np.union1d(np.linspace(0.0, last, POINTS), run.time)
+    names = [name for name in run.system.modes if name in run.modes]
+    shades = {
+        name: style.mixed(colour, "#FFFFFF", LIGHT)
+        for name, colour in zip(names, style.series(len(names)), strict=True)
+    }
+    with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
+        labelled = set[str]()
+        for (begin, end), name in zip(pairwise([0.0, *run.time]), run.modes, strict=False):
+            label = "" if name in labelled else name
+            ax.axvspan(begin, end, color=shades[name], linewidth=0.0, label=label)
+            labelled.add(name)
+        for i, y in enumerate(run.at(t).T):
+            ax.plot(t, y, color=COLOURS[i % len(COLOURS)], label=f"$y_{{{i + 1}}}$")
+        ax.set(xlabel="time $t$", ylabel="state", xlim=(0.0, last or 1.0))
+        style.legend_outside(ax, columns=6)
+    return ax
