@@ -1,4 +1,4 @@
-"""Poincare sections: states after every impact on one stop, or once per forcing period."""
+"""Poincare sections: states after impacts or changes of state, or once per forcing period."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from vibroimpact._core.checks import check_choice, refusal
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, of_coordinate, units_of
 from vibroimpact.simulation.sections import SectionPoints, StroboscopicSection
+from vibroimpact.simulation.state_sections import StateSection
 
 
 def plot_section(
@@ -22,7 +23,7 @@ def plot_section(
     Parameters
     ----------
     section
-        A result of :func:`vibroimpact.impact_section` or
+        A result of :func:`vibroimpact.impact_section`, :func:`vibroimpact.state_section` or
         :func:`vibroimpact.stroboscopic_section`.
     x, y
         Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities, those after the
@@ -45,7 +46,7 @@ def plot_section(
         units = units_of(getattr(section, "system", None))
         across, up = (v * units.factor(of_coordinate(n)) for n, v in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
-        after = not isinstance(section, StroboscopicSection)
+        after = not isinstance(section, StroboscopicSection | StateSection)
         ax.set(xlabel=coordinate_label(x, units, after), ylabel=coordinate_label(y, units, after))
         if "label" in looks:
             style.legend_outside(ax, columns=2)

@@ -323,7 +323,8 @@ def stroboscopic_section(
     check_memory("points", points, size, "Take fewer, then continue from the last state.")
     if not mechanism.forces:
         raise InvalidParameterError(
-            "system: has no forcing, so that no phase repeats. Take impact_section."
+            "system: has no forcing, so that no phase repeats. Take vi.impact_section, or "
+            "vi.state_section where friction or a soft stop changes its state."
         )
     motion = Simulator(system, state)
     period = 2.0 * math.pi / mechanism.omega
@@ -400,7 +401,7 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not contacts:
         raise InvalidParameterError(
-            "system: has no rigid stop, so no section at impacts. Take vi.stroboscopic_section."
+            "system: has no stop, so no section at impacts. Take vi.stroboscopic_section."
         )
     if not whole or not 0 <= contact < len(contacts):
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
@@ -409,10 +410,11 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
     if not isinstance(contacts[contact], STOP_KINDS):
         stops = [str(i) for i, one in enumerate(contacts) if isinstance(one, STOP_KINDS)]
         kind = kind_of(contacts[contact]).replace("_", " ")
+        ways = [*stops, f"vi.state_section(..., element={contact}), where it changes its state"]
+        if mechanism_of(system).forces:
+            ways.append("vi.stroboscopic_section")
         raise InvalidParameterError(
-            f"contact = {contact}: is {kind}, which has no stop. Take "
-            + (f"{' or '.join(stops)}, or the " if stops else "the ")
-            + "stroboscopic section."
+            f"contact = {contact}: is {kind}, which has no stop. Take {', or '.join(ways)}."
         )
     if math.isinf(Stop.at(stop, contact).limit(contacts)):
         raise InvalidParameterError(
