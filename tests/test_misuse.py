@@ -305,7 +305,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "Section.plot": (section.plot, {"ax": None}),
         "classify": (
-            vi.classify, motion | where | {"settle": 10, "points": 64, "max_settle": 100},
+            vi.classify,
+            motion | where | {"settle": 10, "points": 64, "max_settle": 100, "at_phase": None},
         ),
         "classify_points": (
             vi.classify_points,
@@ -530,7 +531,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "plot_tongue": (plotting.plot_tongue, {"tongue": locked, "ax": None}),
         "plot_section": (
-            plotting.plot_section, {"section": section, "x": "x1", "y": "v1", "ax": None},
+            plotting.plot_section,
+            {"section": section, "x": "x1", "y": "v1", "drift": False, "ax": None},
         ),
         "save": (
             plotting.save, {"ax": plotting.plot_mechanism(damper), "path": folder / "p.png"},

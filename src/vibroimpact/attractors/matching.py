@@ -60,7 +60,9 @@ def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
     )
     parts = [one for one in mechanism_of(system).numbered if not isinstance(one, PhaseSwitch)]
     rows = max(sum(map(abs, one.row)) for one in parts)
-    return sections.scale_of(position, velocity, members["speed_largest"].values / rows, time)
+    return sections.scale_of(
+        position, velocity, members["speed_largest"].values / rows, time, system
+    )
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -185,6 +185,17 @@ class Simulator:
             last = Flights(flights.begin[-1:], flights.low[-1:], flights.y[-1:], flights.mode[-1:])
             done = known
         return rows[:done], end
+
+
+def joined(parts: list[Impacts]) -> Impacts:
+    """Impacts of consecutive parts of a motion, one at least, as one."""
+    arrays: dict[str, Any] = {
+        one.name: np.concatenate([getattr(part, one.name) for part in parts])
+        for one in fields(Impacts)
+        if isinstance(getattr(parts[0], one.name), np.ndarray)
+    }
+    sticks = sum(part.sticks for part in parts)
+    return replace(parts[-1], sticks=sticks, **arrays)
 
 
 def _why(result: Any) -> tuple[RunEnd, int]:

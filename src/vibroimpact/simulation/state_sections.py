@@ -132,14 +132,14 @@ def state_section(
     return take_changes(Simulator(system, state), points, element, takes, discard=settle)[0]
 
 
-def check_change(system: System, element: Any, takes: Any) -> IntEnum | None:
+def check_change(system: System, element: Any, takes: Any, name: str = "element") -> IntEnum | None:
     """Refuse an element that the system does not have, or a state that it does not take."""
     mechanism = mechanism_of(system)
     kinds = kinds_of_states(mechanism)
     whole = isinstance(element, int | np.integer) and not isinstance(element, bool)
     if not whole or not 0 <= element < len(kinds):
         known = " to ".join(dict.fromkeys(("0", str(len(kinds) - 1))))
-        raise refusal("element", element, known, "Numbers are those of results: rigid stops first.")
+        raise refusal(name, element, known, "Numbers are those of results: rigid stops first.")
     if takes is None:
         return None
     found = _states(mechanism, element)
@@ -176,7 +176,7 @@ def take_changes(
         before = motion.at.mode
         skipped = min(max(-found, 0), len(chosen))
         found += len(chosen)
-        if found > 0:
+        if found >= 0:
             parts.append(part)
             rows.append((part, chosen[skipped:], states[skipped:]))
         if spent > IMPACTS_PER_POINT * (points + discard) + CHUNK and found < points:
