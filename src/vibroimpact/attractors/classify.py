@@ -257,7 +257,8 @@ def classify(
     found = _decided(
         lambda: sampler_of(begin(), contact, stop, at_phase), settle, max_settle, points
     )
-    if found.section.end is RunEnd.EVENTS and isinstance(found.section, Section):
+    few = len(found.section) < FEWEST_POINTS
+    if few and found.section.end is RunEnd.EVENTS and isinstance(found.section, Section):
         found = _decided(lambda: without_stops(begin(), contact), settle, max_settle, points)
     return found
 
@@ -269,8 +270,7 @@ def _decided(
     for attempt in range(ATTEMPTS):
         more = MORE**attempt
         found = _with_history(list(_windows(sampler(), settle, more * max_settle, more * points)))
-        few = len(found.section) < FEWEST_POINTS or found.section.end is RunEnd.EVENTS
-        if found.kind is not Kind.UNDECIDED or few:
+        if found.kind is not Kind.UNDECIDED or len(found.section) < FEWEST_POINTS:
             break  # without section points, more settling cannot decide
     return found
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from vibroimpact.attractors.point_sets import FEWEST_POINTS
 from vibroimpact.model.elements import Friction
 from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.stop import StopName
@@ -74,8 +75,11 @@ class AtStop:
     def take(self, points: int) -> Window:
         """Record so many points, or as many as come."""
         part = self.motion.record(self._impacts_for(points))
-        section = section_of(self.motion, [part], self.contact, self.stop, points, part.end)
-        end = RunEnd.POINTS if part.end is RunEnd.IMPACTS else part.end
+        whole = part.at(self.contact, self.stop).size >= points
+        reason = RunEnd.IMPACTS if whole else part.end
+        section = section_of(self.motion, [part], self.contact, self.stop, points, reason)
+        enough = part.end is RunEnd.EVENTS and len(section) >= FEWEST_POINTS
+        end = RunEnd.POINTS if part.end is RunEnd.IMPACTS or enough else part.end
         here = f"{len(section)} of {len(part.high)} impacts are at stop {self.stop} of contact "
         found = f"{here}{self.contact}: take another stop or contact."
         return Window(part, section, end, len(part.high), found)
