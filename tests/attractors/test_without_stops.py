@@ -130,7 +130,19 @@ def test_a_capsule_whose_friction_changes_often_is_classified_at_its_stop():
     found = vi.classify(capsule(0.3), PAIR, **FEW)
     assert found.label.startswith("1-1-0 periodic")
     assert isinstance(found.section, vi.Section)
-    # Both bodies get on by the same, and the whole keeps its balance with friction.
+    # The multipliers of the map of a period, without the drift, by differences of simulations.
+    period, at = 2.0 * math.pi / 1.1, vi.stroboscopic_section(capsule(0.3), PAIR, points=1).last
+
+    def after_a_period(relative, *speeds):
+        start = vi.State((relative, 0.0), speeds, at.phase)
+        last = vi.simulate(capsule(0.3), start, t_max=period, impacts=1000).last
+        return np.array([last.position[0] - last.position[1], *last.velocity])
+
+    here, step = np.array([at.position[0] - at.position[1], *at.velocity]), 1e-6 * np.eye(3)
+    columns = [(after_a_period(*here + h) - after_a_period(*here - h)) / 2e-6 for h in step]
+    slow = sorted(np.linalg.eigvals(np.array(columns)), key=abs)[1:]
+    assert np.allclose(sorted(found.multipliers[1:3], key=abs), slow, rtol=0.0, atol=1e-7)
+    # Both bodies get on by the same.
     assert found.progress[0] == pytest.approx(found.progress[1], rel=1e-12)
     assert found.progress[0] > 0.3
 

@@ -59,7 +59,7 @@ from vibroimpact.simulation.sections import (
 )
 from vibroimpact.simulation.simulate import RunEnd, Status
 from vibroimpact.simulation.simulator import Simulator
-from vibroimpact.simulation.state_sections import check_change
+from vibroimpact.simulation.state_sections import AnySection, check_change
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
 # A stop and a state on it agree within so much of their size.
@@ -125,7 +125,7 @@ class Attractor:
     impacts: int
     chatters: int
     sticks: int
-    section: SectionPoints = field(repr=False)
+    section: AnySection = field(repr=False)
     progress: Floats = field(repr=False)
     transient: int = 0
     windows: tuple[tuple[int, str], ...] = ()

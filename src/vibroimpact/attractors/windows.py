@@ -17,14 +17,13 @@ from vibroimpact.model.stop import StopName
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, exponent_from
 from vibroimpact.simulation.sections import (
     IMPACTS_PER_POINT,
-    SectionPoints,
     section_of,
     strobe_of,
     strobe_times,
 )
 from vibroimpact.simulation.simulate import RunEnd
 from vibroimpact.simulation.simulator import Impacts, Simulator, joined
-from vibroimpact.simulation.state_sections import take_changes
+from vibroimpact.simulation.state_sections import AnySection, take_changes
 
 EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
 EVENTS_PER_IMPACT = 4  # events that count as an impact where there is none
@@ -39,7 +38,7 @@ class Window:
     """
 
     part: Impacts
-    section: SectionPoints
+    section: AnySection
     end: RunEnd
     length: int
     found: str = ""

@@ -21,7 +21,13 @@ from vibroimpact._core.types import Codes
 from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.sections import IMPACTS_PER_POINT, SectionPoints, check_points
+from vibroimpact.simulation.sections import (
+    IMPACTS_PER_POINT,
+    Section,
+    SectionPoints,
+    StroboscopicSection,
+    check_points,
+)
 from vibroimpact.simulation.simulate import RunEnd, rounded_times, states_of_modes
 from vibroimpact.simulation.simulator import CHUNK, Simulator
 
@@ -67,6 +73,9 @@ class StateSection(SectionPoints):
         takes = self.takes.name if self.takes is not None else "any"
         dataset = self._dataset("change", element=self.element, takes=takes)
         return dataset.assign(state=("change", self.state))
+
+
+AnySection = Section | StroboscopicSection | StateSection
 
 
 def state_section(
