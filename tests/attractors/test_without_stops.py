@@ -147,6 +147,24 @@ def test_a_capsule_whose_friction_changes_often_is_classified_at_its_stop():
     assert found.progress[0] > 0.3
 
 
+@pytest.mark.parametrize(
+    ("damping", "force", "label"),
+    [
+        (0.4, 0.0, "without impacts"),  # friction holds it where it stops
+        (0.4, 0.1, "1-0-0 periodic"),  # it holds it against the force, too
+        (-0.4, 0.0, "diverging"),
+        (-0.4, 1.0, "diverging"),
+    ],
+)
+def test_rest_and_growth_have_their_names(damping, force, label):
+    rubs = vi.Mechanism(
+        mass=[[1.0]], damping=[[damping]], stiffness=[[1.0]], elements=(vi.Friction((1.0,), 0.5),),
+        forces=(vi.Harmonic(1.0, (force,)),) if force else (),
+    )  # fmt: skip
+    far = 20.0 if label == "diverging" else 0.2
+    assert vi.classify(rubs, vi.State((far,), (0.0,)), **FEW).label == label
+
+
 def test_a_machine_in_its_place_has_no_progress():
     found = vi.classify(belt(0.05), REST, **FEW)
     assert not found.progress.any()

@@ -147,7 +147,7 @@ def test_what_the_machine_does_not_have_is_refused_with_what_it_has(keywords, wo
 
 def test_other_sections_of_a_machine_without_stops_and_forces_name_this_one():
     for section in (vi.impact_section, vi.stroboscopic_section):
-        with pytest.raises(vi.VibroImpactError, match="state_section"):
+        with pytest.raises(vi.VibroImpactError, match=r"Take vi\.state_section"):
             section(belt(), REST)
 
 

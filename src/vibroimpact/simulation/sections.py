@@ -339,9 +339,11 @@ def stroboscopic_section(
     size = 8 * (4 * mechanism.degrees + 8)
     check_memory("points", points, size, "Take fewer, then continue from the last state.")
     if not mechanism.forces:
+        stops = any(isinstance(one, STOP_KINDS) for one in mechanism.numbered)
         raise InvalidParameterError(
-            "system: has no forcing, so that no phase repeats. Take vi.impact_section, or "
-            "vi.state_section where friction or a soft stop changes its state."
+            "system: has no forcing, so that no phase repeats. Take "
+            + ("vi.impact_section, or " if stops else "")
+            + "vi.state_section, where an element changes its state."
         )
     motion = Simulator(system, state)
     times = strobe_times(mechanism, state.phase, phase, settle, points)
