@@ -43,7 +43,7 @@ RESULTS = {  # made by functions, not by hand
     "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
-    "StroboscopicSection", "SymmetricOrbit", "Tongue",
+    "StateSection", "StroboscopicSection", "SymmetricOrbit", "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
     "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",
 }  # fmt: skip
@@ -55,6 +55,7 @@ ENUMS_AND_ERRORS = {
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
     ("sine_sweep", "periods_per_step"), ("impact_section", "settle"), ("stroboscopic_section", "settle"),
+    ("state_section", "settle"),
     ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
     ("lyapunov_spectrum", "settle"), ("lyapunov_spectrum", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
@@ -300,9 +301,14 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "stroboscopic_section": (
             vi.stroboscopic_section, motion | {"points": 3, "settle": 3, "phase": 0.0}
         ),
+        "state_section": (
+            vi.state_section,
+            motion | {"element": 0, "takes": "upper", "points": 3, "settle": 3},
+        ),
         "Section.plot": (section.plot, {"ax": None}),
         "classify": (
-            vi.classify, motion | where | {"settle": 10, "points": 64, "max_settle": 100},
+            vi.classify,
+            motion | where | {"settle": 10, "points": 64, "max_settle": 100, "at_phase": None},
         ),
         "classify_points": (
             vi.classify_points,
@@ -528,7 +534,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "plot_tongue": (plotting.plot_tongue, {"tongue": locked, "ax": None}),
         "plot_section": (
-            plotting.plot_section, {"section": section, "x": "x1", "y": "v1", "ax": None},
+            plotting.plot_section,
+            {"section": section, "x": "x1", "y": "v1", "drift": False, "ax": None},
         ),
         "save": (
             plotting.save, {"ax": plotting.plot_mechanism(damper), "path": folder / "p.png"},
@@ -716,7 +723,7 @@ NAMES = [
     "ExplicitMap.forms", "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian",
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",
     "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "impact_section",
-    "stroboscopic_section", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
+    "stroboscopic_section", "state_section", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
     "lyapunov_spectrum", "map_derivative", "section_jacobian", "sweep_attractor",
     "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
@@ -912,7 +919,7 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         ),
         (
             lambda: vi.impact_section(still(RUBBING), vi.State((1.0,), (0.0,)), points=3),
-            "is friction, which has no stop.*stroboscopic section",
+            "is friction, which has no stop.*state_section",
         ),
     ],
 )

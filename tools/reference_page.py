@@ -33,6 +33,8 @@ GROUPS = {
             "Section",
             "stroboscopic_section",
             "StroboscopicSection",
+            "state_section",
+            "StateSection",
             "sweep_attractor",
         ),
     ],

@@ -124,6 +124,8 @@ from vibroimpact.simulation.simulate import Run as Run
 from vibroimpact.simulation.simulate import RunEnd as RunEnd
 from vibroimpact.simulation.simulate import Status as Status
 from vibroimpact.simulation.simulate import simulate as simulate
+from vibroimpact.simulation.state_sections import StateSection as StateSection
+from vibroimpact.simulation.state_sections import state_section as state_section
 from vibroimpact.sweeps import observers
 from vibroimpact.sweeps.analyses.basins import attractor_state as attractor_state
 from vibroimpact.sweeps.analyses.basins import basins as basins

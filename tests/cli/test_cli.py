@@ -209,6 +209,41 @@ def test_a_section_at_a_phase_is_that_of_the_library(capsys: pytest.CaptureFixtu
     assert "stop = B: is for impacts; not with --at-phase." in capsys.readouterr().err
 
 
+BELT = """
+[mechanism]
+mass = [[1.0]]
+damping = [[0.0]]
+stiffness = [[1.0]]
+
+[[mechanism.elements]]
+kind = "friction"
+row = [1.0]
+kinetic = 0.1
+static = 0.2
+belt_speed = 0.05
+
+[start]
+position = [0.0]
+velocity = [0.0]
+"""
+
+
+def test_a_section_at_a_change_of_state_is_that_of_the_library(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("belt.toml").write_text(BELT)
+    arguments = ["section", "--config", "belt.toml", "--points", "4", "--settle", "3"]
+    assert cli.main([*arguments, "--takes", "backward", "--out", "s.nc", "--out", "s.png"]) == 0
+    assert opened("s.nc").position.values.ravel() == pytest.approx(0.2)  # the static level
+    assert cli.main([*arguments, "--element", "0"]) == 0
+    assert "4 states where friction 0 changes" in capsys.readouterr().out
+    assert cli.main([*arguments, "--takes", "stick", "--stop", "A"]) == 2
+    assert cli.main([*arguments, "--takes", "stick", "--at-phase", "0"]) == 2
+    said = capsys.readouterr().err
+    assert "stop = A: is for impacts; not with --element or --takes." in said
+    assert "takes = stick: is for changes of state; not with --at-phase." in said
+
+
 def test_any_mechanism_is_read_from_a_file() -> None:
     Path("ball.toml").write_text(MECHANISM)
     assert cli.main(["simulate", "--config", "ball.toml", "--t-max", "2", "--out", "b.nc"]) == 0

@@ -112,6 +112,29 @@ def test_a_soft_stop_and_a_dashpot_take_the_energy_that_the_force_gives(
     assert "states: UPPER, BEHIND_UPPER, OPEN" in said
 
 
+def test_a_block_on_a_belt_keeps_the_period_of_its_closed_form(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    loaded("stick_slip").main()
+    said = capsys.readouterr().out
+    periods = re.findall(r"period (\S+), closed form (\S+), saw-tooth (\S+)", said)
+    assert len(periods) == 3
+    assert all(computed == closed for computed, closed, _ in periods)
+    slowest, saw = float(periods[-1][0]), float(periods[-1][2])
+    assert slowest == pytest.approx(saw, rel=0.02)
+    assert said.count("leaves at x = 0.200000000, is caught at 0.000000000") == 3
+    assert "attractor: 0-0 periodic, 2 changes" in said
+
+
+def test_the_soil_takes_its_level_times_the_drift(capsys: pytest.CaptureFixture[str]) -> None:
+    loaded("driven_pile").main()
+    said = capsys.readouterr().out
+    work, product = re.findall(r"period (\S+), level times drift (\S+)", said)[0]
+    assert float(work) == pytest.approx(float(product), rel=1e-8)
+    assert float(product) > 0.5
+    assert "the same to 1e-9: True" in said
+
+
 def test_a_force_in_pieces_moves_the_mass_as_an_integrator_does() -> None:
     """SciPy's, told of the same steps and impacts, over three periods from rest."""
     example = loaded("square_wave_force")

@@ -37,13 +37,11 @@ def test_a_section_at_a_soft_stop_has_the_engagements_of_the_run() -> None:
     assert np.all(section.velocity[:, 0] > 0.0)
 
 
-def test_friction_is_no_section_and_the_message_says_what_is() -> None:
-    with pytest.raises(
-        vi.InvalidParameterError, match=r"friction, which has no stop\. Take the str"
-    ):
+def test_friction_is_no_impact_section_and_the_message_says_what_is() -> None:
+    with pytest.raises(vi.InvalidParameterError, match=r"no stop\. Take vi\.state_section.*strob"):
         vi.impact_section(oscillator(BELT), START)
     with pytest.raises(vi.InvalidParameterError, match=r"friction, which has no stop\. Take 1, or"):
-        vi.classify(oscillator(BELT, BILINEAR), START, contact=0)
+        vi.impact_section(oscillator(BELT, BILINEAR), START, contact=0)
     switch = vi.PhaseSwitch(2.0, (0.0, 3.0), ((1.0,), (-1.0,)))
     with pytest.raises(vi.InvalidParameterError, match="phase switch, which has no stop"):
         vi.impact_section(oscillator(switch), START)

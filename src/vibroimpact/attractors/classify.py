@@ -1,7 +1,7 @@
 """Classification of the attractor of a motion, by stated tests.
 
-Method      windows of section points after 1, 8, 64 ... times the shortest settling are classified
-            (point_sets.py); the first periodic window decides, otherwise the last; where that is
+Method      windows of section points (windows.py) after 1, 8, 64 ... times the shortest settling are
+            classified (point_sets.py); the first periodic window decides, otherwise the last; where that is
             undecided, all are repeated with more points and settling; where chaos ends while
             its exponent is measured, one more window is classified from there on
             transient: the settling before the first window from which all windows agree
@@ -11,13 +11,15 @@ Fails       undecided, with the reason
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count
+from vibroimpact._core.checks import check_count, real
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.orbit_type import (
     OrbitType,
@@ -26,25 +28,40 @@ from vibroimpact.attractors.orbit_type import (
     orbit_symbol,
     orbit_type,
 )
-from vibroimpact.attractors.point_sets import FEWEST_POINTS, InvariantSet, Kind, classify_points
+from vibroimpact.attractors.point_sets import (
+    FEWEST_POINTS,
+    RETURN_TOLERANCE,
+    InvariantSet,
+    Kind,
+    classify_points,
+)
 from vibroimpact.attractors.rotation import Rotation, weighted_average
+from vibroimpact.attractors.windows import (
+    EXPONENT_IMPACTS,
+    AtStop,
+    Sampler,
+    Window,
+    sampler_of,
+    without_stops,
+)
+from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.lyapunov import LyapunovEstimate, exponent_from
+from vibroimpact.model.translations import Translations
+from vibroimpact.simulation.lyapunov import LyapunovEstimate, no_exponent
 from vibroimpact.simulation.sections import (
-    IMPACTS_PER_POINT,
     Section,
+    SectionPoints,
     check_points,
     check_stop,
     scale_of,
-    section_of,
 )
 from vibroimpact.simulation.simulate import RunEnd, Status
 from vibroimpact.simulation.simulator import Simulator
+from vibroimpact.simulation.state_sections import AnySection, check_change
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
-EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
 # A stop and a state on it agree within so much of their size.
 ON_STOP = 64.0 * np.finfo(float).eps
 # Where nothing decides, all is repeated with four times the points (near a locked motion a curve
@@ -66,28 +83,36 @@ class Attractor:
         counts as one impact.
     symbol
         n-p-q with a pair p-q for every contact that impacts, as of
-        :attr:`~vibroimpact.Orbit.symbol`; without forcing there is no n: p-q. Empty for other
-        kinds.
+        :attr:`~vibroimpact.Orbit.symbol`; without forcing there is no n: p-q. 3-0-0 is a motion
+        without impacts that repeats after three forcing periods. Empty for other kinds.
     multipliers
-        Floquet multipliers of a periodic motion, largest first; None for other kinds and for
-        orbits that chatter or stick.
+        Floquet multipliers of a periodic motion, largest first; None for other kinds, for orbits
+        that chatter or stick, and where the points are at no stop: take
+        :func:`~vibroimpact.find_orbit`.
     symmetric
         Whether the attractor is its own mirror image; None where not decided (chaos).
     exponent
         Largest Lyapunov exponent after the section points; that of the last part where the motion
         changes meanwhile.
+    progress
+        Drift of the coordinates per forcing period, without forcing per unit of time, shape (n,):
+        of a machine that nothing holds in its place, as a pile or a capsule. Its points are
+        compared relative to one of its bodies, and a motion that repeats but for the drift is
+        periodic. Zero for other machines.
     periods_per_point
         Forcing periods per section point, on average; 0 without forcing.
     impacts, chatters, sticks
         Recorded on the attractor: impacts at all stops, completed chatter, rests on a stop.
     transient
-        Impacts before the first window from which all windows agree; 0 if all do.
+        Impacts (forcing periods, changes) before the first window from which all windows agree; 0 if
+        all do.
     windows
         (impacts settled, label) of every window.
     rest
         "at rest on stop A" (or B, or several) of a motion that ends at rest there; else empty.
     section
-        The points of the last window.
+        The points of the last window: a :class:`Section`, :class:`StroboscopicSection` or
+        :class:`StateSection`.
     """
 
     shape: InvariantSet
@@ -100,7 +125,8 @@ class Attractor:
     impacts: int
     chatters: int
     sticks: int
-    section: Section = field(repr=False)
+    section: AnySection = field(repr=False)
+    progress: Floats = field(repr=False)
     transient: int = 0
     windows: tuple[tuple[int, str], ...] = ()
     rest: str = ""
@@ -149,6 +175,7 @@ class Attractor:
             words.append("symmetric" if self.symmetric else "not symmetric")
         words += ["with chatter"] if self.chatters else []
         words += ["with sticking"] if self.sticks and not self.rest else []
+        words += ["advancing"] if self.progress.any() else []
         chaos = self.transient_name.startswith(Kind.CHAOTIC) and self.kind is not Kind.CHAOTIC
         words += ["after transient chaos"] if chaos else []
         return ", ".join(words)
@@ -169,6 +196,7 @@ def classify(
     max_settle: int = 64_000,
     stop: StopName = "A",
     contact: int = 0,
+    at_phase: float | None = None,
 ) -> Attractor:
     """Classify the attractor on which a motion settles.
 
@@ -179,15 +207,20 @@ def classify(
     state
         Initial state.
     settle
-        Impacts (at all stops) discarded before the first window, >= 1; every next window waits 8
-        times longer.
+        Impacts (at all stops) discarded before the first window, >= 1, or forcing periods, or
+        changes, whatever the section has; every next window waits 8 times longer.
     points
         Section points per window, >= 64; chaos with k bands or k closed curves needs 64 k.
     max_settle
         Longest settling; chaos that lasts as long is called chaotic. Where nothing decides, all is
         repeated with 4, then 16 times ``points`` and ``max_settle``.
     stop, contact
-        The section, as in :func:`~vibroimpact.impact_section`.
+        The section, as in :func:`~vibroimpact.impact_section`. Where ``contact`` is friction or a
+        phase switch, or so seldom met that other events fill the record, points are taken once per
+        forcing period, and without forcing at its changes, as in
+        :func:`~vibroimpact.state_section`.
+    at_phase
+        Take the points once per forcing period, at this phase of the force in radians.
 
     Returns
     -------
@@ -197,7 +230,7 @@ def classify(
     Raises
     ------
     InvalidParameterError
-        A bad start, counts out of range, no such stop.
+        A bad start, counts out of range, no such stop, ``at_phase`` without forcing or with a stop.
 
     Notes
     -----
@@ -218,32 +251,66 @@ def classify(
     check_count("settle", settle, 1)
     check_count("points", points, FEWEST_POINTS)
     check_count("max_settle", max_settle, settle)
-    check_stop(system, contact, stop)
+    _check_section(system, contact, stop, at_phase)
     check_points("points", points, system)
+    begin = partial(Simulator, system, state)
+    found = _decided(
+        lambda: sampler_of(begin(), contact, stop, at_phase), settle, max_settle, points
+    )
+    few = len(found.section) < FEWEST_POINTS
+    if few and found.section.end is RunEnd.EVENTS and isinstance(found.section, Section):
+        found = _decided(lambda: without_stops(begin(), contact), settle, max_settle, points)
+    return found
+
+
+def _decided(
+    sampler: Callable[[], Sampler], settle: int, max_settle: int, points: int
+) -> Attractor:
+    """Classify a motion, with more points and settling where nothing decides."""
     for attempt in range(ATTEMPTS):
         more = MORE**attempt
-        windows = _windows(
-            Simulator(system, state), settle, more * max_settle, more * points, contact, stop
-        )
-        found = _with_history(list(windows))
-        if found.kind is not Kind.UNDECIDED or len(found.section.time) < FEWEST_POINTS:
+        found = _with_history(list(_windows(sampler(), settle, more * max_settle, more * points)))
+        if found.kind is not Kind.UNDECIDED or len(found.section) < FEWEST_POINTS:
             break  # without section points, more settling cannot decide
     return found
 
 
+def _check_section(system: System, contact: int, stop: StopName, at_phase: float | None) -> None:
+    """Refuse a section that the system does not have."""
+    mechanism = mechanism_of(system)
+    check_change(system, contact, None, "contact")
+    if at_phase is None:
+        if isinstance(mechanism.numbered[contact], STOP_KINDS):
+            check_stop(system, contact, stop)
+        return
+    real("at_phase", at_phase)
+    if not mechanism.forces:
+        raise InvalidParameterError(
+            f"at_phase = {at_phase}: the system has no forcing, so that no phase repeats. Leave it "
+            "out."
+        )
+    if (contact, stop) != (0, "A"):
+        raise InvalidParameterError(
+            f"contact = {contact}, stop = {stop!r}: are for impacts; not with at_phase."
+        )
+
+
 def _windows(
-    motion: Simulator, settle: int, max_settle: int, points: int, contact: int, stop: StopName
+    sampler: Sampler, settle: int, max_settle: int, points: int
 ) -> Iterator[tuple[int, Attractor]]:
-    """Impacts discarded and the window after them, until a window decides."""
+    """Impacts, periods or changes discarded and the window after them, until a window decides."""
     spent = changes = 0
     while settle <= max_settle:
-        motion.settle(max(settle - spent, 0))
+        sampler.settle(max(settle - spent, 0))
         spent = max(settle, spent)
-        window = _classify_window(motion, points, contact, stop)
+        taken = sampler.take(points)
+        window = _classified(sampler, taken)
         yield spent, window
         if window.kind in (Kind.PERIODIC, Kind.SILENT, Kind.DIVERGED):
             return
-        spent, settle = spent + window.impacts, settle * SETTLING_FACTOR
+        if isinstance(sampler, AtStop) and taken.end is RunEnd.EVENTS:
+            return  # other events fill the record: another section is needed
+        spent, settle = spent + taken.length, settle * SETTLING_FACTOR
         if window.exponent.earlier and changes < MOST_CHANGES:
             changes += 1
             settle = min(settle, spent + EXPONENT_IMPACTS)
@@ -267,37 +334,37 @@ def _with_history(windows: list[tuple[int, Attractor]]) -> Attractor:
     )
 
 
-def _classify_window(motion: Simulator, points: int, contact: int, stop: StopName) -> Attractor:
-    """Record the next window of a motion and classify it."""
-    part = motion.record(_impacts_for(motion, points, contact, stop))
-    section = section_of(motion, [part], contact, stop, points, part.end)
-    scale = scale_of(part.position, part.velocity, part.velocity_before, section.time)
-    exponent = exponent_from(motion, EXPONENT_IMPACTS)
+def _classified(sampler: Sampler, window: Window) -> Attractor:
+    """Classify a window of a motion, which is at its end."""
+    motion, part, section = sampler.motion, window.part, window.section
+    points = part if isinstance(section, Section) else section  # all impacts, at other stops, too
+    before, time = part.velocity_before, section.time
+    scale = scale_of(points.position, points.velocity, before, time, motion.system)
+    full = isinstance(sampler, AtStop) and window.end is RunEnd.EVENTS  # impacts are too seldom
+    exponent = no_exponent(window.end) if full else sampler.exponent()
     rest = ""
-    if part.end is RunEnd.IMPACTS and len(section) < FEWEST_POINTS:
-        seldom = (
-            f"{len(section)} of {len(part.high)} impacts are at stop {stop} of contact {contact}"
-        )
-        shape = InvariantSet(Kind.UNDECIDED, reason=f"{seldom}: take another stop or contact.")
-    elif part.end is RunEnd.IMPACTS:
+    if window.end is RunEnd.POINTS and len(section) < FEWEST_POINTS:
+        shape = InvariantSet(Kind.UNDECIDED, reason=window.found)
+    elif window.end is RunEnd.POINTS:
         iterates = scale.points(section.position, section.velocity, section.phase)
         first = (*exponent.earlier, exponent)[0]  # the points come before the exponent
         shape = classify_points(iterates, first)
     else:
-        if part.end is RunEnd.SILENT:
+        if window.end is RunEnd.SILENT:
             rest = rest_on_stops(motion.system, motion.position[None])[0]
         kinds = {RunEnd.SILENT: Kind.SILENT, RunEnd.DIVERGED: Kind.DIVERGED}
-        shape = InvariantSet(kinds.get(part.end, Kind.UNDECIDED), reason=part.end.sentence)
+        shape = InvariantSet(kinds.get(window.end, Kind.UNDECIDED), reason=window.end.sentence)
     omega = mechanism_of(section.system).omega
     elapsed = np.diff(section.time) * (omega / (2.0 * np.pi))
-    kind = orbit_type(shape, part, section)
+    kind = orbit_type(shape, window)
     return Attractor(
         shape=shape,
         type=kind,
-        symbol=orbit_symbol(kind, shape, part, section),
-        multipliers=multipliers(motion, shape, part, section),
-        symmetric=is_symmetric(shape, part, section, scale),
+        symbol=orbit_symbol(kind, shape, window),
+        multipliers=multipliers(motion, shape, window),
+        symmetric=is_symmetric(shape, window, scale),
         exponent=exponent,
+        progress=_progress(section, shape, scale.translations),
         periods_per_point=float(weighted_average(elapsed)) if len(elapsed) else 0.0,
         impacts=len(part.high),
         chatters=int((part.status == Status.CHATTER).sum()),
@@ -305,6 +372,26 @@ def _classify_window(motion: Simulator, points: int, contact: int, stop: StopNam
         rest=rest,
         section=section,
     )
+
+
+def _progress(section: SectionPoints, shape: InvariantSet, translations: Translations) -> Floats:
+    """Drift per forcing period, or per time without forcing: over a loop, or all points."""
+    n = section.position.shape[1]
+    first = -1 - shape.period if shape.period else 0
+    if not translations.references or len(section) < 2 or shape.kind is Kind.UNDECIDED:
+        return np.zeros(n)
+    step = section.position[-1] - section.position[first]
+    step -= translations.removed(step)  # what is left of a loop of the other coordinates
+    omega = mechanism_of(section.system).omega
+    time = section.time[-1] - section.time[first]
+    drift: Floats = step / (time * omega / (2.0 * np.pi) if omega else time)
+    drift[np.abs(drift) <= RETURN_TOLERANCE * _size(section, translations)] = 0.0
+    return drift
+
+
+def _size(section: SectionPoints, translations: Translations) -> float:
+    """Size of the motion without its drift, at its section points."""
+    return float(np.abs(translations.removed(section.position)).max())
 
 
 def rest_on_stops(system: System, position: Floats) -> list[str]:
@@ -330,16 +417,3 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
             if np.isfinite(limit):
                 on = np.abs(u - limit) <= ON_STOP * (size + abs(limit))
                 yield (name if len(contacts) == 1 else f"{name}{number}"), on
-
-
-def _impacts_for(motion: Simulator, points: int, contact: int, stop: StopName) -> int:
-    """Number of impacts at all stops that hold so many section points, from a trial run."""
-    at, last = motion.at, motion.last
-    count = 2 * points
-    while True:
-        part = motion.record(count)
-        motion.at, motion.last = at, last
-        enough = part.at(contact, stop).size >= points
-        if enough or part.end is not RunEnd.IMPACTS or count >= IMPACTS_PER_POINT * points:
-            return count
-        count *= 2

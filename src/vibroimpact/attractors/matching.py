@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.types import Flags, Floats
+from vibroimpact.attractors.point_sets import NEARLY
 from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation import sections
@@ -49,18 +50,42 @@ TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multipl
 QUANTILE = 0.99  # of (2)
 
 
+def observed_section(members: xr.Dataset) -> str:
+    """Name of the section that an ensemble has: at impacts, or where there are none at a phase."""
+    return "section" if "section_position" in members else "stroboscopic"
+
+
+def strobe_symbols(points: Floats) -> NDArray[np.int64]:
+    """Periods of members from their points at a phase, in the place of symbols: shape (..., 2).
+
+    (p, p) where the points repeat after p of them, at most half of those that are there, to 1e-6;
+    else zeros. The second column counts points as :func:`count_attractors` counts impacts.
+
+    ``points``: shape (..., k, dimension), missing points NaN.
+    """
+    k = points.shape[-2]
+    found = np.zeros(points.shape[:-2], dtype=np.int64)
+    for period in range(k // 2, 0, -1):
+        apart = np.linalg.norm(points[..., period:, :] - points[..., :-period, :], axis=-1)
+        found = np.where((apart[..., -period:] <= NEARLY).all(axis=-1), period, found)
+    return np.stack([found, found], axis=-1)
+
+
 def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
     """Units of an ensemble with sections and impact speeds.
 
     From an impact speed |row . v|, a velocity before the impact was at least |row . v| / |row|,
     with |row| the sum of the absolute values.
     """
+    section = observed_section(members)
     position, velocity, time = (
-        members[f"section_{kind}"].values for kind in ("position", "velocity", "time")
+        members[f"{section}_{kind}"].values for kind in ("position", "velocity", "time")
     )
     parts = [one for one in mechanism_of(system).numbered if not isinstance(one, PhaseSwitch)]
-    rows = max(sum(map(abs, one.row)) for one in parts)
-    return sections.scale_of(position, velocity, members["speed_largest"].values / rows, time)
+    rows = max((sum(map(abs, one.row)) for one in parts), default=1.0)
+    return sections.scale_of(
+        position, velocity, members["speed_largest"].values / rows, time, system
+    )
 
 
 @dataclass(frozen=True)

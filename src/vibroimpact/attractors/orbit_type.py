@@ -17,6 +17,7 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
+from vibroimpact.attractors.windows import Window
 from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.sections import Scale, Section
@@ -54,41 +55,45 @@ def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
         no n then: "1-0".
     counts
         Impacts at stops A and B of every contact, shape (contact, 2). Contacts are named unless
-        they are the first ones: "1-2-1 (contact 1)".
+        they are the first ones: "1-2-1 (contact 1)". Without impacts "3-0-0".
     """
-    struck = [contact for contact, pair in enumerate(counts) if any(pair)]
+    struck = [contact for contact, pair in enumerate(counts) if any(pair)] or [0]
     pairs = ",".join("{}-{}".format(*counts[contact]) for contact in struck)
     word = f"{n}-{pairs}" if n else pairs
     first = struck == list(range(len(struck)))
     return word if first else f"{word} (contact {', '.join(map(str, struck))})"
 
 
-def loop_of(shape: InvariantSet, part: Impacts, section: Section) -> tuple[int, int]:
-    """First and last index of the impacts of the last closed loop."""
-    here = part.at(section.contact, section.stop)
-    return int(here[-1 - shape.period]), int(here[-1])
+def loop_of(shape: InvariantSet, window: Window) -> tuple[int, int]:
+    """Indices of impacts: the last closed loop has those after the first, up to the last."""
+    part, section = window.part, window.section
+    if isinstance(section, Section):
+        here = part.at(section.contact, section.stop)
+        return int(here[-1 - shape.period]), int(here[-1])
+    ends = section.time[[-1 - shape.period, -1]]
+    first, last = np.searchsorted(part.time, ends, side="right") - 1
+    return int(first), int(last)
 
 
-def orbit_type(shape: InvariantSet, part: Impacts, section: Section) -> OrbitType | None:
+def orbit_type(shape: InvariantSet, window: Window) -> OrbitType | None:
     """n-p-q of a periodic motion, None for others; n = 0 if the time is no whole number."""
     if shape.kind is not Kind.PERIODIC:
         return None
-    first, last = loop_of(shape, part, section)
-    elapsed = (part.high[last] - part.high[first]) + (part.low[last] - part.low[first])
+    section = window.section
+    elapsed = section.time[-1] - section.time[-1 - shape.period]
     periods = float(elapsed) * mechanism_of(section.system).omega / (2.0 * np.pi)
     whole = round(periods) if abs(periods - round(periods)) <= WHOLE_PERIODS * periods else 0
-    return OrbitType(whole, *_counts(part, first, last, section.contact))
+    contact = section.contact if isinstance(section, Section) else 0
+    return OrbitType(whole, *_counts(window.part, *loop_of(shape, window), contact))
 
 
-def orbit_symbol(
-    kind: OrbitType | None, shape: InvariantSet, part: Impacts, section: Section
-) -> str:
+def orbit_symbol(kind: OrbitType | None, shape: InvariantSet, window: Window) -> str:
     """n-p-q of all contacts of a periodic motion of this type, empty for others."""
     if kind is None:
         return ""
-    first, last = loop_of(shape, part, section)
-    contacts = range(len(mechanism_of(section.system).numbered))
-    return symbol_word(kind.n_periods, [_counts(part, first, last, c) for c in contacts])
+    first, last = loop_of(shape, window)
+    contacts = range(len(mechanism_of(window.section.system).numbered))
+    return symbol_word(kind.n_periods, [_counts(window.part, first, last, c) for c in contacts])
 
 
 def _counts(part: Impacts, first: int, last: int, contact: int) -> tuple[int, int]:
@@ -97,20 +102,27 @@ def _counts(part: Impacts, first: int, last: int, contact: int) -> tuple[int, in
     return int((side == 1).sum()), int((side == -1).sum())
 
 
-def multipliers(
-    motion: Simulator, shape: InvariantSet, part: Impacts, section: Section
-) -> Complexes | None:
-    """Floquet multipliers (1) of a periodic motion, largest first.
+def multipliers(motion: Simulator, shape: InvariantSet, window: Window) -> Complexes | None:
+    """Floquet multipliers of a periodic motion, largest first.
 
-    None for other kinds, for orbits with chatter or sticking (where the loop does not start from
-    an ordinary impact), and with several forcing lines.
+    By (1). None for other kinds, for orbits with chatter or sticking (where the loop does not start
+    from an ordinary impact), with several forcing lines, and for points that are at no stop.
     """
+    lines = len(motion.compiled.mechanism.forces)
+    if shape.kind is not Kind.PERIODIC or window.part.sticks or lines > 1:
+        return None
+    section = window.section
+    return _of_impacts(motion, shape, window, section) if isinstance(section, Section) else None
+
+
+def _of_impacts(
+    motion: Simulator, shape: InvariantSet, window: Window, section: Section
+) -> Complexes | None:
+    """Multipliers by (1)."""
     from scipy.linalg import null_space
 
-    mechanism = motion.compiled.mechanism
-    if shape.kind is not Kind.PERIODIC or part.sticks or len(mechanism.forces) > 1:
-        return None
-    first, last = loop_of(shape, part, section)
+    mechanism, part = motion.compiled.mechanism, window.part
+    first, last = loop_of(shape, window)
     if not np.all(np.isin(part.status[first : last + 1], (Status.IMPACT, Status.ENGAGE))):
         return None
     stop = mechanism.numbered[section.contact]
@@ -136,11 +148,16 @@ def multipliers(
     return values[np.argsort(-np.abs(values))]
 
 
-def is_symmetric(shape: InvariantSet, part: Impacts, section: Section, scale: Scale) -> bool | None:
-    """Whether an attractor is its own mirror image (2); None for chaos and the undecided."""
+def is_symmetric(shape: InvariantSet, window: Window, scale: Scale) -> bool | None:
+    """Whether an attractor is its own mirror image (2).
+
+    None for chaos, the undecided, and where points are at no stop.
+    """
     from scipy.spatial import cKDTree
 
-    if shape.kind not in (Kind.PERIODIC, Kind.QUASIPERIODIC):
+    part, section = window.part, window.section
+    decided = shape.kind in (Kind.PERIODIC, Kind.QUASIPERIODIC)
+    if not decided or not isinstance(section, Section):
         return None
     tail = 2 * shape.period if shape.kind is Kind.PERIODIC else len(part.high)
     a, b = (part.at(section.contact, stop)[-tail:] for stop in ("A", "B"))

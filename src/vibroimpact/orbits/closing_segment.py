@@ -23,7 +23,7 @@ from vibroimpact.model.elements import Friction, FrictionState
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.drift import drift_words, shifts_of, without_shift
+from vibroimpact.model.translations import translations_of
 from vibroimpact.orbits.problem import Flight
 from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status
 
@@ -242,18 +242,36 @@ Found = tuple[int, int, bool]
 
 def _drift(run: Run, events: Events, cycles: int | None) -> str:
     """Sentence about a settled motion that closes but for a shift of the machine; "" for others."""
-    shifts = shifts_of(mechanism_of(run.system))
-    if not shifts.size:
+    m = mechanism_of(run.system)
+    translations = translations_of(m)
+    if not translations.references:
         return ""
     states = events.states[events.counted]
-    found = _nearest_loop(run, without_shift(states, shifts), events, cycles, 0.0)
+    relative = np.hstack([translations.removed(states[:, : m.degrees]), states[:, m.degrees :]])
+    found = _nearest_loop(run, relative, events, cycles, 0.0)
     if found is None:
         return ""
     first, last, _ = found
-    place, times = states[first : last + 1, : len(shifts)], events.times[events.counted]
+    place, times = states[first : last + 1, : m.degrees], events.times[events.counted]
     whole = cycles_of(run.system, times[last] - times[first])
     least = CLOSED * float(np.ptp(place, axis=0).max())
-    return drift_words(place[-1] - place[0], least, whole)
+    return _drift_words(place[-1] - place[0], least, whole)
+
+
+def _drift_words(advance: Floats, least: float, cycles: int) -> str:
+    """Sentence about a motion that advances in every period; "" where it does by no more than ``least``.
+
+    The period has so many forcing cycles, 0 without forcing.
+    """
+    moving = np.flatnonzero(np.abs(advance) > least)
+    if not moving.size:
+        return ""
+    which = ", ".join(f"coordinate {i} by {advance[i]:.6g}" for i in moving)
+    period = "period" if cycles < 2 else f"period of {cycles} forcing cycles"
+    return (
+        f"the motion drifts: in every {period} it advances, {which}, so that it does not close and is "
+        "no orbit. classify takes it without the drift"
+    )
 
 
 def _settled_loop(run: Run, events: Events, cycles: int | None) -> Found | None:

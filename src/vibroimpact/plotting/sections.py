@@ -1,4 +1,4 @@
-"""Poincare sections: states after every impact on one stop, or once per forcing period."""
+"""Poincare sections: states after impacts or changes of state, or once per forcing period."""
 
 from __future__ import annotations
 
@@ -6,27 +6,32 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_choice, refusal
+from vibroimpact._core.checks import check_choice, check_kind, refusal
+from vibroimpact._core.types import Floats
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, of_coordinate, units_of
 from vibroimpact.simulation.sections import SectionPoints, StroboscopicSection
+from vibroimpact.simulation.state_sections import StateSection
 
 
 def plot_section(
-    section: SectionPoints, *, x: str = "x1", y: str = "v1", ax: Axes | None = None, **looks: Any
-) -> Axes:
+    section: SectionPoints, *, x: str = "x1", y: str = "v1", drift: bool = True,
+    ax: Axes | None = None, **looks: Any,
+) -> Axes:  # fmt: skip
     """Draw a section in the paper's projection, or in another.
 
     Parameters
     ----------
     section
-        A result of :func:`vibroimpact.impact_section` or
+        A result of :func:`vibroimpact.impact_section`, :func:`vibroimpact.state_section` or
         :func:`vibroimpact.stroboscopic_section`.
     x, y
         Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities, those after the
         impact on an impact section, "phase" the phase of the force.
+    drift
+        False: places relative to the last body that nothing holds, ``section.relative``, so that a
+        machine that advances is drawn in one place.
     ax
         Axes to draw on; a new figure if not given.
     **looks
@@ -40,12 +45,14 @@ def plot_section(
     arrays = [getattr(section, name, None) for name in ("position", "velocity", "phase")]
     if not all(isinstance(array, np.ndarray) for array in arrays):
         raise refusal("section", section, "a Section, as vi.impact_section gives")
-    across, up = component(section, "x", x), component(section, "y", y)
+    check_kind("drift", drift, bool, "True or False")
+    place = section.position if drift else section.relative
+    across, up = (component(section, name, c, place) for name, c in (("x", x), ("y", y)))
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
         units = units_of(getattr(section, "system", None))
         across, up = (v * units.factor(of_coordinate(n)) for n, v in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
-        after = not isinstance(section, StroboscopicSection)
+        after = not isinstance(section, StroboscopicSection | StateSection)
         ax.set(xlabel=coordinate_label(x, units, after), ylabel=coordinate_label(y, units, after))
         if "label" in looks:
             style.legend_outside(ax, columns=2)
@@ -57,13 +64,16 @@ def coordinate_label(name: str, units: Units, after_impact: bool = True) -> str:
     return units.label(symbol(name, after_impact), of_coordinate(name))
 
 
-def component(section: SectionPoints, argument: str, name: str) -> NDArray[np.float64]:
-    """Coordinate of a section by its name, the value of an argument."""
+def component(
+    section: SectionPoints, argument: str, name: str, place: Floats | None = None
+) -> Floats:
+    """Coordinate of a section by its name, the value of an argument; other places if given."""
     names = coordinate_names(section.position.shape[1])
     check_choice(argument, name, names)
     if name == "phase":
         return section.phase
-    return (section.position if name[0] == "x" else section.velocity)[:, int(name[1:]) - 1]
+    positions = section.position if place is None else place
+    return (positions if name[0] == "x" else section.velocity)[:, int(name[1:]) - 1]
 
 
 def coordinate_names(degrees: int) -> list[str]:

@@ -140,7 +140,7 @@ def lyapunov_exponent(
     motion = Simulator(system, state)
     end = motion.settle(settle)
     if end not in GOES_ON:
-        return _nothing(end)
+        return no_exponent(end)
     return exponent_from(motion, impacts)
 
 
@@ -157,7 +157,7 @@ def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
         return LyapunovEstimate(-math.inf, 0.0, -math.inf, np.empty(0), np.empty(0), end)
     skip = len(result["time"]) // ALIGNING
     if end not in GOES_ON or len(result["time"]) - skip <= FEWEST_BLOCKS:
-        return _nothing(end)
+        return no_exponent(end)
     growth, duration = np.diff(result["growth"][skip:]), np.diff(result["time"][skip:])
     *earlier, last = (
         _estimate(growth[part], duration[part], block, end) for part in parts_of(growth, duration)
@@ -170,7 +170,8 @@ def _estimate(growth: Floats, duration: Floats, block: int, end: RunEnd) -> Lyap
     return LyapunovEstimate(value, error, float(growth.mean()) / block, growth, duration, end)
 
 
-def _nothing(end: RunEnd) -> LyapunovEstimate:
+def no_exponent(end: RunEnd) -> LyapunovEstimate:
+    """No estimate, with the reason."""
     return LyapunovEstimate(math.nan, math.nan, math.nan, np.empty(0), np.empty(0), end)
 
 

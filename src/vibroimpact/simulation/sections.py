@@ -18,10 +18,11 @@ from vibroimpact._core.checks import check_count, check_memory, check_stop_name,
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.model.mechanism import STOP_KINDS, kind_of
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, kind_of
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.model.translations import Translations, translations_of
 from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
 from vibroimpact.simulation.simulator import Impacts, Simulator
 
@@ -70,6 +71,15 @@ class SectionPoints:
     def v2(self) -> Floats:
         """Velocity of the second coordinate after the impact."""
         return self.velocity[:, 1]
+
+    @property
+    def relative(self) -> Floats:
+        """Positions less the drift, shape (n_point, n): relative to a body that nothing holds.
+
+        What a displacement of the whole machine would not change, as of a pile or a capsule: the
+        last such body has 0. The positions themselves where every body is held or meets a stop.
+        """
+        return translations_of(mechanism_of(self.system)).removed(self.position)
 
     def coordinates(self) -> Floats:
         """Positions, velocities and the point (cos phase, sin phase), shape (n_point, 2 n + 2)."""
@@ -168,35 +178,42 @@ class StroboscopicSection(SectionPoints):
 
 @dataclass(frozen=True)
 class Scale:
-    """Largest position and velocity of a motion at its impacts: the units of section points."""
+    """Largest position and velocity of a motion at its impacts: the units of section points.
+
+    Positions are taken less the drift, where nothing holds the machine (model/translations.py).
+    """
 
     position: float
     velocity: float
+    translations: Translations
 
     def points(self, position: Floats, velocity: Floats, phase: Floats) -> Floats:
         """Points z of states, shape (..., 2 n + 2), from (..., n), (..., n) and (...)."""
         n = position.shape[-1]
         flat = coordinates(
-            position.reshape(-1, n) / self.position,
+            self.translations.removed(position.reshape(-1, n)) / self.position,
             velocity.reshape(-1, n) / self.velocity,
             phase.ravel(),
         )
         return flat.reshape(*phase.shape, 2 * n + 2)
 
 
-def scale_of(position: Floats, velocity: Floats, before: Floats, time: Floats) -> Scale:
+def scale_of(
+    position: Floats, velocity: Floats, before: Floats, time: Floats, system: System
+) -> Scale:
     """The units of section points, shapes (..., k, n), (..., k, n) and (..., k); NaN is missing.
 
     Velocities after plastic impacts are rounding errors, so those ``before`` impacts, of any
     shape, count as well. Where the stop is at zero, positions on it are rounding errors: those far
     smaller than a velocity times the time between two points do not count.
     """
-    x, after, v = (_largest(part) for part in (position, velocity, before))
+    translations = translations_of(mechanism_of(system))
+    x, after, v = map(_largest, (translations.removed(position), velocity, before))
     v = max(v, after)
     between = np.diff(time)
     between = between[np.isfinite(between)]
     least = LEAST_POSITION * v * float(np.median(between)) if between.size else 0.0
-    return Scale(max(x, least) or 1.0, v or 1.0)
+    return Scale(max(x, least) or 1.0, v or 1.0, translations)
 
 
 def _largest(values: Floats) -> float:
@@ -322,25 +339,43 @@ def stroboscopic_section(
     size = 8 * (4 * mechanism.degrees + 8)
     check_memory("points", points, size, "Take fewer, then continue from the last state.")
     if not mechanism.forces:
+        stops = any(isinstance(one, STOP_KINDS) for one in mechanism.numbered)
         raise InvalidParameterError(
-            "system: has no forcing, so that no phase repeats. Take impact_section."
+            "system: has no forcing, so that no phase repeats. Take "
+            + ("vi.impact_section, or " if stops else "")
+            + "vi.state_section, where an element changes its state."
         )
     motion = Simulator(system, state)
-    period = 2.0 * math.pi / mechanism.omega
-    first = ((phase - state.phase) % (2.0 * math.pi)) / mechanism.omega
-    times: Floats = first + period * np.arange(settle, settle + points, dtype=np.float64)
+    times = strobe_times(mechanism, state.phase, phase, settle, points)
     rows, end = motion.states_at(times)
+    return strobe_of(motion, rows, times, phase, end)
+
+
+def strobe_times(m: Mechanism, start: float, phase: float, first: int, points: int) -> Floats:
+    """Times at which the force has a phase, from a number on; ``start``: phase at time 0."""
+    turned = (phase - start) % (2.0 * math.pi)
+    times: Floats = turned / m.omega + 2.0 * math.pi / m.omega * np.arange(
+        first, first + points, dtype=np.float64
+    )
+    return times
+
+
+def strobe_of(
+    motion: Simulator, rows: Floats, times: Floats, phase: float, end: RunEnd
+) -> StroboscopicSection:
+    """The section from the states of a motion at these times, or the first of them."""
+    mechanism, begun = motion.compiled.mechanism, motion.start.phase
     times, n = times[: len(rows)], mechanism.degrees
     phases = np.full(len(rows), phase % (2.0 * math.pi))
     last = motion.last
     if len(rows):
-        onward = phase_after(mechanism, float(phases[-1]), state.phase, float(times[-1]))
+        onward = phase_after(mechanism, float(phases[-1]), begun, float(times[-1]))
         last = State(tuple(rows[-1, :n]), tuple(rows[-1, n:]), onward)
     for array in (rows, times, phases):
         array.flags.writeable = False
     return StroboscopicSection(
-        system=system, position=rows[:, :n], velocity=rows[:, n:], phase=phases, time=times,
-        end=end, last=last,
+        system=motion.system, position=rows[:, :n], velocity=rows[:, n:], phase=phases,
+        time=times, end=end, last=last,
     )  # fmt: skip
 
 
@@ -400,7 +435,7 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
     whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not contacts:
         raise InvalidParameterError(
-            "system: has no rigid stop, so no section at impacts. Take vi.stroboscopic_section."
+            "system: has no stop, so no section at impacts. Take vi.stroboscopic_section."
         )
     if not whole or not 0 <= contact < len(contacts):
         known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
@@ -409,10 +444,11 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
     if not isinstance(contacts[contact], STOP_KINDS):
         stops = [str(i) for i, one in enumerate(contacts) if isinstance(one, STOP_KINDS)]
         kind = kind_of(contacts[contact]).replace("_", " ")
+        ways = [*stops, f"vi.state_section(..., element={contact}), where it changes its state"]
+        if mechanism_of(system).forces:
+            ways.append("vi.stroboscopic_section")
         raise InvalidParameterError(
-            f"contact = {contact}: is {kind}, which has no stop. Take "
-            + (f"{' or '.join(stops)}, or the " if stops else "the ")
-            + "stroboscopic section."
+            f"contact = {contact}: is {kind}, which has no stop. Take {', or '.join(ways)}."
         )
     if math.isinf(Stop.at(stop, contact).limit(contacts)):
         raise InvalidParameterError(

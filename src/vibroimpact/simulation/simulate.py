@@ -85,6 +85,7 @@ class RunEnd(IntEnum):
     INTERRUPTED = 8
     DIVERGED = 9
     STEPS = 10
+    POINTS = 11
 
     @property
     def sentence(self) -> str:
@@ -107,6 +108,7 @@ _SENTENCES = {
     RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
     "rounding",
+    RunEnd.POINTS: "the requested number of points was reached",
     RunEnd.STEPS: "one flight took more than 2^22 steps of the search",
     RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest does not depend on its start",
 }
@@ -213,16 +215,7 @@ class Run:
     @property
     def all_states(self) -> Codes:
         """The same with the states at the start before, shape (n_event + 1, n_element)."""
-        m = self._compiled.mechanism
-        contacts, elements = len(m.contacts), len(m.elements)
-        used, index = np.unique(self._mode, return_inverse=True)
-        table = np.zeros((len(used), contacts + elements), dtype=np.int32)
-        for row, mode in zip(table, used, strict=True):
-            code = self._compiled.codes[mode]
-            for number, stop in closed_from_code(code, contacts):
-                row[number] = RigidStopState.UPPER if stop > 0 else RigidStopState.LOWER
-            row[contacts:] = states_from_code(code, contacts, elements)
-        states: Codes = table[index]
+        states = states_of_modes(self._compiled, self._mode)
         states.flags.writeable = False
         return states
 
@@ -330,6 +323,21 @@ class Run:
                 "version": _kernel.version(),
             },
         )
+
+
+def states_of_modes(compiled: Compiled, modes: Codes) -> Codes:
+    """State of every contact and element in each mode, shape (len(modes), n_element)."""
+    m = compiled.mechanism
+    contacts, elements = len(m.contacts), len(m.elements)
+    used, index = np.unique(modes, return_inverse=True)
+    table = np.zeros((len(used), contacts + elements), dtype=np.int32)
+    for row, mode in zip(table, used, strict=True):
+        code = compiled.codes[mode]
+        for number, stop in closed_from_code(code, contacts):
+            row[number] = RigidStopState.UPPER if stop > 0 else RigidStopState.LOWER
+        row[contacts:] = states_from_code(code, contacts, elements)
+    states: Codes = table[index]
+    return states
 
 
 def phases_of(mechanism: Mechanism, phase: float) -> list[float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from vibroimpact.simulation.simulate import (
 )
 
 CHUNK = 4096  # events of a record at a time
+ENDLESS = 2**40  # events: as many as there are
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,20 @@ class Simulator:
 
     def record(self, impacts: int) -> Impacts:
         """Record the next impacts."""
-        part = self.events(impacts)
+        return self.impacts_of(self.events(impacts))
+
+    def next_events(self, events: int) -> Any:
+        """The next events, impacts or not, as the kernel records them."""
+        kernel, limit = self.compiled.kernel, flight_limit_of(self.compiled)
+        return self._call(lambda at: kernel.simulate(at, math.inf, limit, events, events))
+
+    def advance_to(self, time: float) -> RunEnd:
+        """Advance to a time since the start without a record."""
+        kernel = self.compiled.kernel
+        return _why(self._call(lambda at: kernel.advance(at, time, math.inf, ENDLESS, ENDLESS)))[0]
+
+    def impacts_of(self, part: Any) -> Impacts:
+        """The impacts among recorded events, whose last state becomes that of the motion."""
         n = self.compiled.mechanism.degrees
         if len(part["status"]):
             row = part["after"][-1]
@@ -123,8 +137,12 @@ class Simulator:
             end=_why(part)[0],
         )
 
-    def states_at(self, times: Floats) -> tuple[Floats, RunEnd]:
-        """Advance from the start to the last of times in order.
+    def states_at(
+        self, times: Floats, since: float = 0.0, keep: list[Any] | None = None
+    ) -> tuple[Floats, RunEnd]:
+        """Advance from the start, or a time since, to the last of times in order.
+
+        The records of the kernel are added to ``keep``, if it is given.
 
         Returns
         -------
@@ -135,14 +153,18 @@ class Simulator:
             Reason of the end; HORIZON at the last time.
         """
         kernel, end = self.compiled.kernel, RunEnd.EVENTS
-        start = np.zeros(1)
-        last = Flights(start, start, np.array([self.at.y]), np.array([self.at.mode], np.int32))
+        start = np.full(1, since)
+        last = Flights(
+            start, np.zeros(1), np.array([self.at.y]), np.array([self.at.mode], np.int32)
+        )
         rows = np.empty((len(times), 2 * self.compiled.mechanism.degrees))
         done = 0
         while end in GOES_ON:
             part = self._call(
                 lambda at: kernel.simulate(at, float(times[-1]), math.inf, CHUNK, CHUNK)
             )
+            if keep is not None:
+                keep.append(part)
             end = _why(part)[0]
             whole = end is RunEnd.HORIZON
             new = slice(len(part["mode"]) - whole)  # the event of the horizon is none
@@ -158,6 +180,17 @@ class Simulator:
             last = Flights(flights.begin[-1:], flights.low[-1:], flights.y[-1:], flights.mode[-1:])
             done = known
         return rows[:done], end
+
+
+def joined(parts: list[Impacts]) -> Impacts:
+    """Impacts of consecutive parts of a motion, one at least, as one."""
+    arrays: dict[str, Any] = {
+        one.name: np.concatenate([getattr(part, one.name) for part in parts])
+        for one in fields(Impacts)
+        if isinstance(getattr(parts[0], one.name), np.ndarray)
+    }
+    sticks = sum(part.sticks for part in parts)
+    return replace(parts[-1], sticks=sticks, **arrays)
 
 
 def _why(result: Any) -> tuple[RunEnd, int]:

@@ -17,13 +17,12 @@ from vibroimpact.attractors.matching import TOLERANCE
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
-from vibroimpact.simulation.sections import check_stop
 from vibroimpact.sweeps.analyses.label_attractors import LabelledAttractor, label_attractors
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.member_status import MemberStatus
-from vibroimpact.sweeps.observers.section import Section
+from vibroimpact.sweeps.observers.attractor_section import section_observer
 from vibroimpact.sweeps.options import LOST, MATCHED, check_axes, check_options, refuse
 from vibroimpact.sweeps.starts import GridStarts
 from vibroimpact.sweeps.states import States
@@ -50,7 +49,8 @@ def basins(
     start
         State with the coordinates that are not varied.
     stop, contact
-        The section on which attractors are compared, as in :func:`~vibroimpact.impact_section`.
+        The section on which attractors are compared, as in :func:`~vibroimpact.impact_section`; of
+        forced friction or a phase switch, the states once per forcing period.
     tolerance
         Periodic orbits nearer than this, in units of the largest position and velocity, count as
         one; in (0, 1).
@@ -105,11 +105,10 @@ def basins(
     """
     check_options("basins", options, basins, sweep)
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
-    check_stop(system, contact, stop)
     check_count("most", most, 1)
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
-    section = Section(points=POINTS, contact=contact, stop=stop)
+    section = section_observer(system, contact, stop, POINTS)
     requested = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
     starts = GridStarts(over, start)
     members = sweep(system, start=starts, **requested)

@@ -21,7 +21,7 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
 from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.observers.section import Section
+from vibroimpact.sweeps.observers.attractor_section import section_observer
 from vibroimpact.sweeps.observers.selection import key_of
 from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
 from vibroimpact.sweeps.options import (
@@ -60,7 +60,8 @@ def bifurcation_sweep(
         "up", "down", or "both": up from ``start``, then down from where that ended, or from
         ``start`` if nothing ran at the last value. Several starts are not followed.
     stop, contact
-        The section, as in :func:`~vibroimpact.impact_section`.
+        The section, as in :func:`~vibroimpact.impact_section`; of forced friction or a phase switch
+        the states once per forcing period, at phase 0.
     points
         Number of last section points kept at every value, 1 to 10^6.
     at_phase
@@ -111,9 +112,10 @@ def bifurcation_sweep(
     )  # fmt: skip
     check_options("bifurcation_sweep", options, bifurcation_sweep, sweep)
     refuse(options, "follow", 'way = "up" or "down" follows the motion.')
-    section: Section | Stroboscopic = Section(points=points, contact=contact, stop=stop)
     attrs: dict[str, float] = {}
-    if at_phase is not None:
+    if at_phase is None:
+        section = section_observer(system, contact, stop, points, strobes=points)
+    else:
         if (contact, stop) != (0, "A"):
             raise InvalidParameterError(
                 f"contact = {contact}, stop = {stop!r}: are for impacts; not with at_phase."

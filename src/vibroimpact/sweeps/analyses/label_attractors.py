@@ -32,7 +32,7 @@ from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
-from vibroimpact.simulation.sections import Scale
+from vibroimpact.simulation.sections import Scale, Section
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
 from vibroimpact.sweeps.states import States
@@ -209,7 +209,8 @@ class Search:
             table.system, table.ends.state(member), contact=self.contact, stop=self.stop
         )
         own = _points(attractor, table.scale)
-        if attractor.kind is Kind.SILENT or not len(own):
+        elsewhere = isinstance(attractor.section, Section) == table.strobed  # not on this section
+        if attractor.kind is Kind.SILENT or not len(own) or elsewhere:
             self.left_out.add(member)
             return None
         here = Class(self._points_of(attractor, own), table.symbols[member])

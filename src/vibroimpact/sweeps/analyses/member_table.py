@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Flags, Floats, Integers, Rows
 from vibroimpact.attractors.classify import rest_on_stops
-from vibroimpact.attractors.matching import scale_of
+from vibroimpact.attractors.matching import observed_section, scale_of, strobe_symbols
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import STATE
 from vibroimpact.model.system import System, mechanism_of
@@ -28,7 +28,10 @@ ExtendRun = Callable[[States, int, bool], xr.Dataset]
 
 @dataclass(frozen=True)
 class Table:
-    """Data for matching, one row per member: its last window, and its final state."""
+    """Data for matching, one row per member: its last window, and its final state.
+
+    ``strobed``: points are at a phase of the force, as the machine has no stops.
+    """
 
     system: System
     scale: Scale
@@ -36,6 +39,7 @@ class Table:
     points: Floats
     symbols: Integers
     ends: States
+    strobed: bool
 
     @classmethod
     def of(
@@ -54,15 +58,18 @@ class Table:
             return np.asarray(array).reshape(-1, *array.shape[len(dims) :])
 
         scale = scale or scale_of(members, system)
-        section = (column(f"section_{kind}") for kind in STATE)
-        symbols = symbols_of(members)
-        symbols = symbols.reshape(-1, symbols.shape[-1])
+        name = observed_section(members)
+        section = (column(f"{name}_{kind}") for kind in STATE)
         position, velocity, phase = (column(f"final_{kind}") for kind in STATE)
         if len(mechanism_of(system).forces) > 1:
             phase = begun + mechanism_of(system).omega * column("time")
         points = scale.points(*section)
+        strobed = name != "section"
+        symbols = strobe_symbols(points) if strobed else symbols_of(members)
+        symbols = symbols.reshape(-1, symbols.shape[-1])
         flat = codes.values.ravel().astype(np.int64)
-        return cls(system, scale, flat, points, symbols, States(position, velocity, phase))
+        ends = States(position, velocity, phase)
+        return cls(system, scale, flat, points, symbols, ends, strobed)
 
     def extended(self, rows: Rows, extend: ExtendRun, times: int, *, whole: bool = False) -> Table:
         """Table after some members are continued, for those that reach the end of the extension."""
@@ -105,8 +112,8 @@ class Table:
 
     @property
     def silent(self) -> Flags:
-        """Mask of members without impact in their last window."""
-        return np.asarray(self.codes == NO_IMPACTS)
+        """Mask of members without impact in their last window; none of machines without stops."""
+        return np.asarray((self.codes == NO_IMPACTS) & (not self.strobed))
 
     def symbol_words(self, members: Rows) -> list[str]:
         """Symbol of each member, or "not periodic"."""

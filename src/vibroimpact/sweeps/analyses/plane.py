@@ -13,13 +13,26 @@ from vibroimpact._core.checks import check_kind, share, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.attractors.classify import rest_on_stops
-from vibroimpact.attractors.matching import TOLERANCE, count_attractors, count_symbols, scale_of
+from vibroimpact.attractors.matching import (
+    TOLERANCE,
+    count_attractors,
+    count_symbols,
+    observed_section,
+    scale_of,
+    strobe_symbols,
+)
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
-from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, column_of, motions, symbols_of
-from vibroimpact.sweeps.observers.section import Section
+from vibroimpact.sweeps.analyses.motion_codes import (
+    NO_IMPACTS,
+    NOT_PERIODIC,
+    column_of,
+    motions,
+    symbols_of,
+)
+from vibroimpact.sweeps.observers.attractor_section import section_observer
 from vibroimpact.sweeps.options import (
     LOST,
     MATCHED,
@@ -131,7 +144,7 @@ def multistability(
     start
         The starts, the same ones at every point.
     stop, contact
-        The section on which attractors are compared.
+        The section on which attractors are compared, as for :func:`~vibroimpact.basins`.
     tolerance
         As for :func:`~vibroimpact.basins`.
     **options
@@ -166,7 +179,7 @@ def multistability(
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
     check_options("multistability", options, multistability, sweep)
-    section = Section(points=POINTS, contact=contact, stop=stop)
+    section = section_observer(system, contact, stop, POINTS)
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],
         start=start, **options,
@@ -188,12 +201,16 @@ def _counted(
         values = array.transpose(*codes.dims, ...).values
         return values.reshape(*shape, -1, *values.shape[codes.ndim :])
 
-    section = (column(members[f"section_{kind}"]) for kind in STATE)
+    name = observed_section(members)
+    section = (column(members[f"{name}_{kind}"]) for kind in STATE)
     points = scale_of(members, system).points(*section)
     each = symbols_of(members)
     symbols = column(xr.DataArray(each, dims=(*codes.dims, "symbol")))
     impacts = column_of(contact, stop, each.shape[-1])
     kinds, ends = column(codes), column(members["final_position"])
+    if name != "section":  # no stops: motions are told apart by their points at a phase
+        symbols, impacts = strobe_symbols(points), 1
+        kinds = np.where(kinds == NO_IMPACTS, NOT_PERIODIC, kinds)
     points[kinds <= NO_IMPACTS] = np.nan
     elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
     counts = np.zeros(shape, dtype=np.int16)
