@@ -42,6 +42,35 @@ def test_a_guard_beyond_its_level_at_the_start_is_crossed_at_once() -> None:
     np.testing.assert_allclose(run.at(0.1), 2.7 * math.exp(-0.1), rtol=ULPS)
 
 
+@pytest.mark.parametrize("names", ["gh", "hg"])
+@pytest.mark.parametrize("start", [0.0, 1.5])
+def test_of_two_guards_reached_at_one_instant_the_one_given_first_decides(
+    names: str, start: float
+) -> None:
+    first = {
+        "g": vi.Transition("a", "g", "rising", "b"),
+        "h": vi.Transition("a", "h", "rising", "c"),
+    }
+    system = vi.HybridSystem(
+        modes={name: vi.LinearMode([[0.0]], [1.0]) for name in "abc"},
+        guards={"g": vi.LinearGuard([1.0], 1.0), "h": vi.LinearGuard([2.0], 2.0)},
+        transitions=tuple(first[name] for name in names),
+    )
+    run = vi.simulate_hybrid(system, "a", [start], t_max=2.0)
+    assert run.modes[1] == {"g": "b", "h": "c"}[names[0]]
+
+
+def test_a_transition_that_would_never_happen_is_refused() -> None:
+    twice = vi.Transition("a", "g", "rising", "a"), vi.Transition("a", "g", "rising", "b")
+    with pytest.raises(
+        vi.InvalidParameterError, match=r"transitions\[1\]: mode 'a'.*'g' is rising"
+    ):
+        vi.HybridSystem(
+            modes={name: vi.LinearMode([[0.0]], [1.0]) for name in "ab"},
+            guards={"g": vi.LinearGuard([1.0], 1.0)}, transitions=twice,
+        )  # fmt: skip
+
+
 def test_a_motion_that_only_touches_a_level_stays_in_its_mode() -> None:
     turning = vi.LinearMode([[0.0, 1.0], [-1.0, 0.0]])
     system = vi.HybridSystem(

@@ -112,7 +112,8 @@ class HybridSystem:
     transitions
         :class:`Transition` of every mode, at most 24 each. While a mode lasts, a guard with a
         rising transition is at or below its level, one with a falling transition at or above;
-        one that lies beyond it where the mode begins is crossed at once.
+        one that lies beyond it where the mode begins is crossed at once. Where several of a mode
+        are due at one instant, the one given first happens.
     omegas
         Angular frequencies of the forcing lines, at most 12. Phases run in proportion to these.
 
@@ -174,12 +175,24 @@ class HybridSystem:
         object.__setattr__(
             self, "transitions", tuple(self._transition(t, n) for t in self._given())
         )
+        self._check_once()
         for name in modes:
             count = sum(t.mode == name for t in self.transitions)
             if count > MOST_GUARDS:
                 raise InvalidParameterError(
                     f"transitions: {count} leave mode {name!r}; must be at most {MOST_GUARDS}."
                 )
+
+    def _check_once(self) -> None:
+        """Refuse a transition that never happens, as another one has the same guard and way."""
+        known = set[tuple[str, str, str]]()
+        for k, t in enumerate(self.transitions):
+            if (t.mode, t.guard, t.direction) in known:
+                raise InvalidParameterError(
+                    f"transitions[{k}]: mode {t.mode!r} is left before where {t.guard!r} is "
+                    f"{t.direction}, by another transition. Remove one of them."
+                )
+            known.add((t.mode, t.guard, t.direction))
 
     def _states(self) -> int:
         first = next(iter(self.modes.values()))
