@@ -151,10 +151,27 @@ def test_sweeps_and_exponents_take_coordinates_without_mass() -> None:
                    observe=["final", "symbol"])  # fmt: skip
     end = vi.simulate(m, start, t_max=4.0 * 2.0 * math.pi / 1.3).position[-1]
     assert (out["final_position"].values[0] == end).all()
-    with pytest.raises(vi.InvalidParameterError, match="massless; spectra need masses"):
-        vi.lyapunov_spectrum(m, start)
-    with pytest.raises(vi.InvalidParameterError, match="massless; spectra need masses"):
+    with pytest.raises(vi.InvalidParameterError, match="massless; spectra in sweeps need masses"):
         vi.sweep(m, over={"stiffness[0][0]": [1.0]}, start=start, observe="spectrum")
+
+
+@pytest.mark.parametrize(("force", "chaotic"), [(0.4, False), (1.5, True)])
+def test_a_spectrum_has_an_exponent_less_for_a_massless_coordinate(
+    force: float, chaotic: bool
+) -> None:
+    """Their sum is what flight and impacts do to volumes of (x, v, z): -c/m - k/d, and log r^2 each."""
+    c, k, d, r = 0.02, 0.5, 0.5, 0.85
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[c, 0.0], [0.0, d]],
+        stiffness=[[1.0 + k, -k], [-k, k]], forces=(vi.Harmonic(1.1, (force, 0.0)),),
+        elements=(vi.RigidStop((1.0, 0.0), lower=-0.5, upper=0.5, restitution=r),),
+    )  # fmt: skip
+    found = vi.lyapunov_spectrum(m, vi.State((0.0, 0.0), (0.1, 0.0)), impacts=8192)
+    assert found.values.shape == (3,)
+    frequency = found.values[0] / found.per_impact[0]  # of impacts, as their mean
+    lost = -c - k / d + math.log(r**2) * frequency
+    np.testing.assert_allclose(found.values.sum(), lost, atol=1e-9 + found.errors.sum())
+    assert (found.values[0] > 0.0) == chaotic
 
 
 def test_the_exponent_of_a_maxwell_element_is_its_slowest_root() -> None:

@@ -437,8 +437,8 @@ def check_all_have_mass(m: Mechanism) -> None:
     """Refuse coordinates without mass where all exponents are asked for: their number is another."""
     if m.massless:
         raise InvalidParameterError(
-            f"system: coordinate {m.massless[0]} is massless; spectra need masses. Take the largest "
-            "exponent, lyapunov_exponent or observe='lyapunov'."
+            f"system: coordinate {m.massless[0]} is massless; spectra in sweeps need masses. Take "
+            "vi.lyapunov_spectrum, or the largest exponent, observe='lyapunov'."
         )
 
 

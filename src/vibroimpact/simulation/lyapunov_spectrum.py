@@ -26,7 +26,7 @@ Reference   [benettin1980] for (1), [muller1995] for jumps, [das2017] for (2), [
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,8 +35,9 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_count, check_memory, refusal
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
+from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.prescribed import compile_prescribed
-from vibroimpact.model.mechanism import Mechanism, check_all_have_mass, needs_elements
+from vibroimpact.model.mechanism import Mechanism, needs_elements
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -60,6 +61,7 @@ from vibroimpact.simulation.simulate import (
 )
 from vibroimpact.simulation.simulator import CHUNK, Simulator
 
+NOT_OWN = 1e-6  # of a rate: farther from it is no estimate of it
 VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
 LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
 ROUNDING = 2.0**-48  # of a growth: some ulp for every product
@@ -228,7 +230,8 @@ def lyapunov_spectrum(
         Of a machine with soft stops, friction, moving stops or matrices that are not symmetric the
         largest six, from event to event, without ``contraction``.
 
-        With n coordinates and L forcing lines m = 2n + L - 1 exponents, 2n - 1 without forcing:
+        With n coordinates and L forcing lines m = 2n + L - 1 exponents, 2n - 1 without forcing, and
+        one less for every coordinate without mass:
         those of the impact map over time, as :func:`vibroimpact.lyapunov_exponent` counts them. A
         shift in time, which has the exponent 0, is not among them; differences of phase between
         several lines are, each with an exact 0. Exponents nan with the reason in ``statement`` if
@@ -263,9 +266,8 @@ def lyapunov_spectrum(
     check_count("impacts", impacts, BLOCKS)
     check_count("settle", settle, 0)
     mechanism = mechanism_of(system)
-    check_all_have_mass(mechanism)
     lines = max(len(mechanism.forces) - 1, 0)
-    carried = 2 * mechanism.degrees - (not mechanism.forces)
+    carried = 2 * mechanism.degrees - len(mechanism.massless) - (not mechanism.forces)
     if count is not None:
         check_count("count", count, 1, carried + lines)
     wanted = carried + lines if count is None else int(count)
@@ -292,11 +294,13 @@ def _from_events(
             "count", count, f"at most {TANGENTS}",
             "Of a machine with elements the kernel carries so many tangents.",
         )  # fmt: skip
-    wanted, events = min(wanted, TANGENTS), events_for(motion.compiled.mechanism, impacts)
+    m = motion.compiled.mechanism
+    wanted, events = min(wanted, TANGENTS), events_for(m, impacts)
+    tangents = min(wanted + len(m.massless), TANGENTS)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
-    part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, wanted)
+    part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
     while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
-        part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, wanted)
+        part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
     end = RunEnd(part["why"])
     if end not in (RunEnd.IMPACTS, RunEnd.EVENTS, RunEnd.OBSERVER):
         return _without(wanted, end, end.sentence)
@@ -311,10 +315,34 @@ def _from_events(
     growth = np.add.reduceat(growth, rows, axis=0)
     duration = np.add.reduceat(duration, rows)
     counted = impacts if end is RunEnd.IMPACTS else part["events"]
-    each = np.full(len(duration), counted / max(len(duration), 1))
+    between = counted / max(part["events"], 1) * len(moved)  # from the first event to the last
+    each = np.full(len(duration), between / max(len(duration), 1))
     unknown = np.full(len(duration), math.nan)
     columns = growth, duration, each, unknown, np.zeros(len(duration))
-    return _estimated(columns, end, 0, wanted, wanted == most)
+    found = _estimated(columns, end, 0, tangents, wanted == most)
+    return _of_states(found, m, wanted)
+
+
+def _of_states(found: LyapunovSpectrum, m: Mechanism, wanted: int) -> LyapunovSpectrum:
+    """The largest so many exponents of a machine, without those of velocities that are no states.
+
+    The kernel has a velocity for every coordinate. Of one without mass it decays at the rate of the
+    mode's scale (compile/piecewise.py), or is forgotten where a mode begins.
+    """
+    own = -float(Piecewise(m).scale) if m.massless else 0.0
+    kept = list(range(len(found.values)))
+    for _ in m.massless:
+        far = np.abs(found.values - own) > NOT_OWN * abs(own) + 4.0 * found.errors
+        fictitious = [k for k in kept if not far[k]] or [
+            k for k in kept if np.isneginf(found.values[k])
+        ]
+        if fictitious:
+            kept.remove(fictitious[-1])
+    kept = kept[:wanted]
+    return replace(
+        found, values=found.values[kept], errors=found.errors[kept],
+        per_impact=found.per_impact[kept], growth=found.growth[:, kept],
+    )  # fmt: skip
 
 
 def _forgotten(count: int, end: RunEnd) -> LyapunovSpectrum:
