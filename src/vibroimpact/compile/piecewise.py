@@ -20,7 +20,8 @@ are put in wherever v_z stands (4). The unused entry of y is 1, for the constant
 there, so that a tangent vector loses its part along it.
 
 A slider is friction on one such coordinate. While it sticks, v_z is that of its belt and the equation of z
-gives its force; while it slips on a coordinate that no dashpot holds, the forces g on z balance, and
+gives its force; while it slips and no dashpot holds it and what dashpots join to it (model/dashpots.py),
+the forces g on all these z balance, and
 
     g' = -scale g                                                                           (5)
 
@@ -54,6 +55,7 @@ from vibroimpact.compile.modes import (
     code_of,
 )
 from vibroimpact.compile.reduction import Closed
+from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.elements import (
     Element,
     Friction,
@@ -106,9 +108,10 @@ class Light(NamedTuple):
     held
         Force of each slider that sticks, by number of the element.
     balance
-        Sum g of the forces on the coordinate of each slider that slips without a dashpot, likewise.
+        Sum g of the forces on each slider that slips, and on what moves with it, likewise; of those that
+        a dashpot holds there is none.
     idle
-        A slider that slips though no other force is on its coordinate, which cannot be.
+        A slider that slips though no spring holds it and what moves with it, which cannot be.
     """
 
     speeds: dict[int, Vector]
@@ -368,22 +371,49 @@ class Piecewise:
     def _without_mass(self, pull: Matrix, held: dict[int, Friction]) -> Light:
         """(4) and (5); forces of sliders that stick follow from them."""
         speeds = {self.sliders[number]: self._held_speed(number, e) for number, e in held.items()}
-        unknown = [i for i in self.light if i not in speeds]
-        slots = [2 * i + 1 for i in unknown]
         holder = {i: number for number, i in self.sliders.items()}
-        own, rest, balance, idle = list[Vector](), list[Vector](), dict[int, Vector](), None
-        for i in unknown:
-            row = pull[i]
-            if i in holder and row[2 * i + 1] == 0.0:
-                balance[holder[i]] = row
-                row = self._rate_of_balance(row)
-                if row[2 * i + 1] == 0.0:  # nothing else is on it
-                    idle, row = holder[i], [-float(j == 2 * i + 1) for j in range(len(row))]
-            row = self._put_in(row, speeds)
-            own.append([-row[j] for j in slots])
-            rest.append([0.0 if j in slots else x for j, x in enumerate(row)])
-        speeds |= dict(zip(unknown, linear.solve_regular(own, rest), strict=True))
-        return Light(speeds, {}, balance, idle)
+        unknown = [i for i in self.mechanism.held_last if i not in speeds]
+        groups = loose_groups([row[1 : 2 * self.degrees : 2] for row in pull], unknown)
+        given = [i for i in unknown if i not in groups]
+        speeds |= self._solved(given, [self._put_in(pull[i], speeds) for i in given])
+        balance = {i: self._balance(pull, weights) for i, weights in groups.items()}
+        rates = [self._put_in(self._rate_of_balance(row), speeds) for row in balance.values()]
+        idle = self._idle(pull, groups, rates)
+        moved = (
+            self._solved([*groups], rates)
+            if idle is None
+            else {i: [0.0] * (self.size + 1) for i in groups}
+        )
+        speeds = {i: self._put_in(row, moved) for i, row in speeds.items()} | moved
+        return Light(
+            speeds, {}, {holder[i]: row for i, row in balance.items()},
+            None if idle is None else holder[idle],
+        )  # fmt: skip
+
+    def _solved(self, coordinates: list[int], rows: Matrix) -> dict[int, Vector]:
+        """Speeds / scale of coordinates, for which these rows vanish."""
+        slots = [2 * i + 1 for i in coordinates]
+        own = [[-row[j] for j in slots] for row in rows]
+        rest = [[0.0 if j in slots else x for j, x in enumerate(row)] for row in rows]
+        return dict(zip(coordinates, linear.solve_regular(own, rest), strict=True))
+
+    def _balance(self, pull: Matrix, weights: Weights) -> Vector:
+        """Sum of the forces on a group that moves as one (dashpots.py): no speeds are in it."""
+        total = [0.0] * (self.size + 1)
+        for i, weight in weights.items():
+            total = _sum(total, pull[i], weight)
+        total[1 : 2 * self.degrees : 2] = [0.0] * self.degrees
+        return total
+
+    def _idle(self, pull: Matrix, groups: dict[int, Weights], rates: Matrix) -> int | None:
+        """A slider that slips with a group which no spring holds, so that its forces cannot balance."""
+        block = [[-row[2 * i + 1] for i in groups] for row in rates]
+        sizes = [
+            sum(abs(a * pull[i][2 * j] * b) for i, a in d.items() for j, b in d.items())
+            for d in groups.values()
+        ]
+        lost = linear.eliminated(block, sizes)[1]
+        return [*groups][lost[0]] if lost else None
 
     def _held_speed(self, number: int, e: Friction) -> Vector:
         """Speed / scale of the coordinate of a slider that sticks, by r v = s."""
