@@ -243,3 +243,23 @@ def test_a_dashpot_that_would_hold_a_group_has_no_derivative(parameter: str) -> 
 def test_a_group_has_derivatives_by_its_dashpot() -> None:
     """A parameter that keeps the group without hold changes no order of an equation."""
     compile_prescribed(vi.Family(lambda c: mole(c=c), c=C), "c")
+
+
+def test_a_group_that_comes_to_rest_at_its_level_stays_there() -> None:
+    """The stop opens while the group slips back: only the spring of the slider is left, and it is at the level."""
+    damping, stiffness = np.zeros((2, 4, 4))
+    for i, j, c in ((0, None, 0.1), (1, 3, 1.4409), (2, 3, 0.2109)):
+        linked(damping, i, j, c)
+    for i, j, k in ((0, None, 1.0), (1, 2, 2.5656), (1, 3, 2.361), (2, None, 1.785)):
+        linked(stiffness, i, j, k)
+    stop = vi.SoftStop((1.0, -1.0, 0.0, 0.0), upper=0.0921, stiffness=3.1503)
+    m = vi.Mechanism(
+        mass=np.diag([1.0, 0.0, 0.0, 0.0]), damping=damping, stiffness=stiffness,
+        elements=(slides(2, 4, 0.392), stop), forces=(vi.Harmonic(1.2, (1.5, 0.0, 0.0, 0.0)),),
+    )  # fmt: skip
+    run = from_rest(m, 20.0)
+    assert run.end is vi.RunEnd.HORIZON
+    opened = next(i for i, states in enumerate(run.states[:, 1].tolist()) if i > 2 and not states)
+    np.testing.assert_allclose(1.785 * run.position[opened, 2], 0.392, rtol=1e-12)
+    assert run.velocity_before[opened, 2] < -0.1
+    assert run.velocity_after[opened, 2] == 0.0

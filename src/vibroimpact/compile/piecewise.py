@@ -41,7 +41,15 @@ from typing import NamedTuple
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact._core.scalars import greatest, is_infinite, least, rounded_down, square_root
+from vibroimpact._core.scalars import (
+    ROUNDING,
+    greatest,
+    is_infinite,
+    is_number,
+    least,
+    rounded_down,
+    square_root,
+)
 from vibroimpact._kernel import sincos
 from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
 from vibroimpact.compile.modes import (
@@ -395,7 +403,10 @@ class Piecewise:
         slots = [2 * i + 1 for i in coordinates]
         own = [[-row[j] for j in slots] for row in rows]
         rest = [[0.0 if j in slots else x for j, x in enumerate(row)] for row in rows]
-        return dict(zip(coordinates, linear.solve_regular(own, rest), strict=True))
+        inverse = linear.solve_regular(own, linear.identity(len(own)))
+        terms = product(linear.absolute(inverse), linear.absolute(rest)) if rest else []
+        found = map(_cleared, linear.solve_regular(own, rest), terms)
+        return dict(zip(coordinates, found, strict=True))
 
     def _balance(self, pull: Matrix, weights: Weights) -> Vector:
         """Sum of the forces on a group that moves as one (dashpots.py): no speeds are in it."""
@@ -437,10 +448,13 @@ class Piecewise:
     def _put_in(self, row: Vector, speeds: dict[int, Vector]) -> Vector:
         """A row with the speeds of coordinates without mass put in."""
         out = list(row)
+        for i in speeds:
+            out[2 * i + 1] = 0.0
+        terms = list(map(abs, out))
         for i, speed in speeds.items():
-            factor, out[2 * i + 1] = out[2 * i + 1], 0.0
-            out = _sum(out, speed, factor)
-        return out
+            out = _sum(out, speed, row[2 * i + 1])
+            terms = _sum(terms, list(map(abs, speed)), abs(row[2 * i + 1]))
+        return _cleared(out, terms) if speeds else out
 
     def _law(self, e: Element, state: int) -> tuple[Vector, int] | None:
         """Force of an element along its row with its sign; None where it has none by its law."""
@@ -733,3 +747,14 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
     """Add sign * force along a row."""
     for i, x in enumerate(row):
         pull[i] = _sum(pull[i], force, sign * x)
+
+
+def _cleared(row: Vector, terms: Vector) -> Vector:
+    """A row of sums with zeros where rounding of terms of these sizes left something.
+
+    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does.
+    """
+    return [
+        0.0 if not is_number(x) and abs(x) <= ROUNDING * size else x
+        for x, size in zip(row, terms, strict=True)
+    ]
