@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
+from support.massless import SOFT, jenkins, maxwell
 
 import vibroimpact as vi
 from vibroimpact.compile.prescribed import compile_prescribed
@@ -263,3 +265,28 @@ def test_a_group_that_comes_to_rest_at_its_level_stays_there() -> None:
     np.testing.assert_allclose(1.785 * run.position[opened, 2], 0.392, rtol=1e-12)
     assert run.velocity_before[opened, 2] < -0.1
     assert run.velocity_after[opened, 2] == 0.0
+
+
+def in_unit(m: vi.Mechanism, at: int, unit: float) -> vi.Mechanism:
+    """The machine with a coordinate counted in this unit."""
+    s = np.diag([unit if i == at else 1.0 for i in range(m.degrees)])
+    return vi.Mechanism(
+        mass=m.mass, damping=s @ m.damping @ s, stiffness=s @ m.stiffness @ s, forces=m.forces,
+        elements=tuple(replace(e, row=tuple(e.row @ s)) for e in m.elements), constant_force=m.constant_force,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-4, 1e4, 1e9])
+@pytest.mark.parametrize(
+    "machine", [maxwell(SOFT), jenkins(SOFT), mole()], ids=["maxwell", "jenkins", "mole"]
+)
+def test_a_massless_coordinate_may_be_counted_in_any_unit(
+    machine: vi.Mechanism, unit: float
+) -> None:
+    """A current in nanoamperes takes no more steps than one in amperes."""
+    plain, other = from_rest(machine, 20.0), from_rest(in_unit(machine, 1, unit), 20.0)
+    assert plain.end is other.end is vi.RunEnd.HORIZON
+    assert other.states.tolist() == plain.states.tolist()
+    np.testing.assert_allclose(other.time, plain.time, rtol=1e-11)
+    at = np.multiply(other.last.position, [unit if i == 1 else 1.0 for i in range(machine.degrees)])
+    np.testing.assert_allclose(at, plain.last.position, rtol=1e-10)

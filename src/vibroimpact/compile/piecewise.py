@@ -194,9 +194,18 @@ class Piecewise:
                     continue
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
-        norms = [linear.row_sum_norm(self._accelerations(a)) for a in (stiff, damp)]
+        norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
         return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
+
+    def _rate_norm(self, a: Matrix) -> float:
+        """Row sum norm, of which massless coordinates, in a unit of their own, may be at most half."""
+        own = linear.row_sum_norm([[row[j] for j in self.heavy] for row in a])
+        return (
+            least([linear.row_sum_norm(a), 2.0 * own])
+            if self.light and own
+            else linear.row_sum_norm(a)
+        )
 
     def _accelerations(self, forces: Matrix) -> Matrix:
         """M^-1 of rows of forces; zero for coordinates without mass."""
@@ -579,7 +588,10 @@ class Piecewise:
         for line, omega in enumerate(self.omegas):
             at = 2 * (n + line)
             b[at][at + 1], b[at + 1][at] = omega, -omega
-        step = rounded_down(STEP_ANGLE / self._norm(b), STEP_BITS)
+        norm = self._norm(b)
+        if self.light and norm > 2.0 * (other := self._norm(self._in_own_units(b))):
+            norm = other
+        step = rounded_down(STEP_ANGLE / norm, STEP_BITS)
         return {"b": b, "constant": constant, "step": [step]}
 
     def _norm(self, b: Matrix) -> float:
@@ -598,6 +610,26 @@ class Piecewise:
             own = [x / scale + v if i % 2 else x + v * scale for i, (x, v) in enumerate(sums)]
             norms.append(greatest([*own, *waves]))
         return greatest([least(norms), *(0.5 * (x + v) for x, v in sums)])
+
+    def _in_own_units(self, b: Matrix) -> Matrix:
+        """A flow with massless coordinates in units, powers of two, that make rows and columns alike.
+
+        One that stands still, or that nothing depends on, has the unit in which its column or row is the scale.
+        """
+        rows, others = list(map(list, b)), range(2 * self.degrees)
+        for i in [2 * i for i in self.light] * len(self.light):
+            into = sum(abs(rows[i][j]) for j in others if j != i)
+            out = sum(abs(rows[j][i]) for j in others if j != i)
+            if not into and not out:
+                continue
+            both = into and out
+            unit = square_root(into / out) if both else into / self.scale or self.scale / out
+            unit = rounded_down(unit, 1)
+            own, rows[i] = rows[i][i], [x / unit for x in rows[i]]
+            for row in rows:
+                row[i] = row[i] * unit
+            rows[i][i] = own
+        return rows
 
     # ---- guards ----------------------------------------------------------------------------------
 
