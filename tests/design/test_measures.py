@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.massless import DASH, OWN, C, K, M, jenkins, maxwell
 from support.systems import paper_damper
 
 import vibroimpact as vi
@@ -201,6 +202,33 @@ def test_the_motion_without_impacts_is_that_of_the_linear_oscillator() -> None:
         damper.half_clearance - amplitude, rel=1e-12
     )
     assert motion.stable
+
+
+def test_the_motion_without_impacts_of_a_massless_coordinate_is_that_of_its_impedance() -> None:
+    """A Maxwell element beside the spring: i w DASH OWN / (OWN + i w DASH) of stiffness. A slider is not linear."""
+    stop, w, h = vi.SoftStop((1.0, 0.0), upper=9.0, stiffness=1.0), 1.3, 1e-6
+
+    def amplitude(w: float) -> float:
+        return abs(0.5 / (K - w * w * M + 1j * w * C + 1j * w * DASH * OWN / (OWN + 1j * w * DASH)))
+
+    machine = maxwell(stop, w)
+    motion = free_motion(machine)
+    assert isinstance(motion, FreeMotion)
+    value, derivative = vi.measure_of("x1", machine).along(motion, "omega")
+    assert value == pytest.approx(amplitude(w), rel=1e-12)
+    slope = (amplitude(w + h) - amplitude(w - h)) / (2.0 * h)
+    assert derivative == pytest.approx(slope, rel=1e-8)
+    light = vi.measure_of("x2", machine).of_orbit(motion)
+    assert light == pytest.approx(
+        amplitude(w) * abs(1j * w * DASH / (OWN + 1j * w * DASH)), rel=1e-12
+    )
+    assert motion.stable
+    assert free_motion(jenkins(stop)) == (
+        "friction alone gives the motion of coordinate 1, which has no mass"
+    )
+    response = vi.frequency_response(machine, "omega", (1.2, 1.4), number=3, starts=1, settle=50, periods=5,
+                                     progress=False)  # fmt: skip
+    assert "no motion without impacts" not in str(response)
 
 
 def test_a_free_mass_stands_in_the_middle_of_what_the_motion_leaves() -> None:

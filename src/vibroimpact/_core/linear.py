@@ -14,6 +14,8 @@ from vibroimpact._core.scalars import above, anywhere, choose, greatest, sign_of
 Vector = list[float]
 Matrix = list[list[float]]
 
+ROUNDED = 2.0**-40  # a sum that is smaller, relative to its terms, is zero
+
 
 def zeros(rows: int, columns: int) -> Matrix:
     """A matrix of zeros."""
@@ -139,6 +141,24 @@ def solve_regular(a: Matrix, b: Matrix) -> Matrix:
     return [row[n:] for row in rows]
 
 
+def eliminated(a: Matrix, sizes: Vector) -> tuple[Matrix, list[int]]:
+    """L with L A upper triangular, for A whose symmetric part is semidefinite, and rows without pivot.
+
+    A pivot is none where rounding of terms of this size may have left it; such rows take no part in
+    the elimination.
+    """
+    n, lost = len(a), list[int]()
+    rows = [[*x, *y] for x, y in zip(a, identity(n), strict=True)]
+    for i in range(n):
+        if abs(rows[i][i]) <= ROUNDED * sizes[i]:
+            lost.append(i)
+            continue
+        for j in range(i + 1, n):
+            factor = rows[j][i] / rows[i][i]
+            rows[j] = [y - factor * x for x, y in zip(rows[i], rows[j], strict=True)]
+    return [row[n:] for row in rows], lost
+
+
 def symmetric_eigenvectors(a: Matrix, sweeps: int = 60) -> Matrix:
     """Orthogonal V with V^T A V diagonal, by cyclic Jacobi rotations in fixed order.
 
@@ -192,7 +212,7 @@ def null_space(rows: Matrix) -> Matrix | None:
     pivots: list[int] = []
     for i, row in enumerate(work):
         pivot = max((j for j in range(n) if j not in pivots), key=lambda j: abs(row[j]))
-        if abs(row[pivot]) <= 2.0**-40 * max(map(abs, rows[i])):
+        if abs(row[pivot]) <= ROUNDED * max(map(abs, rows[i])):
             return None
         work[i] = [x / row[pivot] for x in row]
         pivots.append(pivot)

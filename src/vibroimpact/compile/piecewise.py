@@ -20,7 +20,8 @@ are put in wherever v_z stands (4). The unused entry of y is 1, for the constant
 there, so that a tangent vector loses its part along it.
 
 A slider is friction on one such coordinate. While it sticks, v_z is that of its belt and the equation of z
-gives its force; while it slips on a coordinate that no dashpot holds, the forces g on z balance, and
+gives its force; while it slips and no dashpot holds it and what dashpots join to it (model/dashpots.py),
+the forces g on all these z balance, and
 
     g' = -scale g                                                                           (5)
 
@@ -40,7 +41,15 @@ from typing import NamedTuple
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact._core.scalars import greatest, is_infinite, least, rounded_down, square_root
+from vibroimpact._core.scalars import (
+    ROUNDING,
+    greatest,
+    is_infinite,
+    is_number,
+    least,
+    rounded_down,
+    square_root,
+)
 from vibroimpact._kernel import sincos
 from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
 from vibroimpact.compile.modes import (
@@ -54,6 +63,7 @@ from vibroimpact.compile.modes import (
     code_of,
 )
 from vibroimpact.compile.reduction import Closed
+from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.elements import (
     Element,
     Friction,
@@ -106,9 +116,10 @@ class Light(NamedTuple):
     held
         Force of each slider that sticks, by number of the element.
     balance
-        Sum g of the forces on the coordinate of each slider that slips without a dashpot, likewise.
+        Sum g of the forces on each slider that slips, and on what moves with it, likewise; of those that
+        a dashpot holds there is none.
     idle
-        A slider that slips though no other force is on its coordinate, which cannot be.
+        A slider that slips though no spring holds it and what moves with it, which cannot be.
     """
 
     speeds: dict[int, Vector]
@@ -183,9 +194,18 @@ class Piecewise:
                     continue
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
-        norms = [linear.row_sum_norm(self._accelerations(a)) for a in (stiff, damp)]
+        norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
         return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
+
+    def _rate_norm(self, a: Matrix) -> float:
+        """Row sum norm, of which massless coordinates, in a unit of their own, may be at most half."""
+        own = linear.row_sum_norm([[row[j] for j in self.heavy] for row in a])
+        return (
+            least([linear.row_sum_norm(a), 2.0 * own])
+            if self.light and own
+            else linear.row_sum_norm(a)
+        )
 
     def _accelerations(self, forces: Matrix) -> Matrix:
         """M^-1 of rows of forces; zero for coordinates without mass."""
@@ -368,22 +388,52 @@ class Piecewise:
     def _without_mass(self, pull: Matrix, held: dict[int, Friction]) -> Light:
         """(4) and (5); forces of sliders that stick follow from them."""
         speeds = {self.sliders[number]: self._held_speed(number, e) for number, e in held.items()}
-        unknown = [i for i in self.light if i not in speeds]
-        slots = [2 * i + 1 for i in unknown]
         holder = {i: number for number, i in self.sliders.items()}
-        own, rest, balance, idle = list[Vector](), list[Vector](), dict[int, Vector](), None
-        for i in unknown:
-            row = pull[i]
-            if i in holder and row[2 * i + 1] == 0.0:
-                balance[holder[i]] = row
-                row = self._rate_of_balance(row)
-                if row[2 * i + 1] == 0.0:  # nothing else is on it
-                    idle, row = holder[i], [-float(j == 2 * i + 1) for j in range(len(row))]
-            row = self._put_in(row, speeds)
-            own.append([-row[j] for j in slots])
-            rest.append([0.0 if j in slots else x for j, x in enumerate(row)])
-        speeds |= dict(zip(unknown, linear.solve_regular(own, rest), strict=True))
-        return Light(speeds, {}, balance, idle)
+        unknown = [i for i in self.mechanism.held_last if i not in speeds]
+        groups = loose_groups([row[1 : 2 * self.degrees : 2] for row in pull], unknown)
+        given = [i for i in unknown if i not in groups]
+        speeds |= self._solved(given, [self._put_in(pull[i], speeds) for i in given])
+        balance = {i: self._balance(pull, weights) for i, weights in groups.items()}
+        rates = [self._put_in(self._rate_of_balance(row), speeds) for row in balance.values()]
+        idle = self._idle(pull, groups, rates)
+        moved = (
+            self._solved([*groups], rates)
+            if idle is None
+            else {i: [0.0] * (self.size + 1) for i in groups}
+        )
+        speeds = {i: self._put_in(row, moved) for i, row in speeds.items()} | moved
+        return Light(
+            speeds, {}, {holder[i]: row for i, row in balance.items()},
+            None if idle is None else holder[idle],
+        )  # fmt: skip
+
+    def _solved(self, coordinates: list[int], rows: Matrix) -> dict[int, Vector]:
+        """Speeds / scale of coordinates, for which these rows vanish."""
+        slots = [2 * i + 1 for i in coordinates]
+        own = [[-row[j] for j in slots] for row in rows]
+        rest = [[0.0 if j in slots else x for j, x in enumerate(row)] for row in rows]
+        inverse = linear.solve_regular(own, linear.identity(len(own)))
+        terms = product(linear.absolute(inverse), linear.absolute(rest)) if rest else []
+        found = map(_cleared, linear.solve_regular(own, rest), terms)
+        return dict(zip(coordinates, found, strict=True))
+
+    def _balance(self, pull: Matrix, weights: Weights) -> Vector:
+        """Sum of the forces on a group that moves as one (dashpots.py): no speeds are in it."""
+        total = [0.0] * (self.size + 1)
+        for i, weight in weights.items():
+            total = _sum(total, pull[i], weight)
+        total[1 : 2 * self.degrees : 2] = [0.0] * self.degrees
+        return total
+
+    def _idle(self, pull: Matrix, groups: dict[int, Weights], rates: Matrix) -> int | None:
+        """A slider that slips with a group which no spring holds, so that its forces cannot balance."""
+        block = [[-row[2 * i + 1] for i in groups] for row in rates]
+        sizes = [
+            sum(abs(a * pull[i][2 * j] * b) for i, a in d.items() for j, b in d.items())
+            for d in groups.values()
+        ]
+        lost = linear.eliminated(block, sizes)[1]
+        return [*groups][lost[0]] if lost else None
 
     def _held_speed(self, number: int, e: Friction) -> Vector:
         """Speed / scale of the coordinate of a slider that sticks, by r v = s."""
@@ -407,10 +457,13 @@ class Piecewise:
     def _put_in(self, row: Vector, speeds: dict[int, Vector]) -> Vector:
         """A row with the speeds of coordinates without mass put in."""
         out = list(row)
+        for i in speeds:
+            out[2 * i + 1] = 0.0
+        terms = list(map(abs, out))
         for i, speed in speeds.items():
-            factor, out[2 * i + 1] = out[2 * i + 1], 0.0
-            out = _sum(out, speed, factor)
-        return out
+            out = _sum(out, speed, row[2 * i + 1])
+            terms = _sum(terms, list(map(abs, speed)), abs(row[2 * i + 1]))
+        return _cleared(out, terms) if speeds else out
 
     def _law(self, e: Element, state: int) -> tuple[Vector, int] | None:
         """Force of an element along its row with its sign; None where it has none by its law."""
@@ -535,7 +588,10 @@ class Piecewise:
         for line, omega in enumerate(self.omegas):
             at = 2 * (n + line)
             b[at][at + 1], b[at + 1][at] = omega, -omega
-        step = rounded_down(STEP_ANGLE / self._norm(b), STEP_BITS)
+        norm = self._norm(b)
+        if self.light and norm > 2.0 * (other := self._norm(self._in_own_units(b))):
+            norm = other
+        step = rounded_down(STEP_ANGLE / norm, STEP_BITS)
         return {"b": b, "constant": constant, "step": [step]}
 
     def _norm(self, b: Matrix) -> float:
@@ -554,6 +610,26 @@ class Piecewise:
             own = [x / scale + v if i % 2 else x + v * scale for i, (x, v) in enumerate(sums)]
             norms.append(greatest([*own, *waves]))
         return greatest([least(norms), *(0.5 * (x + v) for x, v in sums)])
+
+    def _in_own_units(self, b: Matrix) -> Matrix:
+        """A flow with massless coordinates in units, powers of two, that make rows and columns alike.
+
+        One that stands still, or that nothing depends on, has the unit in which its column or row is the scale.
+        """
+        rows, others = list(map(list, b)), range(2 * self.degrees)
+        for i in [2 * i for i in self.light] * len(self.light):
+            into = sum(abs(rows[i][j]) for j in others if j != i)
+            out = sum(abs(rows[j][i]) for j in others if j != i)
+            if not into and not out:
+                continue
+            both = into and out
+            unit = square_root(into / out) if both else into / self.scale or self.scale / out
+            unit = rounded_down(unit, 1)
+            own, rows[i] = rows[i][i], [x / unit for x in rows[i]]
+            for row in rows:
+                row[i] = row[i] * unit
+            rows[i][i] = own
+        return rows
 
     # ---- guards ----------------------------------------------------------------------------------
 
@@ -703,3 +779,14 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
     """Add sign * force along a row."""
     for i, x in enumerate(row):
         pull[i] = _sum(pull[i], force, sign * x)
+
+
+def _cleared(row: Vector, terms: Vector) -> Vector:
+    """A row of sums with zeros where rounding of terms of these sizes left something.
+
+    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does.
+    """
+    return [
+        0.0 if not is_number(x) and abs(x) <= ROUNDING * size else x
+        for x, size in zip(row, terms, strict=True)
+    ]

@@ -28,6 +28,7 @@ from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
+from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
 from vibroimpact.model.elements import Friction, FrictionState, SoftStop
 from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
 from vibroimpact.model.parameters import expanded
@@ -461,17 +462,28 @@ def _check_order(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that gives a massless coordinate a mass, or a slider without one a dashpot."""
     soft = [e for e in varied.elements if isinstance(e, SoftStop)]
     laws = [(e.row, e.law(side)[2]) for e in soft for side in (1, -1)]
+    groups = loose_groups(varied.damping, varied.held_last)
     for i in varied.massless:
-        given: dict[str, list[Any]] = {"mass": [*varied.mass[i], *(row[i] for row in varied.mass)]}
-        if i in varied.sliders.values() and not _value(varied.damping[i][i]):
-            given["dashpot"] = [*varied.damping[i], *(row[i] for row in varied.damping)]
-            given["dashpot"] += [c for row, c in laws if row[i]]
-        for what, entries in given.items():
-            if any(isinstance(x, Jet) and not x.value and any(x.coefficients) for x in entries):
+        given: dict[str, list[list[Any]]] = {
+            "mass": [[x] for x in (*varied.mass[i], *(row[i] for row in varied.mass))]
+        }
+        if weights := groups.get(i):
+            given["dashpot"] = [*forces_by_speeds(varied.damping, weights)]
+            given["dashpot"] += [[c] for row, c in laws if along(row, weights)]
+        for what, sums in given.items():
+            if any(_appears(terms) for terms in sums):
                 raise InvalidParameterError(
                     f"parameter = {parameter!r}: would give coordinate {i} a {what}, which changes the "
                     f"order of its equation: it has no derivative there. Give it a small {what} first."
                 )
+
+
+def _appears(terms: list[Any]) -> bool:
+    """Whether a sum that is zero has derivatives that are not, but for rounding."""
+    orders = [x.coefficients for x in terms if isinstance(x, Jet)]
+    if not vanishes([_value(x) for x in terms]):
+        return False
+    return not all(vanishes(list(order)) for order in [*zip(*orders, strict=True)][1:])
 
 
 def check_rigid(system: System) -> Mechanism:

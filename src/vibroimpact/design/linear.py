@@ -21,7 +21,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.design.flights import Dual, Flights, Struck, dual, rows_of
 from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, accelerations
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
@@ -112,13 +112,8 @@ class FreeMotion:
     def settles(self) -> bool:
         """Whether all motions that something holds die out."""
         m = self.mechanism
-        by_mass = np.linalg.inv(np.array(m.mass))
-        n = m.degrees
-        matrix = np.zeros((2 * n, 2 * n))
-        matrix[:n, n:] = np.eye(n)
-        matrix[n:, :n], matrix[n:, n:] = -by_mass @ m.stiffness, -by_mass @ m.damping
-        rates = np.linalg.eigvals(matrix)
-        free = 2 * len(loose(m))
+        rates, unheld = np.linalg.eigvals(_matrix(m)), loose(m)
+        free = len(unheld) + int(np.linalg.matrix_rank(unheld @ m.mass)) if len(unheld) else 0
         slow = np.sort(rates.real)[: len(rates) - free] if free else rates.real
         return bool(np.all(slow < -HELD * np.abs(rates).max()))
 
@@ -148,6 +143,21 @@ class FreeMotion:
         return state, by, Dual(period, -period * first.by / first.value)
 
 
+def _matrix(m: Mechanism) -> Floats:
+    """A of s' = A s, s = (x, v), all stops open, without the speeds of massless coordinates: they are rows on s."""
+    n, light = m.degrees, m.massless
+    heavy = [i for i in range(n) if i not in light]
+    damping = np.array(m.damping)
+    speeds, pull = np.zeros((n, n + len(heavy))), np.zeros((n, n + len(heavy)))
+    speeds[heavy, n:] = np.eye(len(heavy))
+    pull[:, :n] = -np.array(m.stiffness)
+    if light:
+        rest = pull[light] - damping[light] @ speeds
+        speeds[light] = np.linalg.solve(damping[np.ix_(light, light)], rest)
+    found: Floats = np.vstack([speeds, accelerations(m, pull - damping @ speeds)[heavy]])
+    return found
+
+
 def loose(m: Mechanism) -> Floats:
     """Directions along which no spring holds the machine, shape (k, n)."""
     _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
@@ -168,8 +178,9 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
     m = mechanism_of(system)
     if not m.forces:
         return "there is no forcing"
-    if m.massless:
-        return "a coordinate has no mass"
+    if m.sliders:
+        at = next(iter(m.sliders.values()))
+        return f"friction alone gives the motion of coordinate {at}, which has no mass"
     if not opened and not all(isinstance(element, SoftStop) for element in m.elements):
         return "friction or a phase switch acts all the time"
     if not forcing_repeats(m, least_cycles(m)):

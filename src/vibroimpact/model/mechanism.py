@@ -11,6 +11,7 @@ with contacts ``lower <= row . x <= upper``, each an impact pair with its own re
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Literal, get_args
@@ -40,6 +41,7 @@ from vibroimpact._kernel import (
     MAX_DEGREES,
     MAX_LINES,
 )
+from vibroimpact.model.dashpots import linked, loose_groups
 from vibroimpact.model.elements import (
     NUMBER_OR_NONE,
     Element,
@@ -270,20 +272,19 @@ class Mechanism:
             if e.row[i]
         }
 
+    @property
+    def held_last(self) -> list[int]:
+        """Coordinates without mass, those that friction holds last."""
+        sliders = [*self.sliders.values()]
+        return sorted(self.massless, key=lambda i: i in sliders)
+
     def _check_massless(self) -> None:
         """Refuse a coordinate without mass that nothing holds, or that would need an impulse."""
         light = self.massless
         if not light:
             return
         self._check_sliders()
-        free = [i for i in light if i not in self.sliders.values()]
-        damping = [[self.damping[i][j] for j in free] for i in free]
-        if free and linear.cholesky(linear.plus(damping, linear.transpose(damping))) is None:
-            raise InvalidParameterError(
-                f"mass: coordinate {free[0]} is massless, and neither a dashpot nor friction holds it "
-                "(damping between massless coordinates must be positive definite). Give it a mass, a "
-                "dashpot or friction, or remove it."
-            )
+        self._check_dashpots()
         if any(contact.row[i] for contact in self.contacts for i in light):
             raise InvalidParameterError(
                 f"contacts: a rigid stop on coordinate {light[0]}, which has no mass, would need an "
@@ -311,17 +312,26 @@ class Mechanism:
                     f"{name}: friction on coordinate {at}, which has no mass, has one constant level, "
                     "as its force could not jump. Leave out static and load, or give it a mass."
                 )
-        damping = self.damping
-        for e in self.elements:
-            if isinstance(e, SoftStop) and any(e.law(side)[2] for side in (1, -1)):
-                damping = linear.plus(damping, [[x * y for y in e.row] for x in e.row])
-        for i in sliders.values():
-            others = [j for j in sliders.values() if j != i]
-            if any(damping[i][j] for j in others) or (not damping[i][i] and any(damping[i])):
+
+    def _check_dashpots(self) -> None:
+        """Refuse coordinates without mass that nothing holds, or whose speeds are not determined."""
+        free = [i for i in self.held_last if i not in self.sliders.values()]
+        both = linear.plus(self.damping, linear.transpose(self.damping))
+        groups = loose_groups(both, self.held_last)
+        loose = next((sorted(groups[i]) for i in free if i in groups), [])
+        if loose or linear.cholesky([[both[i][j] for j in free] for i in free]) is None:
+            raise InvalidParameterError(
+                f"mass: coordinate {(loose or free)[0]} is massless, and neither a dashpot nor friction "
+                "holds it (damping between massless coordinates must be positive definite). Give it a "
+                "mass, a dashpot or friction, or remove it."
+            )
+        for last, weights in groups.items():
+            if beside := linked(self.damping, weights):
                 raise InvalidParameterError(
-                    f"damping: a dashpot between two sliders, one of them coordinate {i}, or a part "
-                    "of damping beside a zero on the diagonal leaves speeds undetermined. Give the "
-                    "coordinate a mass."
+                    f"damping: no dashpot holds {_named(weights)} without mass where friction on "
+                    f"coordinate {last} slips, and yet damping links this with coordinate {beside[0]}. "
+                    f"Make damping symmetric, or give coordinate {last} a mass or a dashpot to one with "
+                    "mass."
                 )
 
     def _set_elements(self) -> None:
@@ -426,6 +436,12 @@ class Mechanism:
     def omega(self) -> float:
         """Angular frequency of the first forcing line, 0 where there is none."""
         return self.forces[0].omega if self.forces else 0.0
+
+
+def _named(coordinates: Iterable[int]) -> str:
+    """Return "coordinate 1", or "coordinates 1, 2"."""
+    several = sorted(coordinates)
+    return f"coordinate{'s' * (len(several) > 1)} {', '.join(map(str, several))}"
 
 
 def symmetric(a: linear.Matrix) -> bool:
