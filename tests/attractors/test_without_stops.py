@@ -183,3 +183,30 @@ def test_a_machine_in_its_place_has_no_progress():
 def test_a_section_that_is_not_there_is_refused(machine, keywords, words):
     with pytest.raises(vi.VibroImpactError, match=words):
         vi.classify(machine, REST, **keywords)
+
+
+@pytest.mark.parametrize("omega", [0.7, 1.0, 1.3, 2.0])
+def test_a_free_body_that_only_rubs_does_not_advance_by_rounding(omega: float) -> None:
+    """Its motion is its own mirror image after half a period, so that it comes back."""
+    body = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], forces=(vi.Harmonic(omega, (1.0,)),),
+        elements=(vi.Friction((1.0,), 0.3),),
+    )  # fmt: skip
+    found = vi.classify(body, vi.State((0.0,), (0.3,)), settle=20, points=64)
+    assert found.label == "1-0-0 periodic"
+    assert found.progress.tolist() == [0.0]
+
+
+def test_impacts_are_those_between_the_points_at_changes_of_state() -> None:
+    block = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
+        elements=(vi.RigidStop((1.0,), upper=0.19, restitution=0.5),
+                  vi.Friction((1.0,), 0.1, 0.2, belt_speed=0.05)),
+    )  # fmt: skip
+    start = vi.State((0.0,), (0.0,))
+    found = vi.classify(block, start, settle=20, points=64, contact=1)
+    run = vi.simulate(block, start, t_max=float(found.section.time[-1]), impacts=10**6)
+    changes = run.time[np.flatnonzero(np.diff(run.all_states[:, 1]))]
+    assert (changes < found.section.time[0]).sum() == 20
+    between = run.impacts & (run.time >= found.section.time[0])
+    assert 0 <= found.impacts - between.sum() <= 1  # and the one before the first point

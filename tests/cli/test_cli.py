@@ -371,6 +371,8 @@ def test_a_relay_in_a_file_switches_at_the_times_of_its_closed_form() -> None:
         (HYBRID, ["simulate"], "starts in a mode. Give [start]"),
         (HYBRID + IN_ON, ["simulate", "--impacts", "9"], "--impacts 9.*--t-max"),
         (HYBRID + IN_ON, ["simulate", "--omega", "1"], "[hybrid] is no mechanism"),
+        (HYBRID + IN_ON, ["simulate", "--position", "7"], "--position: a [hybrid] starts as"),
+        (HYBRID + IN_ON, ["simulate", "--window", "0", "1"], "--window: .* drawn as a whole"),
         (HYBRID + IN_ON, ["section"], "[hybrid] is no mechanism. Take vibroimpact simulate"),
         (HYBRID.replace("rising", "up") + IN_ON, ["simulate"], "direction"),
         (HYBRID.replace("row =", "rows =") + IN_ON, ["simulate"], "[hybrid.guards.upper]: .*rows"),

@@ -242,8 +242,8 @@ def test_a_dashpot_that_would_hold_a_group_has_no_derivative(parameter: str) -> 
         compile_prescribed(mole(), parameter)
 
 
-def test_a_group_has_derivatives_by_its_dashpot() -> None:
-    """A parameter that keeps the group without hold changes no order of an equation."""
+def test_a_parameter_that_keeps_a_group_without_hold_is_allowed() -> None:
+    """It changes no order of an equation; one that does is refused."""
     compile_prescribed(vi.Family(lambda c: mole(c=c), c=C), "c")
 
 

@@ -57,3 +57,20 @@ def test_a_spring_to_the_ground_leaves_none_and_changes_no_bit():
     position = np.array([[0.1, 0.3]])
     assert held.references == ()
     assert held.removed(position) is position
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-7, 1e7])
+def test_springs_hold_a_coordinate_in_whatever_unit_it_is_counted(unit: float) -> None:
+    """A torsion spring of 1e-13 beside a linear one of 1: both hold, whatever the units."""
+    held = vi.Mechanism(
+        mass=np.diag([1.0, unit**2]), damping=np.zeros((2, 2)), stiffness=np.diag([1.0, unit**2]),
+        elements=(vi.RigidStop((1.0, 0.0), upper=0.4),),
+    )  # fmt: skip
+    assert translations_of(held).references == ()
+    k = np.array([[1.0, -unit], [-unit, unit**2]])  # the second body counted in another unit
+    loose = vi.Mechanism(
+        mass=np.diag([1.0, unit**2]), damping=np.zeros((2, 2)), stiffness=k,
+        elements=(vi.Friction((1.0, 0.0), 0.1),),
+    )  # fmt: skip
+    (direction,) = translations_of(loose).directions.T
+    np.testing.assert_allclose(direction, [unit, 1.0], rtol=1e-12)

@@ -411,3 +411,17 @@ def test_a_kicked_oscillator_has_the_fixed_point_of_its_exponential() -> None:
     forms = vi.full_map(orbit, "elements[0].impulses[0][0]")
     by_kick = np.linalg.solve(np.eye(2) - forms.jacobian(), forms.derivative(np.eye(3)[2]))
     np.testing.assert_allclose(by_kick, orbit.states[0, :2] / p, rtol=0.0, atol=1e-13)  # linear
+
+
+@pytest.mark.parametrize("omega", [0.9, 1.7])
+def test_two_free_bodies_that_do_not_advance_have_an_orbit_at_every_place(omega: float) -> None:
+    """Rounding of 1e-12 is no drift, though the events of a period are all at one place."""
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    m = vi.Mechanism(
+        mass=np.diag([1.0, 2.0]), damping=0.1 * pair, stiffness=pair,
+        elements=(vi.RigidStop((1.0, -1.0), upper=0.3, restitution=0.6),),
+        forces=(vi.Harmonic(omega, (0.7, -0.7)),),
+    )  # fmt: skip
+    orbit = vi.find_orbit(m, vi.State((0.1, 0.0), (0.0, 0.0)))
+    assert orbit.converged
+    assert orbit.family_dimension == 1

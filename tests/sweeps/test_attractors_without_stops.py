@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import vibroimpact as vi
 from vibroimpact.attractors.matching import strobe_symbols
@@ -77,3 +80,19 @@ def test_periods_of_points_are_the_least_that_repeat():
 def test_without_force_the_way_out_is_named():
     with pytest.raises(vi.VibroImpactError, match=r"no forcing.*vi\.classify"):
         vi.basins(belt(), over={"x1": [0.0, 0.1], "v1": [0.0, 0.1]}, start=REST)
+
+
+def test_results_at_a_phase_are_done_again_from_themselves() -> None:
+    belt = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]], forces=(vi.Harmonic(2.3, (0.01,)),),
+        elements=(vi.Friction((1.0,), 0.1, 0.2, belt_speed=0.05),),
+    )  # fmt: skip
+    window: dict[str, Any] = {"settle": 50, "periods": 50, "progress": False}
+    basins = vi.basins(
+        belt, over={"x1": [-0.1, 0.1], "v1": [0.0]}, start=vi.State((0.0,), (0.0,)), **window
+    )
+    counted = vi.multistability(
+        belt, over={"damping[0][0]": [0.02]}, start=vi.ListedStarts([[0.0]], [[0.0]]), **window
+    )
+    for found in (basins, counted):
+        xr.testing.assert_identical(vi.rerun_sweep(found, progress=False), found)

@@ -384,14 +384,16 @@ def _progress(section: SectionPoints, shape: InvariantSet, translations: Transla
     step -= translations.removed(step)  # what is left of a loop of the other coordinates
     omega = mechanism_of(section.system).omega
     time = section.time[-1] - section.time[first]
+    step[np.abs(step) <= RETURN_TOLERANCE * _size(section, translations)] = 0.0
     drift: Floats = step / (time * omega / (2.0 * np.pi) if omega else time)
-    drift[np.abs(drift) <= RETURN_TOLERANCE * _size(section, translations)] = 0.0
     return drift
 
 
 def _size(section: SectionPoints, translations: Translations) -> float:
-    """Size of the motion without its drift, at its section points."""
-    return float(np.abs(translations.removed(section.position)).max())
+    """Size of the motion without its drift: at its section points, or how far its speed carries it."""
+    place = np.abs(translations.removed(section.position)).max()
+    way = np.abs(section.velocity).max() * np.median(np.diff(section.time))
+    return float(max(place, way))
 
 
 def rest_on_stops(system: System, position: Floats) -> list[str]:

@@ -253,6 +253,9 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
     group.add_argument("--perturb", type=float, metavar="AMOUNT", help="added to the phase")
 
 
+START = ("position", "velocity", "phase", "on_stop", "orbit", "perturb")  # options of add_start
+
+
 def _free(machine: type[Machine]) -> str:
     """Default start of a machine in words, from its docstring."""
     words = (inspect.getdoc(machine.free_start) or "").partition("\n")[0].rstrip(".")

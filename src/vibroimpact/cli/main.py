@@ -29,7 +29,7 @@ COMMANDS = {  # a file of this folder each
     "switch": "follow the curves that begin at a point of a saved curve, on other orbits",
     "tongue": "follow both sides of a tongue of locked motion from a weak resonance of a saved curve",
     "circle": "find the invariant circle on which a motion settles, and follow it in a parameter",
-    "section": "record the states after the impacts at one stop, or once per forcing period",
+    "section": "record states after impacts at one stop, once per forcing period, or at changes of an element",
     "sweep": "observe many motions over any parameters, in memory or in a store that resumes",
     "diagram": "draw a bifurcation diagram by brute force, followed up and down or from random starts",
     "plane": "colour a plane of two parameters by symbol, exponent, rotation number, or attractors met",

@@ -48,7 +48,8 @@ def run(arguments: argparse.Namespace) -> str:
     state = common.start_of(arguments, case)
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
-        raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.")
+        way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
+        raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
     write(targets, data=motion.to_dataset, picture=lambda: _picture(motion, arguments.window))
     si = common.in_si(case.system, motion.last, float(motion.time[-1]))
     return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{si}{common.listed(targets)}"
@@ -65,10 +66,18 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase, targets: list[Path]
         raise InvalidParameterError(
             f"--impacts {impacts}: a [hybrid] has transitions and no impacts. Give --t-max."
         )
+    for name in (*common.START, "window"):
+        if getattr(arguments, name, None) is not None:
+            raise InvalidParameterError(
+                f"{common.option(name)}: a [hybrid] starts as [start] says, and is drawn as a whole. "
+                "Leave it out."
+            )
     motion = simulate_hybrid(
         case.system, start.mode, start.state, phase=start.phase,
         **common.given(arguments, ("t_max",)),
     )  # fmt: skip
+    if motion.end not in (RunEnd.HORIZON, RunEnd.EVENTS):
+        raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
     write(targets, data=motion.to_dataset, picture=lambda: plot_hybrid_run(motion))
     return f"{motion}\nends in {motion.modes[-1]}: {motion.after[-1]}{common.listed(targets)}"
 

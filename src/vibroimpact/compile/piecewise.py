@@ -73,7 +73,7 @@ from vibroimpact.model.elements import (
     SoftStopState,
 )
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.mechanism import Mechanism, held_last
 from vibroimpact.model.stop import Stop
 
 RADIX = 5  # states of an element in a code
@@ -389,7 +389,7 @@ class Piecewise:
         """(4) and (5); forces of sliders that stick follow from them."""
         speeds = {self.sliders[number]: self._held_speed(number, e) for number, e in held.items()}
         holder = {i: number for number, i in self.sliders.items()}
-        unknown = [i for i in self.mechanism.held_last if i not in speeds]
+        unknown = [i for i in held_last(self.mechanism) if i not in speeds]
         groups = loose_groups([row[1 : 2 * self.degrees : 2] for row in pull], unknown)
         given = [i for i in unknown if i not in groups]
         speeds |= self._solved(given, [self._put_in(pull[i], speeds) for i in given])

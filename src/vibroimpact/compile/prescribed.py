@@ -30,7 +30,7 @@ from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
 from vibroimpact.model.elements import Friction, FrictionState, SoftStop
-from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
+from vibroimpact.model.mechanism import Mechanism, held_last, infinite, needs_elements
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.system import System, mechanism_of
 
@@ -462,7 +462,7 @@ def _check_order(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that gives a massless coordinate a mass, or a slider without one a dashpot."""
     soft = [e for e in varied.elements if isinstance(e, SoftStop)]
     laws = [(e.row, e.law(side)[2]) for e in soft for side in (1, -1)]
-    groups = loose_groups(varied.damping, varied.held_last)
+    groups = loose_groups(varied.damping, held_last(varied))
     for i in varied.massless:
         given: dict[str, list[list[Any]]] = {
             "mass": [[x] for x in (*varied.mass[i], *(row[i] for row in varied.mass))]

@@ -272,12 +272,6 @@ class Mechanism:
             if e.row[i]
         }
 
-    @property
-    def held_last(self) -> list[int]:
-        """Coordinates without mass, those that friction holds last."""
-        sliders = [*self.sliders.values()]
-        return sorted(self.massless, key=lambda i: i in sliders)
-
     def _check_massless(self) -> None:
         """Refuse a coordinate without mass that nothing holds, or that would need an impulse."""
         light = self.massless
@@ -315,9 +309,9 @@ class Mechanism:
 
     def _check_dashpots(self) -> None:
         """Refuse coordinates without mass that nothing holds, or whose speeds are not determined."""
-        free = [i for i in self.held_last if i not in self.sliders.values()]
+        free = [i for i in held_last(self) if i not in self.sliders.values()]
         both = linear.plus(self.damping, linear.transpose(self.damping))
-        groups = loose_groups(both, self.held_last)
+        groups = loose_groups(both, held_last(self))
         loose = next((sorted(groups[i]) for i in free if i in groups), [])
         if loose or linear.cholesky([[both[i][j] for j in free] for i in free]) is None:
             raise InvalidParameterError(
@@ -489,6 +483,12 @@ def stop_sizes(m: Mechanism) -> list[float]:
     """|limit| of every stop: lengths of the mechanism."""
     stops = [part for part in m.numbered if isinstance(part, STOP_KINDS)]
     return [abs(x) for stop in stops for x in (stop.lower, stop.upper) if not infinite(x)]
+
+
+def held_last(m: Mechanism) -> list[int]:
+    """Coordinates without mass, those that friction holds last."""
+    sliders = [*m.sliders.values()]
+    return sorted(m.massless, key=lambda i: i in sliders)
 
 
 def accelerations(m: Mechanism, forces: ArrayLike) -> Floats:

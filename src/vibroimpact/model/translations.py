@@ -4,7 +4,8 @@ Method      the columns d with K d = 0, row . d = 0 for every stop, and position
             normal load                                                                      (1)
             each has the entry 1 at its own coordinate, its reference, and 0 at those of the others;
             positions less the drift are  x - sum over d of x_reference d                    (2)
-Accuracy    that of (1) is 2^-40 of the largest entries of K and of the rows
+Accuracy    that of (1) is 2^-40 of the largest entries, with coordinates in units that make the
+            diagonal of K one
 """
 
 from __future__ import annotations
@@ -44,13 +45,25 @@ class Translations:
 
 def translations_of(m: Mechanism) -> Translations:
     """Translations of a mechanism (1): none where every body is held or meets a stop."""
-    seen = [*as_array(m.stiffness), *_rows(m)]
-    sizes = [np.abs(as_array(m.stiffness)).max()] * m.degrees
-    sizes += [np.abs(row).max() for row in seen[m.degrees :]]
-    scaled = np.array([row / size if size else row for row, size in zip(seen, sizes, strict=True)])
-    _, values, across = np.linalg.svd(scaled)
-    rank = int((values > RANK).sum())
-    return _measured(across[rank:].T)
+    stiffness = as_array(m.stiffness)
+    units = 1.0 / _roots_of_stiffness(stiffness)
+    rows = [row * units for row in _rows(m)]
+    seen = [*(stiffness * np.outer(units, units)), *(row / np.abs(row).max() for row in rows)]
+    _, values, across = np.linalg.svd(np.array(seen))
+    scaled = _measured(across[int((values > RANK).sum()) :].T)
+    lengths = units[list(scaled.references)]
+    return Translations(scaled.directions * units[:, None] / lengths, scaled.references)
+
+
+def _roots_of_stiffness(stiffness: Floats) -> Floats:
+    """Square roots of the stiffness at each coordinate; 1 where there is none.
+
+    In their inverses as units no entry of K is large or small by a choice of the user's units.
+    """
+    own = np.abs(np.diag(stiffness))
+    largest = np.maximum(np.abs(stiffness).max(axis=0), np.abs(stiffness).max(axis=1))
+    size = np.where(own > 0.0, own, largest)
+    return np.sqrt(np.where(size > 0.0, size, 1.0))
 
 
 def _rows(m: Mechanism) -> list[Floats]:

@@ -35,6 +35,7 @@ EVENTS = (Status.IMPACT, Status.ENGAGE, Status.CHANGE)  # which end a flight
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
 TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
 RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
+DRIFTS = "the motion drifts"
 OPEN = "the law leaves the state of an element open in every period: such orbits have no signature"
 
 
@@ -113,12 +114,13 @@ def closing_loop(
         Required forcing cycles; None for any.
     """
     events = events_of(run)
-    if drifts := _drift(run, events, cycles):
-        return drifts
     found = _settled_loop(run, events, cycles) if sequence is None else None
     silent = None if sequence or found else _since_last_impact(events)
     if silent is not None:
         events, found = silent, _settled_loop(run, silent, cycles)
+    closed = found is not None and found[2]
+    if not closed and (drifts := _drift(run, events, cycles)):
+        return drifts
     stops = [events.stops[k] for k in events.counted]
     times = events.times[events.counted]
     if sequence is not None:
@@ -252,10 +254,13 @@ def _drift(run: Run, events: Events, cycles: int | None) -> str:
     if found is None:
         return ""
     first, last, _ = found
-    place, times = states[first : last + 1, : m.degrees], events.times[events.counted]
-    whole = cycles_of(run.system, times[last] - times[first])
-    least = CLOSED * float(np.ptp(place, axis=0).max())
-    return _drift_words(place[-1] - place[0], least, whole)
+    span = float(np.diff(events.times[events.counted][[first, last]])[0])
+    loop = states[first : last + 1]
+    # the way that its speeds cover: all its events may be at one place
+    way = span * float(np.abs(loop[:, m.degrees : 2 * m.degrees]).max())
+    return _drift_words(
+        loop[-1, : m.degrees] - loop[0, : m.degrees], CLOSED * way, cycles_of(run.system, span)
+    )
 
 
 def _drift_words(advance: Floats, least: float, cycles: int) -> str:
@@ -269,8 +274,8 @@ def _drift_words(advance: Floats, least: float, cycles: int) -> str:
     which = ", ".join(f"coordinate {i} by {advance[i]:.6g}" for i in moving)
     period = "period" if cycles < 2 else f"period of {cycles} forcing cycles"
     return (
-        f"the motion drifts: in every {period} it advances, {which}, so that it does not close and is "
-        "no orbit. classify takes it without the drift"
+        f"{DRIFTS}: in every {period} it advances, {which}, so that it does not close and is no orbit. "
+        "classify takes it without the drift"
     )
 
 

@@ -37,7 +37,7 @@ from vibroimpact._core.progress import Progress
 from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.closing_segment import closing_loop
+from vibroimpact.orbits.closing_segment import DRIFTS, closing_loop
 from vibroimpact.orbits.find import (
     SAME,
     Guess,
@@ -194,11 +194,11 @@ class _Sweep:
     def _why_unresolved(self, run: Run) -> str:
         """What find_orbit says of a motion without a loop at its end, or with one beyond the bounds.
 
-        "" for all others; those that neither settle nor rest are among them.
+        "" where the end of the motion nearly closes within the bounds, settled or not.
         """
         loop = closing_loop(run, None, None)
-        if isinstance(loop, str):
-            return loop
+        if isinstance(loop, str):  # one reason, however far each motion drifts
+            return DRIFTS if loop.startswith(DRIFTS) else loop
         signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
         struck = sum(impacting(mechanism_of(self.system), signature))
         beyond = loop.cycles > self.cycles or struck > self.impacts

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice, check_kind, refusal
+from vibroimpact._core.checks import check_choice, check_flag, refusal
 from vibroimpact._core.types import Floats
 from vibroimpact.plotting import style
 from vibroimpact.plotting.units import Units, of_coordinate, units_of
@@ -45,7 +45,7 @@ def plot_section(
     arrays = [getattr(section, name, None) for name in ("position", "velocity", "phase")]
     if not all(isinstance(array, np.ndarray) for array in arrays):
         raise refusal("section", section, "a Section, as vi.impact_section gives")
-    check_kind("drift", drift, bool, "True or False")
+    check_flag("drift", drift)
     place = section.position if drift else section.relative
     across, up = (component(section, name, c, place) for name, c in (("x", x), ("y", y)))
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:

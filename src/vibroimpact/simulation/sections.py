@@ -64,7 +64,7 @@ class SectionPoints:
 
     @property
     def v1(self) -> Floats:
-        """Velocity of the first coordinate after the impact."""
+        """Velocity of the first coordinate at each point, after the event that makes it."""
         return self.velocity[:, 0]
 
     @property

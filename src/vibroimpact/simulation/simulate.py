@@ -104,7 +104,7 @@ _SENTENCES = {
     RunEnd.STALLED: "time does not advance: more than 4096 events at one instant",
     RunEnd.MISSING: "a set of closed contacts, and of friction that sticks, could not be compiled: "
     "they depend on each other, or the forcing meets an undamped resonance of it",
-    RunEnd.EVENTS: "the record is full: mostly events that are no impacts (give t_max), or all of the memory",
+    RunEnd.EVENTS: "the record is full: mostly events that are no impacts, or all of the memory",
     RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
     "rounding",

@@ -64,7 +64,9 @@ class StateSection(SectionPoints):
     def __repr__(self) -> str:
         label = element_labels(mechanism_of(self.system))[self.element]
         what = f"{label} takes {self.takes.name}" if self.takes is not None else f"{label} changes"
-        return f"StateSection: {len(self)} states where {what}; {self.end.sentence}"
+        rare = "fewer than one event in 64 is such a change"
+        end = rare if self.end is RunEnd.EVENTS else self.end.sentence
+        return f"StateSection: {len(self)} states where {what}; {end}"
 
     def to_dataset(self) -> xr.Dataset:
         """Return the section as an xarray dataset; attributes say which element and state."""
@@ -177,9 +179,14 @@ def take_changes(
     found, spent, end = -discard, 0, RunEnd.EVENTS
     before = motion.at.mode
     while found < points and end in GOES_ON:
+        at, missing = motion.at, points - found
         part = motion.next_events(CHUNK)
-        spent, end = spent + len(part["status"]), RunEnd(part["why"])
         chosen, states = changes_in(motion, part, before, element, takes)
+        if len(chosen) >= missing:  # again, up to the last of them
+            motion.at = at
+            part = motion.next_events(int(chosen[missing - 1]) + 1)
+            chosen, states = changes_in(motion, part, before, element, takes)
+        spent, end = spent + len(part["status"]), RunEnd(part["why"])
         before = motion.at.mode
         skipped = min(max(-found, 0), len(chosen))
         found += len(chosen)

@@ -193,9 +193,13 @@ def _of_basins(found: xr.Dataset) -> dict[str, Any]:
 
 def _matched(found: xr.Dataset) -> dict[str, Any]:
     """Arguments for matching attractors."""
-    section = next(one for one in _observed(found) if isinstance(one, Section))
     tolerance = float(found.attrs["tolerance"])
-    return {"stop": section.stop, "contact": section.contact, "tolerance": tolerance}
+    if "contact" in found.attrs:
+        contact, stop = int(found.attrs["contact"]), found.attrs["stop"]
+    else:  # of 0.1
+        section = next(one for one in _observed(found) if isinstance(one, Section))
+        contact, stop = section.contact, section.stop
+    return {"stop": stop, "contact": contact, "tolerance": tolerance}
 
 
 def _of_diagram(found: xr.Dataset) -> dict[str, Any]:

@@ -118,7 +118,9 @@ def basins(
     )  # fmt: skip
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
-    matched_by = {"made_by": "basins", "tolerance": tolerance, "most": most}
+    matched_by = {
+        "made_by": "basins", "tolerance": tolerance, "most": most, "contact": contact, "stop": stop,
+    }  # fmt: skip
     return members.assign(attractor=labels, **table).assign_attrs(matched_by)
 
 

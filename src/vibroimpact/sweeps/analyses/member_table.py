@@ -30,7 +30,7 @@ ExtendRun = Callable[[States, int, bool], xr.Dataset]
 class Table:
     """Data for matching, one row per member: its last window, and its final state.
 
-    ``strobed``: points are at a phase of the force, as the machine has no stops.
+    ``strobed``: points are at a phase of the force, as the chosen contact has no stop.
     """
 
     system: System

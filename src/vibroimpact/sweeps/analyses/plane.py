@@ -185,7 +185,9 @@ def multistability(
         start=start, **options,
     )  # fmt: skip
     counted = _counted(system, members, list(over), contact, stop, tolerance)
-    made = {"made_by": "multistability", "tolerance": tolerance}
+    made = {
+        "made_by": "multistability", "tolerance": tolerance, "contact": contact, "stop": stop,
+    }  # fmt: skip
     return members.assign(attractors=counted).assign_attrs(made)
 
 
