@@ -229,6 +229,26 @@ def test_a_client_that_looks_for_its_scheduler_is_not_waited_for():
         backend.completed(distributed, searching, [])
 
 
+def test_a_result_whose_worker_is_gone_is_not_waited_for_once_the_cluster_is_lost():
+    cluster = SimpleNamespace(status="running")
+
+    def result(_timeout):
+        cluster.status = "closed"
+        raise distributed.TimeoutError
+
+    with pytest.raises(vi.VibroImpactError, match=LOST):
+        backend.result_of(distributed, cluster, SimpleNamespace(status="finished", result=result))
+
+
+def test_a_task_that_has_raised_a_timeout_says_so_and_is_not_waited_for():
+    def result(_timeout=None):
+        raise distributed.TimeoutError("of the task")
+
+    task = SimpleNamespace(status="error", result=result)
+    with pytest.raises(distributed.TimeoutError, match="of the task"):
+        backend.result_of(distributed, SimpleNamespace(status="running"), task)
+
+
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(backend, "LOOK", 0.01)

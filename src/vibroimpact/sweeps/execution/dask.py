@@ -61,7 +61,7 @@ def compute_tiles(
                 if not under_way:
                     return
                 for task in completed(distributed, cluster, list(under_way)):
-                    yield under_way.pop(task), task.result()
+                    yield under_way.pop(task), result_of(distributed, cluster, task)
         finally:
             with suppress(Exception):  # of a cluster that is lost nothing is left to cancel
                 cluster.cancel(list(under_way))
@@ -136,6 +136,16 @@ def completed(distributed: Any, cluster: Any, tasks: list[Any]) -> Iterable[Any]
         with cluster.as_current(), suppress(distributed.TimeoutError):
             done: set[Any] = distributed.wait(tasks, LOOK, "FIRST_COMPLETED").done
             return done
+    raise ClusterLostError(LOST)
+
+
+def result_of(distributed: Any, cluster: Any, task: Any) -> Any:
+    """Result of a task that is done; its worker may be gone, and the cluster lost, before it is here."""
+    while cluster.status == "running":
+        if task.status == "error":
+            return task.result()  # raises what the task has raised, a TimeoutError too
+        with suppress(distributed.TimeoutError):
+            return task.result(LOOK)
     raise ClusterLostError(LOST)
 
 
