@@ -102,10 +102,20 @@ class AtStop:
 
 
 @dataclass
-class AtPhase:
-    """Points once per forcing period, with impacts or without; the motion is at its start."""
+class _AtNoStop:
+    """Points that are at no stop."""
 
     motion: Simulator
+
+    def exponent(self) -> LyapunovEstimate:
+        """Estimate the exponent from here: without stops over as many events as elsewhere impacts."""
+        return exponent_from(self.motion, EXPONENT_IMPACTS // EVENTS_PER_IMPACT)
+
+
+@dataclass
+class AtPhase(_AtNoStop):
+    """Points once per forcing period, with impacts or without; the motion is at its start."""
+
     phase: float = 0.0
     now: float = field(default=0.0, init=False)
     index: int = field(default=0, init=False)
@@ -126,20 +136,15 @@ class AtPhase:
         part = joined([self.motion.impacts_of(part) for part in parts])
         return Window(part, section, RunEnd.POINTS if end is RunEnd.HORIZON else end, points)
 
-    def exponent(self) -> LyapunovEstimate:
-        """Estimate the exponent over the next events."""
-        return exponent_from(self.motion, EXPONENT_IMPACTS // EVENTS_PER_IMPACT)
-
     def _times(self, points: int) -> Any:
         mechanism, start = self.motion.compiled.mechanism, self.motion.start
         return strobe_times(mechanism, start.phase, self.phase, self.index, points)
 
 
 @dataclass
-class AtChange:
+class AtChange(_AtNoStop):
     """Points just after an element has changed its state."""
 
-    motion: Simulator
     element: int
 
     def settle(self, count: int) -> None:
@@ -154,10 +159,6 @@ class AtChange:
         found = f"element {self.element} changes its state {len(section)} times: take another one."
         end = RunEnd.POINTS if section.end is RunEnd.EVENTS else section.end
         return Window(part, section, end, len(section), found)
-
-    def exponent(self) -> LyapunovEstimate:
-        """Estimate the exponent over the next events."""
-        return exponent_from(self.motion, EXPONENT_IMPACTS // EVENTS_PER_IMPACT)
 
 
 def sampler_of(motion: Simulator, contact: int, stop: StopName, at_phase: float | None) -> Sampler:

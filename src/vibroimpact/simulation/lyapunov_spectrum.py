@@ -302,7 +302,7 @@ def _from_events(
     while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
         part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
     end = RunEnd(part["why"])
-    if end not in (RunEnd.IMPACTS, RunEnd.EVENTS, RunEnd.OBSERVER):
+    if end not in (*GOES_ON, RunEnd.OBSERVER):
         return _without(wanted, end, end.sentence)
     if end is RunEnd.OBSERVER:  # the first tangent has vanished, or is no number
         return _forgotten(wanted, end)

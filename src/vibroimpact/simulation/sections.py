@@ -8,6 +8,7 @@ section, at one phase of the force, describes motions without impacts as well.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -402,19 +403,14 @@ def section_of(
     n = motion.compiled.mechanism.degrees
     chosen = [part.at(contact, stop) for part in parts]
 
-    def joined(empty: Any, pick: Any) -> Any:
+    def picked(empty: Any, pick: Any) -> Any:
         pieces = [pick(part)[i] for part, i in zip(parts, chosen, strict=True)]
-        array = np.concatenate([empty, *pieces])[:points]
-        array.flags.writeable = False
-        return array
+        return joined(empty, pieces, points)
 
     nothing = np.empty(0)
-    position = joined(np.empty((0, n)), lambda part: part.position)
-    velocity = joined(np.empty((0, n)), lambda part: part.velocity)
-    phase = joined(nothing, lambda part: part.phase)
-    last = motion.last
-    if len(phase):
-        last = State(tuple(position[-1]), tuple(velocity[-1]), float(phase[-1]))
+    position = picked(np.empty((0, n)), lambda part: part.position)
+    velocity = picked(np.empty((0, n)), lambda part: part.velocity)
+    phase = picked(nothing, lambda part: part.phase)
     return Section(
         system=motion.system,
         contact=contact,
@@ -422,24 +418,35 @@ def section_of(
         position=position,
         velocity=velocity,
         phase=phase,
-        time=joined(nothing, lambda part: part.time),
-        status=joined(np.empty(0, dtype=np.int32), lambda part: part.status),
+        time=picked(nothing, lambda part: part.time),
+        status=picked(np.empty(0, dtype=np.int32), lambda part: part.status),
         end=end,
-        last=last,
+        last=last_of(motion, position, velocity, phase),
     )
+
+
+def joined(empty: Any, pieces: Iterable[Any], most: int | None = None) -> Any:
+    """Pieces of an array of points as one, read-only, at most so many."""
+    array = np.concatenate([empty, *pieces])[:most]
+    array.flags.writeable = False
+    return array
+
+
+def last_of(motion: Simulator, position: Floats, velocity: Floats, phase: Floats) -> State:
+    """State of the last point; that of the motion where there is none."""
+    if not len(phase):
+        return motion.last
+    return State(tuple(position[-1]), tuple(velocity[-1]), float(phase[-1]))
 
 
 def check_stop(system: System, contact: Any, stop: StopName) -> None:
     """Refuse a stop that the system does not have: those of contacts, and soft ones."""
     contacts = mechanism_of(system).numbered
-    whole = isinstance(contact, int | np.integer) and not isinstance(contact, bool)
     if not contacts:
         raise InvalidParameterError(
             "system: has no stop, so no section at impacts. Take vi.stroboscopic_section."
         )
-    if not whole or not 0 <= contact < len(contacts):
-        known = " to ".join(dict.fromkeys(("0", str(len(contacts) - 1))))
-        raise refusal("contact", contact, known)
+    check_number("contact", contact, len(contacts))
     check_stop_name(stop)
     if not isinstance(contacts[contact], STOP_KINDS):
         stops = [str(i) for i, one in enumerate(contacts) if isinstance(one, STOP_KINDS)]
@@ -454,6 +461,13 @@ def check_stop(system: System, contact: Any, stop: StopName) -> None:
         raise InvalidParameterError(
             f"stop = {stop!r}: contact {contact} has no such stop; use the other one."
         )
+
+
+def check_number(name: str, value: Any, count: int, advice: str = "") -> None:
+    """Refuse a number that none of so many contacts, or contacts and elements, has."""
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 0 <= value < count:
+        raise refusal(name, value, " to ".join(dict.fromkeys(("0", str(count - 1)))), advice)
 
 
 def check_points(name: str, points: int, system: System) -> None:

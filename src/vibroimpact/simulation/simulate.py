@@ -340,6 +340,11 @@ def states_of_modes(compiled: Compiled, modes: Codes) -> Codes:
     return states
 
 
+def first_phases(phases: Floats) -> Floats:
+    """Phases of the first forcing line from those of all, (k, L); 0 without forcing."""
+    return phases[:, 0] if phases.shape[1] else np.zeros(len(phases))
+
+
 def phases_of(mechanism: Mechanism, phase: float) -> list[float]:
     """Phases of all forcing lines when the first has this one."""
     return [phase * (force.omega / mechanism.omega) for force in mechanism.forces]
@@ -547,7 +552,6 @@ def assembled(
     n = compiled.mechanism.degrees
     after, side = joined("after"), joined("side")
     time, low = rounded_times(joined("high"), joined("low"))
-    phase = joined("phase")
     return Run(
         system=system,
         start=state,
@@ -558,7 +562,7 @@ def assembled(
         position=after[:, :n],
         velocity_before=joined("before")[:, n:],
         velocity_after=after[:, n:],
-        phase=phase[:, 0] if phase.shape[1] else np.zeros(len(time)),
+        phase=first_phases(joined("phase")),
         rate_before=joined("rate_before"),
         rate_after=joined("rate_after"),
         end=why,

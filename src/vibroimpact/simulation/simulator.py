@@ -22,6 +22,7 @@ from vibroimpact.simulation.simulate import (
     Status,
     begin,
     events_for,
+    first_phases,
     flight_limit_of,
     rounded_times,
 )
@@ -116,16 +117,14 @@ class Simulator:
         """The impacts among recorded events, whose last state becomes that of the motion."""
         n = self.compiled.mechanism.degrees
         if len(part["status"]):
-            row = part["after"][-1]
-            phase = float(part["phase"][-1, 0]) if part["phase"].shape[1] else 0.0
-            self.last = State(tuple(row[:n]), tuple(row[n:]), phase)
+            row, (phase,) = part["after"][-1], first_phases(part["phase"][-1:])
+            self.last = State(tuple(row[:n]), tuple(row[n:]), float(phase))
         keep = np.isin(part["status"], COUNTED)
-        phases = part["phase"][keep]
         return Impacts(
             system=self.system,
             high=part["high"][keep],
             low=part["low"][keep],
-            phase=phases[:, 0] if phases.shape[1] else np.zeros(len(phases)),
+            phase=first_phases(part["phase"][keep]),
             position=part["after"][keep, :n],
             velocity_before=part["before"][keep, n:],
             velocity=part["after"][keep, n:],

@@ -26,9 +26,18 @@ from vibroimpact.simulation.sections import (
     Section,
     SectionPoints,
     StroboscopicSection,
+    check_number,
     check_points,
+    joined,
+    last_of,
 )
-from vibroimpact.simulation.simulate import GOES_ON, RunEnd, rounded_times, states_of_modes
+from vibroimpact.simulation.simulate import (
+    GOES_ON,
+    RunEnd,
+    first_phases,
+    rounded_times,
+    states_of_modes,
+)
 from vibroimpact.simulation.simulator import CHUNK, Simulator
 
 if TYPE_CHECKING:
@@ -145,10 +154,7 @@ def check_change(system: System, element: Any, takes: Any, name: str = "element"
     """Refuse an element that the system does not have, or a state that it does not take."""
     mechanism = mechanism_of(system)
     kinds = kinds_of_states(mechanism)
-    whole = isinstance(element, int | np.integer) and not isinstance(element, bool)
-    if not whole or not 0 <= element < len(kinds):
-        known = " to ".join(dict.fromkeys(("0", str(len(kinds) - 1))))
-        raise refusal(name, element, known, "Numbers are those of results: rigid stops first.")
+    check_number(name, element, len(kinds), "Numbers are those of results: rigid stops first.")
     if takes is None:
         return None
     found = _states(mechanism, element)
@@ -196,7 +202,7 @@ def take_changes(
         if spent > IMPACTS_PER_POINT * (points + discard) + CHUNK and found < points:
             break
     end = RunEnd.POINTS if found >= points else RunEnd.EVENTS if end in GOES_ON else end
-    return _section_of(motion, rows, points, element, takes, end), parts
+    return _section_of(motion, rows, element, takes, end), parts
 
 
 def changes_in(
@@ -216,33 +222,21 @@ def changes_in(
 
 
 def _section_of(
-    motion: Simulator, rows: list[Any], points: int, element: int, takes: IntEnum | None,
-    end: RunEnd,
-) -> StateSection:  # fmt: skip
-    """The section from events chosen among recorded ones, at most so many."""
+    motion: Simulator, rows: list[Any], element: int, takes: IntEnum | None, end: RunEnd
+) -> StateSection:
+    """The section from events chosen among recorded ones."""
     n = motion.compiled.mechanism.degrees
 
-    def joined(pick: Any, empty: Any) -> Any:
-        pieces = [pick(part)[chosen] for part, chosen, _ in rows]
-        array = np.concatenate([empty, *pieces])[:points]
-        array.flags.writeable = False
-        return array
+    def picked(empty: Any, pick: Any) -> Any:
+        return joined(empty, [pick(part)[chosen] for part, chosen, _ in rows])
 
-    nothing, none = np.empty(0), np.empty((0, 2 * n))
-    after = joined(lambda part: part["after"], none)
-    phase = joined(lambda part: _first_phase(part["phase"]), nothing)
-    state = np.concatenate([np.empty(0, dtype=np.int32), *(s for *_, s in rows)])[:points]
-    state.flags.writeable = False
-    last = motion.last
-    if len(phase):
-        last = State(tuple(after[-1, :n]), tuple(after[-1, n:]), float(phase[-1]))
+    nothing = np.empty(0)
+    after = picked(np.empty((0, 2 * n)), lambda part: part["after"])
+    position, velocity = after[:, :n], after[:, n:]
+    phase = picked(nothing, lambda part: first_phases(part["phase"]))
     return StateSection(
-        system=motion.system, position=after[:, :n], velocity=after[:, n:], phase=phase,
-        time=joined(lambda part: rounded_times(part["high"], part["low"])[0], nothing), end=end,
-        last=last, element=element, takes=takes, state=state,
+        system=motion.system, position=position, velocity=velocity, phase=phase,
+        time=picked(nothing, lambda part: rounded_times(part["high"], part["low"])[0]), end=end,
+        last=last_of(motion, position, velocity, phase), element=element, takes=takes,
+        state=joined(np.empty(0, dtype=np.int32), [states for *_, states in rows]),
     )  # fmt: skip
-
-
-def _first_phase(phases: Any) -> Any:
-    """Phase of the first line at every event; 0 without forcing."""
-    return phases[:, 0] if phases.shape[1] else np.zeros(len(phases))
