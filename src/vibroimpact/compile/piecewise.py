@@ -73,7 +73,7 @@ from vibroimpact.model.elements import (
     SoftStopState,
 )
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism, held_last
+from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
 RADIX = 5  # states of an element in a code
@@ -153,7 +153,7 @@ class Piecewise:
         self.size = 2 * (self.degrees + self.lines)
         self.light = m.massless
         self.sliders = m.sliders
-        self.heavy = [i for i in range(self.degrees) if i not in self.light]
+        self.heavy = with_mass(m)
         self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
         self._by_mass = linear.solver_of_definite(self.mass)
         self.omegas = [force.omega for force in m.forces]

@@ -30,7 +30,7 @@ from vibroimpact.compile.modes import Mode
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
 from vibroimpact.model.elements import Friction, FrictionState, SoftStop
-from vibroimpact.model.mechanism import Mechanism, held_last, infinite, needs_elements
+from vibroimpact.model.mechanism import Mechanism, held_last, infinite, needs_elements, with_mass
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.system import System, mechanism_of
 
@@ -179,7 +179,7 @@ class Prescribed:
     @cached_property
     def heavy(self) -> list[int]:
         """Coordinates with mass."""
-        return [i for i in range(self.degrees) if i not in self.massless]
+        return with_mass(self.mechanism)
 
     @property
     def size(self) -> int:

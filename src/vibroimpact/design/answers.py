@@ -22,7 +22,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
 from vibroimpact.design.motions import Motion
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, with_mass
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -331,7 +331,7 @@ def random_starts(
             )
         speeds.append(omega * size)
     speed = FASTER * float(np.median(speeds)) or 1.0
-    ranges = {f"v{i + 1}": (-speed, speed) for i in range(m.degrees) if i not in m.massless}
+    ranges = {f"v{i + 1}": (-speed, speed) for i in with_mass(m)}
     return RandomStarts(count, seed, ranges | {"phase": (0.0, 2.0 * math.pi)}, start)
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.design.flights import Dual, Flights, Struck, dual, rows_of
 from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, accelerations
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, accelerations, with_mass
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
@@ -145,8 +145,7 @@ class FreeMotion:
 
 def _matrix(m: Mechanism) -> Floats:
     """A of s' = A s, s = (x, v), all stops open, without the speeds of massless coordinates: they are rows on s."""
-    n, light = m.degrees, m.massless
-    heavy = [i for i in range(n) if i not in light]
+    n, light, heavy = m.degrees, m.massless, with_mass(m)
     damping = np.array(m.damping)
     speeds, pull = np.zeros((n, n + len(heavy))), np.zeros((n, n + len(heavy)))
     speeds[heavy, n:] = np.eye(len(heavy))

@@ -399,21 +399,16 @@ class Mechanism:
         ones = (1.0,) * self.degrees
         along = vector("direction", ones if direction is None else direction, self.degrees)
         carried = linear.apply(self.mass, list(along))
-        forces = list(self.forces)
+        forces, nothing = list(self.forces), (0.0,) * self.degrees
         for line in lines:
+            at = next((k for k, f in enumerate(forces) if f.omega == line.omega), len(forces))
+            own = forces[at] if at < len(forces) else Harmonic(line.omega, nothing)
+            square = line.omega * line.omega
             sine, cosine = (
-                [line.omega * line.omega * part[0] * x for x in carried]
-                for part in (line.sine, line.cosine)
+                tuple(square * part[0] * x + y for x, y in zip(carried, old, strict=True))
+                for part, old in ((line.sine, own.sine), (line.cosine, own.cosine))
             )
-            at = next((k for k, f in enumerate(forces) if f.omega == line.omega), None)
-            if at is None:
-                forces.append(Harmonic(line.omega, tuple(sine), tuple(cosine)))
-                continue
-            sine, cosine = (
-                [x + y for x, y in zip(new, old, strict=True)]
-                for new, old in ((sine, forces[at].sine), (cosine, forces[at].cosine))
-            )
-            forces[at] = replace(forces[at], sine=tuple(sine), cosine=tuple(cosine))
+            forces[at : at + 1] = [Harmonic(line.omega, sine, cosine)]
         return replace(self, forces=tuple(forces))
 
     @property
@@ -485,6 +480,11 @@ def stop_sizes(m: Mechanism) -> list[float]:
     return [abs(x) for stop in stops for x in (stop.lower, stop.upper) if not infinite(x)]
 
 
+def with_mass(m: Mechanism) -> list[int]:
+    """Coordinates with mass."""
+    return [i for i, row in enumerate(m.mass) if any(row)]
+
+
 def held_last(m: Mechanism) -> list[int]:
     """Coordinates without mass, those that friction holds last."""
     sliders = [*m.sliders.values()]
@@ -494,7 +494,7 @@ def held_last(m: Mechanism) -> list[int]:
 def accelerations(m: Mechanism, forces: ArrayLike) -> Floats:
     """M^-1 f for forces of shape (n,) or (n, k); zero at coordinates without mass."""
     forces = np.array(forces)
-    heavy = [i for i in range(m.degrees) if i not in m.massless]
+    heavy = with_mass(m)
     out = np.zeros(forces.shape)
     out[heavy] = np.linalg.solve(np.array(m.mass)[np.ix_(heavy, heavy)], forces[heavy])
     return out
