@@ -157,16 +157,23 @@ def check_case(arguments: argparse.Namespace) -> None:
         )
 
 
-def hybrid_case_of(arguments: argparse.Namespace) -> HybridCase | None:
-    """Requested system where a file gives it as modes and guards, and nothing else is given."""
-    if not arguments.config or arguments.case or given(arguments, parameters_in(arguments)):
-        return None
-    case = read_case(arguments.config)
-    return case if isinstance(case, HybridCase) else None
-
-
 def case_of(arguments: argparse.Namespace) -> Case:
-    """Requested system."""
+    """Requested system, a mechanism."""
+    case = any_case_of(arguments)
+    if isinstance(case, HybridCase):
+        raise _no_mechanism(arguments.config)
+    return case
+
+
+def _no_mechanism(path: str) -> InvalidParameterError:
+    return InvalidParameterError(
+        f"config = {path}: [hybrid] is no mechanism. Take vibroimpact simulate, without parameters of a "
+        "machine."
+    )
+
+
+def any_case_of(arguments: argparse.Namespace) -> Case | HybridCase:
+    """Requested system, a mechanism or one that a file gives as modes and guards."""
     parameters = given(arguments, parameters_in(arguments))
     if arguments.case and arguments.config:
         raise InvalidParameterError(
@@ -174,12 +181,11 @@ def case_of(arguments: argparse.Namespace) -> Case:
         )
     if arguments.config:
         case = read_case(arguments.config)
-        if isinstance(case, HybridCase):
-            raise InvalidParameterError(
-                f"config = {arguments.config}: [hybrid] is no mechanism. Take vibroimpact simulate, "
-                "without parameters of a machine."
-            )
-        return _changed(case, parameters)
+        if isinstance(case, Case):
+            return _changed(case, parameters)
+        if parameters:
+            raise _no_mechanism(arguments.config)
+        return case
     check_case(arguments)
     return Case(_built(arguments.machine, {**parameters_of_case(arguments), **parameters}))
 

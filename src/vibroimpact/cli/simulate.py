@@ -42,9 +42,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Simulate, write, and count the events."""
     targets = common.targets_of(arguments)
-    if hybrid := common.hybrid_case_of(arguments):
-        return _hybrid(arguments, hybrid, targets)
-    case = common.case_of(arguments)
+    case = common.any_case_of(arguments)
+    if isinstance(case, HybridCase):
+        return _hybrid(arguments, case, targets)
     state = common.start_of(arguments, case)
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):

@@ -137,10 +137,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
 
 def _hybrid(path: Any, table: Any) -> HybridSystem:
     """A hybrid system with its modes, guards and transitions built."""
-    where = f"[{HYBRID}]"
-    if not isinstance(table, dict):
-        raise InvalidParameterError(f"config = {path}: {where} must be a table.")
-    made = dict(table)
+    made = dict(table) if isinstance(table, dict) else {}
     for key, kind in (("modes", LinearMode), ("guards", LinearGuard)):
         if isinstance(made.get(key), dict):
             parts = made[key].items()
@@ -151,7 +148,7 @@ def _hybrid(path: Any, table: Any) -> HybridSystem:
             _built(path, f"{label} {i}", Transition, x)
             for i, x in enumerate(made["transitions"], 1)
         )
-    system: HybridSystem = _built(path, where, HybridSystem, made)
+    system: HybridSystem = _built(path, f"[{HYBRID}]", HybridSystem, made or table)
     return system
 
 
@@ -175,12 +172,17 @@ def _moved(path: Any, where: str, table: Any) -> Any:
     made = dict(table)
     for name in MOTIONS:
         if name in made:
-            lines = made[name] if isinstance(made[name], list) else [made[name]]
-            made[name] = tuple(_built(path, f"{where}: {name}", Harmonic, line) for line in lines)
+            made[name] = _lines(path, f"{where}: {name}", made[name])
     if "load" in made:
         load = _moved(path, f"{where}: load", made["load"])
         made["load"] = _built(path, f"{where}: load", NormalLoad, load)
     return made
+
+
+def _lines(path: Any, where: str, given: Any) -> tuple[Harmonic, ...]:
+    """The lines of a motion, of which a file gives one or a list."""
+    tables = given if isinstance(given, list) else [given]
+    return tuple(_built(path, where, Harmonic, table) for table in tables)
 
 
 def _force(path: Any, where: str, table: Any) -> Any:
@@ -203,8 +205,7 @@ def _mechanism(path: Any, table: Any) -> Mechanism:
     if not base:
         return still
     if "motion" in base:
-        lines = base["motion"] if isinstance(base["motion"], list) else [base["motion"]]
-        base["motion"] = tuple(_built(path, f"{where}: base_motion", Harmonic, x) for x in lines)
+        base["motion"] = _lines(path, f"{where}: base_motion", base["motion"])
     moved: Mechanism = _built(path, f"{where}: base_motion", still.on_moving_base, base)
     return moved
 
