@@ -254,8 +254,8 @@ def _drift(run: Run, events: Events, cycles: int | None) -> str:
     if found is None:
         return ""
     first, last, _ = found
-    span = float(np.diff(events.times[events.counted][[first, last]])[0])
-    loop = states[first : last + 1]
+    begun, ended = events.times[events.counted][[first, last]]
+    span, loop = float(ended - begun), states[first : last + 1]
     # the way that its speeds cover: all its events may be at one place
     way = span * float(np.abs(loop[:, m.degrees : 2 * m.degrees]).max())
     return _drift_words(

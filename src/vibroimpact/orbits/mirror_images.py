@@ -18,7 +18,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop
 from vibroimpact.orbits.find import SAME, Guess, mirrored, solve
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import Signature, asymmetry, asymmetry_without_elements
+from vibroimpact.orbits.problem import Signature, asymmetry_without_elements
 from vibroimpact.simulation.simulate import simulate
 
 PERIODS = 2.5  # of a motion from a mirrored state: its first whole loop and what closes it
@@ -27,8 +27,7 @@ PERIODS = 2.5  # of a motion from a mirrored state: its first whole loop and wha
 def mirror_turn(system: System, cycles: int) -> float | None:
     """Phase shift of the symmetry; None for a system whose stops and forces do not have it."""
     m = mechanism_of(system)
-    why = asymmetry_without_elements if m.elements else asymmetry
-    halves = [k for k in range(1, cycles + 1, 2) if not why(m, k)]
+    halves = [k for k in range(1, cycles + 1, 2) if not asymmetry_without_elements(m, k)]
     return math.pi * halves[0] if halves else None
 
 

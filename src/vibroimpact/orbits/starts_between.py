@@ -68,13 +68,17 @@ class StartsBetween:
         rows, limits = _gaps_at(m, phase)
         share = INSIDE * share_of(rows, limits, centre, y[:n])
         place, speed = share * (y[:n] - centre), y[n:]
-        start = State(tuple(centre + place), tuple(speed), phase)
-        for _ in range(HALVINGS if m.sliders else 0):
-            if simulate(m, start, impacts=1, t_max=AT_ONCE).end is not RunEnd.UNDECIDED:
+        for halvings in range(HALVINGS + 1 if m.sliders else 1):
+            part = 0.5**halvings
+            start = State(tuple(centre + part * place), tuple(part * speed), phase)
+            if m.sliders and not _undecided(m, start):
                 break
-            place, speed = place / 2.0, speed / 2.0
-            start = State(tuple(centre + place), tuple(speed), phase)
         return start
+
+
+def _undecided(m: Mechanism, start: State) -> bool:
+    """Whether no motion begins at a state: a slider is pulled beyond its level."""
+    return simulate(m, start, impacts=1, t_max=AT_ONCE).end is RunEnd.UNDECIDED
 
 
 def starts_between(system: System) -> StartsBetween:
