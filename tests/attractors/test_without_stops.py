@@ -114,6 +114,8 @@ def test_a_pile_that_is_driven_is_periodic_with_the_progress_that_a_sweep_observ
     assert np.ptp(places, axis=0).max() < 1e-9 < 100.0 < np.ptp(found.section.position[:, 1])
     axes = plot_section(found.section, drift=False)
     assert np.ptp(axes.lines[0].get_xdata()) < 1e-9
+    assert axes.get_xlabel() == "$x_{1}$, less the drift"
+    assert "drift" not in axes.get_ylabel() + plot_section(found.section).get_xlabel()
 
 
 def test_a_block_that_rubs_below_its_stop_has_points_at_a_phase():

@@ -53,7 +53,11 @@ def plot_section(
         across, up = (v * units.factor(of_coordinate(n)) for n, v in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
         after = not isinstance(section, StroboscopicSection | StateSection)
-        ax.set(xlabel=coordinate_label(x, units, after), ylabel=coordinate_label(y, units, after))
+        less = "" if place is section.position else ", less the drift"
+        labels = (
+            coordinate_label(name, units, after) + less * name.startswith("x") for name in (x, y)
+        )
+        ax.set(**dict(zip(("xlabel", "ylabel"), labels, strict=True)))
         if "label" in looks:
             style.legend_outside(ax, columns=2)
     return ax
