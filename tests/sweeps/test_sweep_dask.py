@@ -255,17 +255,23 @@ def impatient(monkeypatch: pytest.MonkeyPatch):
 
 
 def swept_until_no_worker(client, then, **options):
-    """A sweep whose worker is taken away when 8 members, 4 tiles, are done; then it waits."""
-    wait = distributed.wait
+    """A sweep whose worker is taken away when 8 members, 4 tiles, are done; then it waits.
 
-    def waiting(*tasks):
-        if not client.nthreads():
-            patch.undo()
-            threading.Thread(target=then).start()
-        return wait(*tasks)
+    It waits for a tile, or for the result of one that was done when the worker went.
+    """
+
+    def watched(call):
+        def waiting(*given):
+            if not client.nthreads():
+                patch.undo()
+                threading.Thread(target=then).start()
+            return call(*given)
+
+        return waiting
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(distributed, "wait", waiting)
+        patch.setattr(distributed, "wait", watched(distributed.wait))
+        patch.setattr(distributed.Future, "result", watched(distributed.Future.result))
         act = after(8, lambda: without_workers(client))
         return swept(backend="dask", client=client, tile=2, progress=act, **options)
 
