@@ -19,14 +19,15 @@ CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/nul
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build reproduce test lint format stubs bench clean
+.PHONY: help build reproduce test test-all lint format stubs bench clean
 ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL: # but for what `build` says
 endif
 
 help:
 	@echo 'make reproduce   build, then redo every figure and number of the paper, into $(OUT)/'
-	@echo 'make test        build, then run every test'
+	@echo 'make test        build, then run the tests, but for the slow ones'
+	@echo 'make test-all    build, then run every test'
 	@echo 'make build       make .venv and install the package into it'
 	@echo 'make lint        check format, style and types'
 	@echo 'make format      reformat the sources'
@@ -44,9 +45,10 @@ reproduce: build
 	@echo '== reproduce: into $(OUT)/'
 	@$(BIN)/vibroimpact reproduce impact-damper --out '$(OUT)'
 
-test: build $(VENV)/.test
+test: QUICK := -m 'not slow'
+test test-all: build $(VENV)/.test
 	@echo '== test: $(JOBS) processes'
-	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(QUICK) $(PYTEST_ARGS)
 
 bench: build $(VENV)/.bench
 	@echo '== bench'

@@ -22,6 +22,7 @@ def atlas() -> vi.Atlas:
     return vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most=4)
 
 
+@pytest.mark.slow
 def test_every_curve_is_followed_once_though_two_branches_meet_it() -> None:
     # the torus curve is cut twice by each of both branches, and leaves the part of the plane between
     torus = [curve for curve in atlas().curves if curve.kind == "NS" and len(curve.special_points)]

@@ -85,6 +85,7 @@ def test_curves_followed_from_a_loaded_point_are_those_from_the_original(
     assert state.residual == other.residual
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("label", "omega"), [("PD1", 2.3), ("ZERO1", 2.0), ("SN1", 2.0), ("GR1", 2.0)]
 )
@@ -149,6 +150,7 @@ def meeting(omega: float, k: float) -> vi.Mechanism:
     )
 
 
+@pytest.mark.slow
 def test_a_curve_of_two_impacts_at_once_comes_back(tmp_path: Path) -> None:
     system = vi.Family(meeting, omega=1.3, k=1.0)
     orbits = vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits

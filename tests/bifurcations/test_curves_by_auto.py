@@ -90,6 +90,7 @@ def corrected(found: vi.BifurcationCurve, at: np.ndarray) -> tuple[np.ndarray, n
     return z, -np.linalg.solve(by_z, by_value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CURVES)
 def test_curves_of_bifurcations_pass_the_points_of_auto(name: str) -> None:
     curve, found = CURVES[name], curve_of(name)

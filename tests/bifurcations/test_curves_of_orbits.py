@@ -124,6 +124,7 @@ def test_curves_in_clearance_and_force_are_rays_for_motions_scale(label: str, om
     assert not found.special_points
 
 
+@pytest.mark.slow
 def test_a_level_of_a_speed_is_a_ray_too() -> None:
     start = oscillator_branch(2.0).orbit(0)
     oscillator = start.system

@@ -87,6 +87,7 @@ def exponent(away: Any, size: Any) -> float:
     return float(np.polyfit(np.log(np.abs(away)), np.log(np.abs(size)), 1)[0])
 
 
+@pytest.mark.slow
 def test_fold_and_flip_end_at_zero_speed_where_half_a_period_of_vibration_fits() -> None:
     zero, flip = at_fold()
     assert (zero.kind, flip.kind) == ("ZERO", "PD")
@@ -214,6 +215,7 @@ def switched(point: vi.CodimensionTwoPoint, **options: Any) -> tuple[vi.Bifurcat
     return found
 
 
+@pytest.mark.slow
 def test_the_fold_of_the_damper_is_tangent_to_its_touch() -> None:
     once, twice = damper()
     bounds = ((0.64, 0.65), (0.27, 0.36))
@@ -247,6 +249,7 @@ def test_the_fold_of_the_damper_is_tangent_to_its_touch() -> None:
     assert "orbits with 2 impacts have no SN there" in form.why_not
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["GR", "ZERO"])
 def test_the_touch_of_doubled_orbits_begins_tangent_to_the_flip(kind: str) -> None:
     once, twice = damper()
@@ -310,6 +313,7 @@ def apart(u: float, w: float) -> vi.Mechanism:
     )
 
 
+@pytest.mark.slow
 def test_where_orbits_with_one_impact_more_are_critical_too_their_curve_is_followed() -> None:
     reach = 1.0 / math.hypot(2.0 - 2.1**2, 0.3 * 2.1)  # amplitude of the second mass
     far, near = (

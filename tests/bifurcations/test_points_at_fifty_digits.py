@@ -45,6 +45,7 @@ def other_pair(o: Orbit) -> Real:
     return (pair[0] * pair[1]).real - 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("label", "tests"),
     [

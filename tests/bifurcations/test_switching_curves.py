@@ -98,6 +98,7 @@ def test_a_fold_that_is_not_found_is_a_reason_in_its_place(monkeypatch: pytest.M
     assert "there is no start within the bounds (10 times)" in missing.reason
 
 
+@pytest.mark.slow
 def test_neimark_sacker_of_the_doubled_orbit_begins_at_r2_with_a_square_root() -> None:
     (curve,) = switched("R2_1")
     assert (curve.kind, curve.problem.equations.map.iterate) == ("NS", 2)  # type: ignore[attr-defined]
@@ -169,6 +170,7 @@ def test_where_theory_has_no_curve_the_reason_is_given() -> None:
     assert isinstance(weak, vi.NoCurve)
 
 
+@pytest.mark.slow
 def test_the_damper_has_both_folds_of_period_four_at_its_first_resonance() -> None:
     damper = vi.ImpactDamper(
         mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.8, omega=0.98

@@ -102,6 +102,7 @@ def curve_of(case: Case) -> vi.BifurcationCurve:
     return vi.continue_bifurcation(start, ("a", "b"), (low, high))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("label", CASES)
 def test_every_curve_that_theory_announces_begins_at_its_point(label: str, window: float) -> None:

@@ -86,6 +86,7 @@ def of_the_damper(name: str) -> vi.Tongue:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "distance"), [("A", 0.3), ("B", 0.125)])
 def test_a_tongue_narrows_with_the_power_of_its_period(name: str, distance: float) -> None:
     # width ~ r^(q - 2) and distance ~ r^2: exponent (q - 2) / 2, approached from above

@@ -150,6 +150,7 @@ def meeting(omega: float, k2: float) -> vi.Mechanism:
     )
 
 
+@pytest.mark.slow
 def test_where_two_impacts_coincide_the_branch_says_so_and_ends_soon() -> None:
     system = vi.Family(meeting, omega=1.3, k2=1.0)
     found = vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits

@@ -177,6 +177,7 @@ def test_symmetry_breaking_leads_to_two_mirror_images() -> None:
     assert same_loop(*loops, first.mechanism, 1e-9) == "mirror image"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [0.005, 0.01, 0.02, 0.04])
 @pytest.mark.parametrize("low", [0.6, 0.65])
 def test_panels_do_not_shrink_towards_a_birth(low: float, first: float) -> None:

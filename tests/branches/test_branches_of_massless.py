@@ -26,6 +26,7 @@ def rigid() -> vi.Branch:
     return vi.continue_orbit(vi.find_orbit(maxwell(RIGID, 1.6), REST), "omega", (1.55, 1.8))
 
 
+@pytest.mark.slow
 def test_impacts_begin_where_the_linear_motion_touches_the_stop(rigid: vi.Branch) -> None:
     """A rigid stop and a soft one: the same frequency, where the amplitude is the gap."""
     touch = brentq(lambda w: amplitude(w) - 0.4, 1.4, 1.7, xtol=1e-14)
@@ -39,6 +40,7 @@ def test_impacts_begin_where_the_linear_motion_touches_the_stop(rigid: vi.Branch
     assert soft["SN1"].parameter > touch  # the motions with contact begin unstable, and fold
 
 
+@pytest.mark.slow
 def test_the_curve_of_touches_is_that_of_the_impedance_in_two_parameters(rigid: vi.Branch) -> None:
     names = "omega", "stiffness[1][1]"
     curve = vi.continue_bifurcation(rigid["ZERO1"], names, ((1.5, 1.6), (0.24, 0.26)))
@@ -62,6 +64,7 @@ def test_a_fold_has_a_multiplier_one_and_two_more(rigid: vi.Branch) -> None:
     assert np.abs(multipliers[1:]).max() < 0.5
 
 
+@pytest.mark.slow
 def test_a_slider_begins_to_slip_where_the_force_of_its_spring_reaches_the_level() -> None:
     """Of the linear machine with the spring on the ground; there the slips take no time."""
     m = jenkins(vi.SoftStop((1.0, 0.0), upper=9.0), force=0.45)

@@ -121,6 +121,7 @@ LOOPS = [(0.8, 3.7, 2), *((r, w, n) for r, w, n in zip(
     (1, 2, 1), strict=True))]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("r", "omega", "cycles"), LOOPS)
 def test_the_folds_and_touches_of_a_loop_are_those_of_its_closed_form(
     r: float, omega: float, cycles: int

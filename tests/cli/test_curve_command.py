@@ -78,6 +78,7 @@ def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[s
     assert loaded.bounds == ((0.9, 1.0), (4.9, 5.1))
 
 
+@pytest.mark.slow
 def test_then_follows_another_curve_through_a_point_of_the_last_one(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

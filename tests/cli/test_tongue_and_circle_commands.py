@@ -65,6 +65,7 @@ def opened(path: str) -> xr.Dataset:
 # ---- tongue and switch ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_tongue_writes_and_says_both_sides_of_the_library(
     curve: vi.BifurcationCurve,
     saved: str,
@@ -89,6 +90,7 @@ def test_tongue_writes_and_says_both_sides_of_the_library(
     assert sorted(p.name for p in Path().iterdir()) == ["side-1.nc", "side-2.nc", "tongue.svg"]
 
 
+@pytest.mark.slow
 def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
     curve: vi.BifurcationCurve,
     saved: str,
@@ -108,6 +110,7 @@ def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
     assert Path("born.png").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_switch_follows_the_touch_at_which_a_fold_ends(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

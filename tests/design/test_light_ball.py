@@ -98,6 +98,7 @@ def test_two_impacts_per_period_end_at_the_fold_of_the_slow_manifold(restitution
     assert limit(*folds) == pytest.approx(r / math.sqrt(1.0 + r**2), rel=AGREE)
 
 
+@pytest.mark.slow
 def test_the_search_ends_near_the_best_clearance_of_a_light_ball() -> None:
     mass_ratio, restitution, band = 0.01, 0.6, (0.999, 1.001)
     near = least_amplitude(mass_ratio, SHARE * mass_ratio, restitution) / rho(restitution)

@@ -49,6 +49,7 @@ def checked(method: Method) -> Any:
     return comparison.check((method,), CERTIFIED, starts(8), None)[method]
 
 
+@pytest.mark.slow
 def test_every_part_runs_and_writes_its_numbers_and_picture(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -61,6 +61,7 @@ def resolution(number: str) -> float:
     return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), PLACES)
 def test_the_block_prints_what_stands_below_it(name: str, index: int, ran: dict[str, Ran]) -> None:
     shown, printed = BLOCKS[name][index].printed, ran[name].printed[index]

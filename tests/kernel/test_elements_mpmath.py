@@ -71,6 +71,7 @@ def derivative(m: vi.Mechanism, run: vi.Run, step: Any) -> tuple[list[Any], Arra
     return base[0], np.array(times), np.array(columns).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", MACHINES)
 def test_times_of_events_and_derivatives_are_those_at_fifty_digits(what: str) -> None:
     m = MACHINES[what]

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-RUNS = [(build, name) for build in ("gcc", "clang") for name in SETS]
+RUNS = [
+    *(("gcc", name) for name in SETS),
+    *(pytest.param("clang", name, marks=pytest.mark.slow) for name in SETS),
+]
 
 
 @pytest.fixture(scope="session")

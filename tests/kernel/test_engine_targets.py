@@ -10,6 +10,8 @@ from support.engine_program import COUPLED, GOLDEN, SETS, check_lanes, run
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.slow
+
 BUILDS = ("gcc, avx2", "gcc, avx512", "gcc, neon")
 # Coupled masses in one of them: the package, which has their hash, too, is native.
 RUNS = [*((build, name) for build in BUILDS for name in SETS), ("gcc, neon", COUPLED)]

@@ -58,6 +58,7 @@ extern "C" double one_segment(const map* m, const map::stop_type* stop,
 )
 
 
+@pytest.mark.slow
 def test_the_kernel_compiles_for_a_gpu() -> None:
     """No GPU is used: headers that NVRTC takes are free-standing."""
     core = pytest.importorskip("cuda.core", reason="cuda-core is not installed on this platform")
@@ -74,6 +75,7 @@ def test_the_kernel_compiles_for_a_gpu() -> None:
     assert len(code.code) > 1000
 
 
+@pytest.mark.slow
 def test_the_engine_compiles_for_webassembly_without_imports(tmp_path: Path) -> None:
     source, out = tmp_path / "engine.cpp", tmp_path / "engine.wasm"
     source.write_text(WASM)

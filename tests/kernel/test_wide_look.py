@@ -13,6 +13,8 @@ from support.builds import output
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_look_along_the_wide_grid_says_nothing_wrong(tmp_path: Path) -> None:
     output(tmp_path, "look_test", "clang")

@@ -53,6 +53,7 @@ def test_exactly_the_admissible_orbits_are_motions_of_the_machine() -> None:
     assert [repeats_in_simulation(orbit) for orbit in orbits] == verdicts
 
 
+@pytest.mark.slow
 def test_orbits_of_random_mechanisms_are_what_they_say() -> None:
     """Up to three coordinates, two-sided contacts, free masses: simulation and the determinant."""
     verdicts = []

@@ -157,6 +157,7 @@ def test_the_orbit_returns_to_itself_at_fifty_digits(found: tuple[str, vi.Orbit]
     assert max(abs(float(a - b)) for a, b in zip(end, there, strict=True)) < 1e-12
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_return_map_are_those_at_fifty_digits(
     found: tuple[str, vi.Orbit],
 ) -> None:

@@ -75,6 +75,7 @@ def test_figure_of_a_family_shows_the_numbers_of_its_file() -> None:
     assert np.array_equal(figure.axes[1].lines[0].get_ydata(), data["rotation"].values)
 
 
+@pytest.mark.slow
 def test_circles_born_next_to_a_strong_resonance_of_set_a_end_in_a_fold() -> None:
     fold = circle_fold(SETS["A"], 0.9318453770651753, +1)
     assert fold is not None

@@ -34,6 +34,8 @@ from vibroimpact_papers.impact_damper.plan import Plan, Sweep
 import vibroimpact as vi
 from vibroimpact._core.progress import Progress
 
+pytestmark = pytest.mark.slow
+
 SMALL = Plan(
     sweeps=MappingProxyType(
         {

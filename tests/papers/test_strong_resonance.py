@@ -49,6 +49,7 @@ def evidence(found: Resonances | None) -> Evidence:
     return Evidence(SETS, claims(), {}, {}, resonances={found.set: found} if found else {})
 
 
+@pytest.mark.slow
 def test_at_both_resonances_of_set_a_the_closed_form_has_multipliers_i() -> None:
     assert [p.kind for p in of_a().strong] == ["R4", "R4"]
     assert [of_a().named("R4", omega) for omega in (0.928, 0.978)] == [*of_a().strong]

@@ -196,6 +196,7 @@ def test_curve_of_the_doubled_orbit_begins_along_its_predicted_line() -> None:
     assert abs(slopes[3] - 1.0) < 0.7 * abs(slopes[7] - 1.0)  # half as far: tangent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half_widths", [(3e-4, 0.05), (0.1, 1.0)])
 def test_the_switch_at_1_2_finds_that_curve_whatever_the_bounds(
     half_widths: tuple[float, float],

@@ -152,6 +152,7 @@ def swept(copy: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_an_observer_is_added_by_a_header_its_line_in_the_registry_and_a_file(copy: Path) -> None:
     done = swept(copy)
     assert done.returncode == 0, done.stderr
@@ -168,6 +169,7 @@ def test_an_observer_is_added_by_a_header_its_line_in_the_registry_and_a_file(co
         assert found["pause_longest"][i] == pauses.max()
 
 
+@pytest.mark.slow
 def test_the_others_have_the_bits_of_the_installed_kernel_beside_it(copy: Path) -> None:
     found = json.loads(swept(copy).stdout)
     here = vi.sweep(
@@ -182,6 +184,7 @@ def test_the_others_have_the_bits_of_the_installed_kernel_beside_it(copy: Path) 
         np.testing.assert_array_equal(here[name], found[name], err_msg=str(name))
 
 
+@pytest.mark.slow
 def test_its_options_are_checked_as_its_header_says(copy: Path) -> None:
     refused = swept(copy, "long")
     assert refused.returncode == 1
