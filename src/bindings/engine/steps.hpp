@@ -20,9 +20,9 @@ template <class Flow>
 inline constexpr int most_exponents = Flow::max_dimension - 1;
 
 // Tangents that a system carries at once; columns of Jacobians go in blocks of so many. A batch of small
-// ones carries as many.
+// ones carries as many, so that both take the same steps.
 template <class Flow>
-inline constexpr int tangent_width = most_exponents<Flow> < 6 ? most_exponents<Flow> : 6;
+inline constexpr int tangent_width = most_exponents<Flow> < 8 ? most_exponents<Flow> : 6;
 template <class Flow>
 using tangents_of = vi::jet<double, tangent_width<Flow>>;
 using one_tangent = vi::jet<double, 1>;
