@@ -35,6 +35,7 @@ def test_every_curve_is_followed_once_though_two_branches_meet_it() -> None:
     assert len(at) == len(set(at)) == 2
 
 
+@pytest.mark.slow
 def test_folds_of_period_four_are_in_the_atlas_and_their_points_shared() -> None:
     folds = [c for c in atlas().curves if c.kind == "SN"]
     assert {curve.orbit(0).symbol for curve in folds} == {"2-2-2"}

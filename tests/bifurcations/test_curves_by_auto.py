@@ -112,6 +112,7 @@ def test_curves_of_bifurcations_pass_the_points_of_auto(name: str) -> None:
             assert turns == pytest.approx(round(turns), abs=allowed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["budd_dux_doubled_folds", "budd_dux_doubled_doublings_2"])
 def test_a_curve_of_auto_ends_where_a_speed_is_zero_here(name: str) -> None:
     end = points_of(CURVES[name])[-1]

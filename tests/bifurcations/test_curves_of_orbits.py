@@ -43,6 +43,7 @@ def sign_of(found: vi.BifurcationCurve, k: int) -> int:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("label", "test"), [("NS1", torus_test), ("BP1", breaking_test)], ids=["NS", "BP"]
 )
@@ -111,6 +112,7 @@ def test_the_angle_of_a_weak_resonance_is_its_fraction() -> None:
         assert np.abs(np.abs(point.multipliers) - 1.0).min() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("label", "omega"), [("PD1", 2.3), ("ZERO1", 2.0), ("SN1", 2.0), ("GR1", 2.0)]
 )

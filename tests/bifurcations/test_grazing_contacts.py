@@ -100,6 +100,7 @@ def test_fold_and_flip_end_at_zero_speed_where_half_a_period_of_vibration_fits()
         assert "ZERO" in {p.kind for p in curve.special_points} <= {"ZERO", "GR"}
 
 
+@pytest.mark.slow
 def test_all_three_curves_are_those_of_the_closed_form() -> None:
     zero, flip = at_fold()
     for curve in (zero, flip, fold()):

@@ -97,6 +97,7 @@ def test_a_tongue_narrows_with_the_power_of_its_period(name: str, distance: floa
     assert law < math.log(far / near) / math.log(2.0) < law + 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SETS)
 def test_motion_is_locked_inside_a_tongue_and_not_outside(name: str) -> None:
     tongue = of_the_damper(name)

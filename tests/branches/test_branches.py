@@ -62,6 +62,7 @@ def start_near(case: dict[str, Any], system: vi.Mechanism, push: float) -> vi.Or
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case", PERIODIC["special"], ids=lambda c: f"{c['name']}-{c['kind']}-{c['free']}"
 )

@@ -74,6 +74,7 @@ def assert_points_are_what_they_say(branch: vi.Branch) -> None:
             assert abs(row @ state[n : 2 * n]) < TOUCH * fastest, point
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("both", [True, False])
 @pytest.mark.parametrize("start", [0.1, -0.2])
 def test_a_loop_along_which_the_phase_turns_once_is_gone_round_once(

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 NUMBER = re.compile(r"(?<![\w.])\d+\.\d*(?:e[+-]?\d+)?")
 
@@ -61,7 +63,6 @@ def resolution(number: str) -> float:
     return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), PLACES)
 def test_the_block_prints_what_stands_below_it(name: str, index: int, ran: dict[str, Ran]) -> None:
     shown, printed = BLOCKS[name][index].printed, ran[name].printed[index]

@@ -59,6 +59,7 @@ def test_at_both_resonances_of_set_a_the_closed_form_has_multipliers_i() -> None
         assert np.abs(nu**2 + 1.0).min() < 1e-9  # the full map has -1: no root of order four
 
 
+@pytest.mark.slow
 def test_set_a_which_the_paper_calls_nonresonant_is_nearest_to_a_strong_resonance() -> None:
     span = (0.92, 1.02)
     points = vi.symmetric_bifurcations(damper_of(SETS["A"], span[1]), span)
