@@ -15,10 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-RUNS = [
-    *(("gcc", name) for name in SETS),
-    *(pytest.param("clang", name, marks=pytest.mark.slow) for name in SETS),
-]
+RUNS = [(build, name) for build in ("gcc", "clang") for name in SETS]
 
 
 @pytest.fixture(scope="session")
@@ -27,6 +24,7 @@ def workplace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("engine")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("build", "name"), RUNS)
 def test_runs_have_the_golden_hash_with_every_compiler(
     workplace: Path, build: str, name: str
@@ -53,6 +51,7 @@ def test_the_installed_package_gives_the_same_hash(name: str) -> None:
     assert f"{fnv(values):016x}" == GOLDEN[name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("build", "name"), RUNS)
 def test_each_lane_of_a_pack_has_the_bits_of_the_scalar_engine(
     workplace: Path, build: str, name: str
@@ -60,6 +59,7 @@ def test_each_lane_of_a_pack_has_the_bits_of_the_scalar_engine(
     check_lanes(run(workplace, build, name, "lanes", 400), build, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SETS)
 def test_jets_through_the_engine_equal_the_product_of_saltation_matrices(
     workplace: Path, name: str
@@ -68,11 +68,13 @@ def test_jets_through_the_engine_equal_the_product_of_saltation_matrices(
     assert float.fromhex(run(workplace, "gcc", name, "jet", 12)) < 1e-10
 
 
+@pytest.mark.slow
 def test_an_impact_costs_some_hundred_operations(workplace: Path) -> None:
     # at least 250: five times ahead, a root and a jump of a system with six coordinates
     assert 250.0 < float(run(workplace, "gcc", "A", "count", 200)) < 700.0
 
 
+@pytest.mark.slow
 def test_a_flight_that_repeats_costs_less_than_half(workplace: Path) -> None:
     def operations(impacts: int) -> float:
         return float(run(workplace, "gcc", "A, steady", "count", impacts)) * impacts
