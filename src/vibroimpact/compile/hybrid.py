@@ -39,9 +39,11 @@ from vibroimpact.compile.modes import (
     FASTEST,
     SLOWEST,
     STEP_BITS,
+    Law,
     Mode,
     closed_from_code,
     code_of,
+    contact_laws,
 )
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.rayleigh import proportion
@@ -233,19 +235,10 @@ class Hybrid:
             return blocks_of_pairs(self.mechanism, r, motion)
         return blocks_of_modes(self.mechanism, r, motion)
 
-    def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
-        """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
-        m = self.mechanism
-        rows = [list(contact.row) for contact in m.contacts]
-        lift = linear.solve_definite(m.mass, transpose(rows))
-        mobility = product(rows, lift)
-        impulses, shifts = (
-            transpose(product(a, lift)) for a in (self.free.from_v, self.free.from_x)
-        )
-        return [
-            (impulses[i], mobility[i], shifts[i], *contact.restitutions)
-            for i, contact in enumerate(m.contacts)
-        ]
+    def laws(self) -> list[Law]:
+        """Jump at every contact."""
+        solve = linear.solver_of_definite(self.mechanism.mass)
+        return contact_laws(self.mechanism, self.free, solve)
 
 
 def hybrid_of(mechanism: Mechanism) -> Hybrid | Piecewise:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from vibroimpact._core.linear import Vector
+from vibroimpact._core.linear import Matrix, Vector, product, transpose
 from vibroimpact.compile.coordinates import ModeCoordinates
 from vibroimpact.compile.reduction import Closed
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
 STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
@@ -15,6 +17,8 @@ SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the 
 Guard = tuple[Vector, float, float, float, int]  # row, gain, lower, upper, side closed
 # row, gain, lower, upper, element, held, number of a reset and code of the next mode (-1: none)
 Watch = tuple[Vector, float, float, float, int, bool, int, int]
+# impulse and shift in free coordinates, mobilities, restitutions
+Law = tuple[Vector, Vector, Vector, float, float]
 
 
 def code_of(closed: Closed) -> int:
@@ -41,3 +45,19 @@ class Mode:
     guards: list[Guard]
     watches: list[Watch]
     elements: list[tuple[Vector, Vector]]  # rows on (y, 1)
+
+
+def contact_laws(
+    m: Mechanism, free: ModeCoordinates, accelerations: Callable[[Matrix], Matrix]
+) -> list[Law]:
+    """Jumps at the contacts of a mechanism, from its free mode and the accelerations by forces, M^-1."""
+    if not m.contacts:
+        return []
+    rows = [list(contact.row) for contact in m.contacts]
+    lift = accelerations(transpose(rows))
+    mobility = product(rows, lift)
+    impulses, shifts = (transpose(product(a, lift)) for a in (free.from_v, free.from_x))
+    return [
+        (impulses[i], mobility[i], shifts[i], *contact.restitutions)
+        for i, contact in enumerate(m.contacts)
+    ]

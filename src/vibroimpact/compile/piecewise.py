@@ -57,10 +57,12 @@ from vibroimpact.compile.modes import (
     SLOWEST,
     STEP_BITS,
     Guard,
+    Law,
     Mode,
     Watch,
     closed_from_code,
     code_of,
+    contact_laws,
 )
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
@@ -754,21 +756,9 @@ class Piecewise:
             return [(gap, *within), (self._press(e, side), 0.0, math.inf)]
         return [(gap, *within), (self._press(e, side), -math.inf, 0.0)]
 
-    def laws(self) -> list[tuple[Vector, Vector, Vector, float, float]]:
-        """Impulse and shift in free coordinates, mobilities, restitutions of every contact."""
-        m = self.mechanism
-        if not m.contacts:
-            return []
-        rows = [list(contact.row) for contact in m.contacts]
-        lift = self._accelerations(transpose(rows))
-        mobility = product(rows, lift)
-        impulses, shifts = (
-            transpose(product(a, lift)) for a in (self.free.from_v, self.free.from_x)
-        )
-        return [
-            (impulses[i], mobility[i], shifts[i], *contact.restitutions)
-            for i, contact in enumerate(m.contacts)
-        ]
+    def laws(self) -> list[Law]:
+        """Jump at every contact."""
+        return contact_laws(self.mechanism, self.free, self._accelerations)
 
 
 def _sum(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
