@@ -223,7 +223,7 @@ def test_a_mechanism_is_swept_by_path_from_the_start_of_its_file(
     assert opened("s.nc").n.dims == ("contacts[0].restitution",)
 
 
-def test_a_store_resumes_and_refuses_another_question(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_store_resumes_and_refuses_another_sweep(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("zarr")
     argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr"]
     assert "kept in s.zarr" in said(argv, capsys)

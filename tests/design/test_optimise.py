@@ -261,7 +261,7 @@ def test_an_interruption_keeps_the_best_so_far_and_resuming_ends_as_if_there_was
     assert whole.values == best.values
     assert whole.own_value == best.own_value
     assert whole.history == best.history
-    with pytest.raises(vi.InvalidParameterError, match="another question"):
+    with pytest.raises(vi.InvalidParameterError, match="another search"):
         vi.optimise(DAMPER, {"half_clearance": (5.0, 12.0)}, OVER, store=store, progress=False)
 
 
@@ -303,7 +303,7 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
         (CLEARANCE, "x1", "vi.worst_over"),
     ],
 )
-def test_questions_that_mean_nothing_are_refused(vary: Any, objective: Any, message: str) -> None:
+def test_searches_that_mean_nothing_are_refused(vary: Any, objective: Any, message: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=message):
         vi.optimise(DAMPER, vary, objective, budget=32, progress=False)
 

@@ -357,7 +357,7 @@ def test_a_store_that_cannot_be_made_leaves_nothing_behind(small_disc: Path):
     assert [path.name for path in small_disc.iterdir()] == ["ballast"]
 
 
-# --- another question -----------------------------------------------------------------------------
+# --- another sweep --------------------------------------------------------------------------------
 
 OTHER = {
     "an axis": (
@@ -366,7 +366,7 @@ OTHER = {
     ),
     "a longer axis": (
         {"over": OVER | {"omega": np.linspace(1.0, 1.2, 5)}},
-        r"Asked for is omega = 5 values from 1.0 to 1.2, not 4 values from 1.0 to 1.2\. Name",
+        r"Requested is omega = 5 values from 1.0 to 1.2, not 4 values from 1.0 to 1.2\. Name",
     ),
     "other parameters": (
         {"over": {"omega": OVER["omega"], "force": [1.0, 2.0]}},
@@ -392,7 +392,7 @@ def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("options", "said"), OTHER.values(), ids=OTHER)
-def test_a_store_of_another_question_is_refused_with_what_differs(complete, options, said):
+def test_a_store_of_another_sweep_is_refused_with_what_differs(complete, options, said):
     with pytest.raises(vi.InvalidParameterError, match=said):
         swept(complete, **options)
 

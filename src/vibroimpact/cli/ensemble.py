@@ -1,4 +1,4 @@
-"""What the commands on ensembles share: options, the work, what is told of it."""
+"""What the commands on ensembles share: options, the work, the report on it."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def add_window(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser)
 
 
-# ---- what was asked for --------------------------------------------------------------------------
+# ---- the request ---------------------------------------------------------------------------------
 
 
 def options_of(arguments: argparse.Namespace) -> dict[str, Any]:

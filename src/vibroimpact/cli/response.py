@@ -62,13 +62,13 @@ def run(arguments: argparse.Namespace) -> str:
     targets = common.targets_of(arguments, pages=PAGES)
     parameter, band = members.band_of(arguments)
     case = members.case_of(arguments, {parameter: np.array(band)})
-    asked = {
+    chosen = {
         "parameter": parameter, "band": band,
         **common.given(arguments, ("unit", "measure")), **_start(arguments, case),
     }  # fmt: skip
-    _check_compare(arguments, frequency_response(case.system, **asked, **LEAST))
+    _check_compare(arguments, frequency_response(case.system, **chosen, **LEAST))
     more = common.given(arguments, ("starts", *SIMULATION, *SEARCH))
-    response = frequency_response(case.system, **asked, **more)
+    response = frequency_response(case.system, **chosen, **more)
     said = _said(arguments, case, response)
     drawn: dict[str, Any] = {"compare": arguments.compare, "decibel": arguments.decibel}
     write(

@@ -26,8 +26,8 @@ from vibroimpact.plotting import plot_curves, plot_plane
 Found = TypeVar("Found")
 
 
-class Asked(NamedTuple):
-    """What is asked for: the files, the curve with its point, both ranges, a plane for behind the curves."""
+class Request(NamedTuple):
+    """Request of a command: the files, the curve with its point, both ranges, a plane for behind the curves."""
 
     targets: list[Path]
     curve: BifurcationCurve
@@ -51,14 +51,14 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
     common.add_out(parser)
 
 
-def asked_of(arguments: argparse.Namespace) -> Asked:
-    """What is asked for, checked before anything is computed."""
+def request_of(arguments: argparse.Namespace) -> Request:
+    """Request of a command, checked before anything is computed."""
     targets = common.targets_of(arguments)
     curve = load_curve(arguments.curve)
     check_choice("at", arguments.at, [point.label for point in curve.special_points])
     bounds = _bounds_of(arguments, curve)
     behind = None if arguments.behind is None else plane_in(arguments.behind, curve.names)
-    return Asked(targets, curve, curve[arguments.at], bounds, behind)
+    return Request(targets, curve, curve[arguments.at], bounds, behind)
 
 
 def _bounds_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> Both:
@@ -72,13 +72,15 @@ def _bounds_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> Both:
     return first, second
 
 
-def followed(asked: Asked, stage: str, follow: Callable[..., Found | NoCurve | NoTongue]) -> Found:
+def followed(
+    request: Request, stage: str, follow: Callable[..., Found | NoCurve | NoTongue]
+) -> Found:
     """What begins at the point; a failure with the reason where nothing does."""
     progress = Progress(1)
-    progress.stage(f"{stage} {asked.point.label}")
+    progress.stage(f"{stage} {request.point.label}")
     found = follow(
-        asked.point, asked.bounds,
-        progress=common.counted(progress, "points", asked.curve.names[1]),
+        request.point, request.bounds,
+        progress=common.counted(progress, "points", request.curve.names[1]),
     )  # fmt: skip
     progress.close()
     if isinstance(found, NoCurve | NoTongue):
@@ -86,19 +88,19 @@ def followed(asked: Asked, stage: str, follow: Callable[..., Found | NoCurve | N
     return found
 
 
-def picture_of(asked: Asked, curves: Sequence[BifurcationCurve]) -> Axes:
+def picture_of(request: Request, curves: Sequence[BifurcationCurve]) -> Axes:
     """Curves in the ranges of the command, or over the plane."""
-    if asked.behind is not None:
-        return plot_curves(curves, ax=plot_plane(asked.behind))
-    return plot_curves(curves, bounds=asked.bounds)
+    if request.behind is not None:
+        return plot_curves(curves, ax=plot_plane(request.behind))
+    return plot_curves(curves, bounds=request.bounds)
 
 
 def report(
-    asked: Asked, said: Sequence[str], curves: Sequence[BifurcationCurve],
+    request: Request, said: Sequence[str], curves: Sequence[BifurcationCurve],
     picture: Callable[[], Axes],
 ) -> str:  # fmt: skip
     """Write the curves, and describe the system, what was found, and the files."""
     written = write_each(
-        asked.targets, data=[curve.to_dataset for curve in curves], picture=picture
+        request.targets, data=[curve.to_dataset for curve in curves], picture=picture
     )
-    return "\n".join([str(asked.point.orbit.system), *said]) + common.listed(written)
+    return "\n".join([str(request.point.orbit.system), *said]) + common.listed(written)

@@ -19,12 +19,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe the curves."""
-    asked = saved.asked_of(arguments)
-    found = saved.followed(asked, "curves from", switch_curve)
+    request = saved.request_of(arguments)
+    found = saved.followed(request, "curves from", switch_curve)
     curves = [curve for curve in found if isinstance(curve, BifurcationCurve)]
     common.check_interrupted(*curves)
     missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]
     return saved.report(
-        asked, [*map(described, curves), *missing], curves,
-        picture=lambda: saved.picture_of(asked, [asked.curve, *curves]),
+        request, [*map(described, curves), *missing], curves,
+        picture=lambda: saved.picture_of(request, [request.curve, *curves]),
     )  # fmt: skip

@@ -25,8 +25,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe both sides."""
-    asked = saved.asked_of(arguments)
-    found = saved.followed(asked, "sides of the tongue at", tongue)
+    request = saved.request_of(arguments)
+    found = saved.followed(request, "sides of the tongue at", tongue)
     common.check_interrupted(*found.sides)
     if all(len(side) < SHORTEST for side in found.sides):
         raise common.Failure(
@@ -35,8 +35,8 @@ def run(arguments: argparse.Namespace) -> str:
     p, q = found.resonance
     said = [f"Tongue {p}/{q} from {found.tip!r}", *map(described, found.sides), *_widths(found)]
     return saved.report(
-        asked, said, found.sides,
-        picture=lambda: found.plot(ax=saved.picture_of(asked, [asked.curve])),
+        request, said, found.sides,
+        picture=lambda: found.plot(ax=saved.picture_of(request, [request.curve])),
     )  # fmt: skip
 
 

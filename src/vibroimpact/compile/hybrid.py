@@ -18,7 +18,7 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError
-from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
+from vibroimpact._core.linear import Matrix, Vector, dot
 from vibroimpact._core.scalars import greatest, least, rounded_down, square_root
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import (

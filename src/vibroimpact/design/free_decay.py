@@ -45,9 +45,7 @@ if TYPE_CHECKING:
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
-SPARE = (
-    20.0  # by default until the slowest part of the linear motion is this part of what is asked for
-)
+SPARE = 20.0  # the default duration: until the slowest part of the linear motion is to / SPARE
 LONGEST = 2e5  # radians of the fastest rate
 UNDAMPED = 1e-9  # of the fastest rate: what decays more slowly does not
 CYCLES = 200  # of the slowest vibration of a machine that does not decay

@@ -504,7 +504,7 @@ def judge_of(
 
 
 def _check_spread(system: System, objective: Objective, names: Sequence[str], band: Band) -> None:
-    """Refuse uncertain parameters that there are not, or that are asked for twice."""
+    """Refuse uncertain parameters that there are not, or that are given twice."""
     for name, width in objective.spread:
         value = parameter_value(system, name)
         if name == band.parameter:

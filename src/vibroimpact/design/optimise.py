@@ -367,7 +367,7 @@ def optimise(
     InvalidParameterError
         No such parameter; bounds that are reversed, or that the machine refuses; a band or a measure
         that it does not have; an objective that is the same for all machines; constraints that no
-        machine satisfies; a store of another question.
+        machine satisfies; a store of another search.
     KeyboardInterrupt
         Before the first generation is complete.
 
@@ -375,7 +375,7 @@ def optimise(
     -----
     Cost: ``budget`` machines of the cost that :func:`~vibroimpact.worst_over` states; for an impact
     damper with three parameters and the defaults about 25 s on two cores. Sensitivity and the
-    robust range are computed when they are asked for, with 4 and some 40 machines per parameter.
+    robust range are computed when they are read, with 4 and some 40 machines per parameter.
     Bodies of constraints are not compared with those of a store, only their names.
 
     Examples
@@ -398,8 +398,8 @@ def optimise(
     check_progress(progress)
     judges = judge, judge.finer(max(refine, 1))
     search = Search(judges, variables, constraints_of(constraints), store, seed=seed)
-    told, interrupted = Sentences(progress, "optimise"), False
-    search.report = lambda machines, best: told.say(
+    report, interrupted = Sentences(progress, "optimise"), False
+    search.report = lambda machines, best: report.say(
         f"{machines} of {budget} machines, best {best:.6g}"
     )
     try:
@@ -411,7 +411,7 @@ def optimise(
             raise
         interrupted, why = True, "interrupted; the best machine until then is kept"
     finally:
-        told.close()
+        report.close()
     search.over()
     row = search.best
     return Design(
@@ -434,7 +434,7 @@ def _evolve(search: Search, seed: int, budget: int) -> str:
 
     def worth(columns: Floats) -> Floats:
         found = search(columns.T)
-        if search.asked == count:
+        if search.evaluated == count:
             _refuse_constant(search)
         return found
 

@@ -398,8 +398,8 @@ def frequency_response(
     >>> [answer.motion for answer in response.at(1.15) if answer.stable]
     ['1-0-0', '1-1-1']
     """
-    asked = band_of(system, parameter, band, unit)
-    first = with_parameter(system, parameter, asked.low)
+    chosen = band_of(system, parameter, band, unit)
+    first = with_parameter(system, parameter, chosen.low)
     if not mechanism_of(first).forces:
         raise InvalidParameterError(
             f"system: has no forcing, so there is no response over {parameter}. Add forces."
@@ -414,14 +414,14 @@ def frequency_response(
     report = Sentences(progress, "frequency response")
     simulation = Simulation(
         first, parameter, measured, start if start is not None else rest_of(first),
-        _starts(starts, seed, first, asked, start), float(settle), float(periods),
+        _starts(starts, seed, first, chosen, start), float(settle), float(periods),
         {} if workers is None else {"workers": workers},
     )  # fmt: skip
-    values = asked.values(number)
+    values = chosen.values(number)
     report.say(f"simulating {number} values of {parameter}")
     answers = simulation.answers(values)
     search = _Search(
-        simulation, asked, Following(parameter, steps or STEPS, STOP_WHEN, report.say), most, depth
+        simulation, chosen, Following(parameter, steps or STEPS, STOP_WHEN, report.say), most, depth
     )
     try:
         search.without_impacts(values)
@@ -430,7 +430,7 @@ def frequency_response(
         search.interrupted = True
     report.close()
     return Response(
-        first, asked, measured, tuple(search.curves), values, tuple(map(tuple, answers)), simulation,
+        first, chosen, measured, tuple(search.curves), values, tuple(map(tuple, answers)), simulation,
         tuple(search.notes), search.interrupted,
     )  # fmt: skip
 

@@ -91,12 +91,12 @@ class Search:
     level
         Number of the judge in use.
     table, worth, levels
-        Every machine that was asked for: its parameters, (k, d), its value in the sense that less is
+        Every machine that was evaluated: its parameters, (k, d), its value in the sense that less is
         better, and the number of its judge.
     groups
-        How many machines had been asked for after each group.
-    asked
-        How many of them have been asked for in this search; the others are of the store.
+        How many machines had been evaluated after each group.
+    evaluated
+        How many of them this search has come to; the others are of the store.
     """
 
     judges: tuple[Judge, Judge]
@@ -109,7 +109,7 @@ class Search:
     worth: list[float] = field(default_factory=list)
     levels: list[int] = field(default_factory=list)
     groups: list[int] = field(default_factory=list)
-    asked: int = 0
+    evaluated: int = 0
     level: int = 0
 
     def __post_init__(self) -> None:
@@ -118,27 +118,35 @@ class Search:
 
     def __call__(self, table: Floats) -> Floats:
         """Worth of machines, shape (k, d) to (k,): less is better; those not allowed are worst."""
-        known = self.table[self.asked : self.asked + len(table)]
+        known = self.table[self.evaluated : self.evaluated + len(table)]
         replayed = len(known) == len(table) and np.array_equal(known, table)
         if not replayed:
-            del self.table[self.asked :], self.worth[self.asked :], self.levels[self.asked :]
-            self.groups = [k for k in self.groups if k <= self.asked]
+            del (
+                self.table[self.evaluated :],
+                self.worth[self.evaluated :],
+                self.levels[self.evaluated :],
+            )
+            self.groups = [k for k in self.groups if k <= self.evaluated]
             worth = self._computed(np.asarray(table, dtype=float))
             self.table += list(np.array(table, dtype=float))
             self.worth += worth.tolist()
             self.levels += [self.level] * len(worth)
             self.groups.append(len(self.table))
-        at, self.asked = self.asked, self.asked + len(table)
+        at, self.evaluated = self.evaluated, self.evaluated + len(table)
         if not replayed and self.store is not None:
             FORMAT.save(self._record(), self.store)
         if self.report is not None:
-            self.report(self.asked, self.best_value)
-        return np.array(self.worth[at : self.asked])
+            self.report(self.evaluated, self.best_value)
+        return np.array(self.worth[at : self.evaluated])
 
     def over(self) -> None:
         """End the search: what a store holds beyond it is dropped, and nothing is reported."""
-        del self.table[self.asked :], self.worth[self.asked :], self.levels[self.asked :]
-        self.groups = [k for k in self.groups if k <= self.asked]
+        del (
+            self.table[self.evaluated :],
+            self.worth[self.evaluated :],
+            self.levels[self.evaluated :],
+        )
+        self.groups = [k for k in self.groups if k <= self.evaluated]
         self.report = self.store = None
 
     @property
@@ -149,9 +157,13 @@ class Search:
     @property
     def seen(self) -> tuple[Floats, Floats]:
         """Machines of the finest judge so far, and their worth: shapes (k, d), (k,)."""
-        rows = [k for k in range(self.asked) if self.levels[k] == self.levels[self.asked - 1]]
-        table = np.reshape(self.table[: self.asked], (self.asked, len(self.variables.names)))
-        return table[rows], np.array(self.worth[: self.asked])[rows]
+        rows = [
+            k for k in range(self.evaluated) if self.levels[k] == self.levels[self.evaluated - 1]
+        ]
+        table = np.reshape(
+            self.table[: self.evaluated], (self.evaluated, len(self.variables.names))
+        )
+        return table[rows], np.array(self.worth[: self.evaluated])[rows]
 
     @property
     def best(self) -> Floats:
@@ -193,7 +205,7 @@ class Search:
         return np.array(found)
 
     def history(self) -> tuple[tuple[int, ...], tuple[float, ...]]:
-        """Machines asked for, and the best objective by their judge, after each group of machines."""
+        """Machines evaluated, and the best objective by their judge, after each group of machines."""
         best: list[float] = []
         worth, levels = np.array(self.worth), np.array(self.levels)
         for count in self.groups:
@@ -231,10 +243,9 @@ class Search:
             return
         data = FORMAT.load(path)
         with FORMAT.reading(data):
-            if data.attrs["question"] != self._question():
+            if data.attrs.get("specification") != self._specification():
                 raise InvalidParameterError(
-                    f"store = {path}: holds the search of another question. Name another file, or "
-                    "ask the same."
+                    f"store = {path}: holds another search. Name another file, or repeat that one."
                 )
             self.table = list(data["table"].values)
             self.worth = data["worth"].values.tolist()
@@ -252,16 +263,16 @@ class Search:
                 "groups": ("group", np.array(self.groups)),
             },
             coords={"parameter": np.array(self.variables.names, dtype=object)},
-            attrs={"format": FORMAT.name, "question": self._question()},
+            attrs={"format": FORMAT.name, "specification": self._specification()},
         )
 
-    def _question(self) -> str:
+    def _specification(self) -> str:
         """Everything on which the answers depend, but for the bodies of constraints."""
         fixed = with_parameters(self.judge.system, self.parameters(self.variables.low))
         names = ", ".join(map(_name, self.constraints))
         bounds = [part.tolist() for part in self.variables[1:]]
-        asked = [one.objective for one in self.judges]
-        return f"{fixed!r}; {asked!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}"
+        objectives = [one.objective for one in self.judges]
+        return f"{fixed!r}; {objectives!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}"
 
 
 def constraints_of(constraints: Any) -> tuple[Constraint, ...]:

@@ -42,7 +42,7 @@ OPEN = "the law leaves the state of an element open in every period: such orbits
 class ClosingLoop(NamedTuple):
     """Events of a loop, forcing cycles, states after them (m, 2n + 1), flight times (m,), flights.
 
-    ``settled`` says whether it closes within CLOSED; of a given sequence that is not asked.
+    ``settled`` says whether it closes within CLOSED; a given sequence is not judged.
     """
 
     impacts: tuple[Stop, ...]

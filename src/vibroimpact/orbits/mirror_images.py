@@ -2,7 +2,7 @@
 
 Method      Without elements the image has the opposite stops, and is solved for from the mirrored states
             (find.py). With elements its flights are read off the motion from a mirrored state, over
-            PERIODS; whether the elements have the symmetry is not asked: the orbit found must have
+            PERIODS; whether the elements have the symmetry is not checked: the orbit found must have
             the mirrored state, within SAME.
 Fails       None, where the image is no orbit, or the motion leaves it within a period
 """

@@ -1,7 +1,7 @@
 """Sections at changes of state: friction that sticks or slips, a soft stop that lets go.
 
 Method      the events of the motion, after which one element is in a state in which it was not
-            before; every change of it where no state is asked for                           (1)
+            before; every change of it where no state is given                               (1)
 Assumes     nothing: what makes the element change, its own guard or an impact elsewhere, does not
             matter
 Fails       a motion in which the element keeps its state has no such section: ``end`` says so

@@ -210,7 +210,7 @@ def _counted(
     symbols = column(xr.DataArray(each, dims=(*codes.dims, "symbol")))
     impacts = column_of(contact, stop, each.shape[-1])
     kinds, ends = column(codes), column(members["final_position"])
-    if name != "section":  # no stops: motions are told apart by their points at a phase
+    if name != "section":  # no stops: motions are distinguished by their points at a phase
         symbols, impacts = strobe_symbols(points), 1
         kinds = np.where(kinds == NO_IMPACTS, NOT_PERIODIC, kinds)
     points[kinds <= NO_IMPACTS] = np.nan

@@ -202,7 +202,7 @@ def _check(path: Path, specification: SweepSpec) -> None:
     if different:
         more = f"; and {len(different) - SHOWN} more" if len(different) > SHOWN else ""
         raise InvalidParameterError(
-            f"store = {str(path)!r}: holds another sweep. Asked for is "
+            f"store = {str(path)!r}: holds another sweep. Requested is "
             f"{'; '.join(different[:SHOWN])}{more}. Name another store, or ask what it holds."
         )
 
