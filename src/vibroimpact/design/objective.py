@@ -63,7 +63,7 @@ DECIBELS = {"power": 10.0}  # of a ratio; 20 of all other quantities
 
 @dataclass(frozen=True)
 class Objective:
-    """What a design is judged by: one number of a machine, by :func:`worst_over` or :func:`mean_over`.
+    """Number of a machine by which designs are compared, from :func:`worst_over` or :func:`mean_over`.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step
 
 @dataclass(frozen=True, eq=False)
 class SineSweep:
-    """Response to a sine sweep: one number a step, dims "direction" and "step".
+    """Response to a sine sweep: one value for each step, with dimensions "direction" and "step".
 
     In SI units where the system has ``scales``, otherwise in those of the system.
 

@@ -67,7 +67,7 @@ class FrictionState(IntEnum):
 
 
 class PhaseSwitchState(IntEnum):
-    """States of a phase switch: its arcs, long ones in two pieces."""
+    """States of a phase switch: its arcs of phase; one longer than a half turn counts as two."""
 
     ARC_0 = 0
     ARC_1 = 1

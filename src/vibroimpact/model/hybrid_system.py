@@ -74,7 +74,7 @@ class LinearGuard:
 @names_arguments()
 @dataclass(frozen=True, slots=True, eq=False)
 class Transition:
-    """What happens in a mode where a guard reaches its level: y becomes matrix y + shift.
+    """Change of mode where a guard reaches its level: y becomes matrix y + shift.
 
     Parameters
     ----------

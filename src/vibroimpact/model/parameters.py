@@ -46,7 +46,7 @@ Step = str | int
 
 @dataclass(frozen=True, repr=False)
 class Family:
-    """Mechanisms that depend on named parameters: a system like any other.
+    """Mechanism with named parameters, given by a function of them: a system like any other.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER, Status.ENGAGE)  #
 
 
 class RunEnd(IntEnum):
-    """Why a run ended."""
+    """Reason for the end of a run."""
 
     IMPACTS = 0
     HORIZON = 1

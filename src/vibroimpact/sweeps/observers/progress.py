@@ -12,7 +12,7 @@ from vibroimpact.sweeps.observers.rows import row_variables
 
 @dataclass(frozen=True, kw_only=True)
 class Progress(Observer):
-    """How far a coordinate gets per forcing period, without forcing per unit of time.
+    """Drift of a coordinate per forcing period, without forcing per unit of time.
 
     The mean over the observed time: of a motion that repeats itself but for a drift, over whole
     periods, it is that drift.
