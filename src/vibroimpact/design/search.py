@@ -121,12 +121,7 @@ class Search:
         known = self.table[self.evaluated : self.evaluated + len(table)]
         replayed = len(known) == len(table) and np.array_equal(known, table)
         if not replayed:
-            del (
-                self.table[self.evaluated :],
-                self.worth[self.evaluated :],
-                self.levels[self.evaluated :],
-            )
-            self.groups = [k for k in self.groups if k <= self.evaluated]
+            self._drop_rest()
             worth = self._computed(np.asarray(table, dtype=float))
             self.table += list(np.array(table, dtype=float))
             self.worth += worth.tolist()
@@ -141,13 +136,14 @@ class Search:
 
     def over(self) -> None:
         """End the search: what a store holds beyond it is dropped, and nothing is reported."""
-        del (
-            self.table[self.evaluated :],
-            self.worth[self.evaluated :],
-            self.levels[self.evaluated :],
-        )
-        self.groups = [k for k in self.groups if k <= self.evaluated]
+        self._drop_rest()
         self.report = self.store = None
+
+    def _drop_rest(self) -> None:
+        """Drop the machines of the store that this search has not come to."""
+        for column in (self.table, self.worth, self.levels):
+            del column[self.evaluated :]
+        self.groups = [k for k in self.groups if k <= self.evaluated]
 
     @property
     def judge(self) -> Judge:
