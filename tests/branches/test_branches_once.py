@@ -223,6 +223,7 @@ def assert_found_again_alone(branch: vi.Branch) -> None:
             assert apart.max() < CRITICAL * max(1.0, np.abs(mu).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2, 4, 5])
 def test_special_points_of_random_systems_are_real_and_listed_once(seed: int) -> None:
     system = random_system(seed)

@@ -33,6 +33,7 @@ def near_symmetric_orbit(d: vi.ImpactDamper, push: float) -> vi.State:
                      phase=float(z.phase))  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("push", [1e-3, 0.0])  # 0: flights repeat from the fourth on
 @pytest.mark.parametrize(("name", "omega"), STABLE)
 def test_stable_motion_follows_the_reference_for_200_impacts(
@@ -60,6 +61,7 @@ def test_stable_motion_follows_the_reference_for_200_impacts(
         assert min(turn, abs(turn - 2 * reference.mp.pi)) <= allowed * max(1.0, d.omega)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "omega"), STABLE + OTHERS)
 def test_every_flight_of_200_impacts_matches_the_reference(name: str, omega: float) -> None:
     d = paper_damper(name, omega)

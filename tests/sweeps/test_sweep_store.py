@@ -274,6 +274,7 @@ vi.sweep(%s, over={{"omega": [1.0, 1.2]}}, start=vi.State((0.0, 0.0), (0.0, 1.0)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("system", "observe", "settle"),
     [
