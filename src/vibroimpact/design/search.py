@@ -153,13 +153,10 @@ class Search:
     @property
     def seen(self) -> tuple[Floats, Floats]:
         """Machines of the finest judge so far, and their worth: shapes (k, d), (k,)."""
-        rows = [
-            k for k in range(self.evaluated) if self.levels[k] == self.levels[self.evaluated - 1]
-        ]
-        table = np.reshape(
-            self.table[: self.evaluated], (self.evaluated, len(self.variables.names))
-        )
-        return table[rows], np.array(self.worth[: self.evaluated])[rows]
+        count = self.evaluated
+        rows = [k for k in range(count) if self.levels[k] == self.levels[count - 1]]
+        table = np.reshape(self.table[:count], (count, len(self.variables.names)))
+        return table[rows], np.array(self.worth[:count])[rows]
 
     @property
     def best(self) -> Floats:

@@ -68,10 +68,10 @@ class StartsBetween:
         rows, limits = _gaps_at(m, phase)
         share = INSIDE * share_of(rows, limits, centre, y[:n])
         place, speed = share * (y[:n] - centre), y[n:]
-        for halvings in range(HALVINGS + 1 if m.sliders else 1):
+        for halvings in range(HALVINGS + 1):
             part = 0.5**halvings
             start = State(tuple(centre + part * place), tuple(part * speed), phase)
-            if m.sliders and not _undecided(m, start):
+            if not m.sliders or not _undecided(m, start):
                 break
         return start
 

@@ -54,10 +54,11 @@ def plot_section(
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
         after = not isinstance(section, StroboscopicSection | StateSection)
         less = "" if place is section.position else ", less the drift"
-        labels = (
-            coordinate_label(name, units, after) + less * name.startswith("x") for name in (x, y)
+        xlabel, ylabel = (
+            coordinate_label(name, units, after) + (less if name.startswith("x") else "")
+            for name in (x, y)
         )
-        ax.set(**dict(zip(("xlabel", "ylabel"), labels, strict=True)))
+        ax.set(xlabel=xlabel, ylabel=ylabel)
         if "label" in looks:
             style.legend_outside(ax, columns=2)
     return ax

@@ -55,6 +55,7 @@ from vibroimpact.simulation.simulate import (
     RunEnd,
     Status,
     events_for,
+    first_phases,
     flight_limit_of,
     phase_after,
     phases_of,
@@ -533,8 +534,7 @@ class _Growth:
 
     def _events(self, part: Any) -> _Events:
         m, high, low = self.mechanism, part["high"], part["low"]
-        folded = part["phase"][:, 0] if m.forces else np.zeros(len(high))
-        phase = phase_after(m, folded, self.motion.start.phase, high + low)
+        phase = phase_after(m, first_phases(part["phase"]), self.motion.start.phase, high + low)
         return _Events(
             high, low, part["y"], part["mode"], part["status"], part["contact"], part["side"],
             part["after"], phase,
