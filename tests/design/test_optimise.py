@@ -265,6 +265,20 @@ def test_an_interruption_keeps_the_best_so_far_and_resuming_ends_as_if_there_was
         vi.optimise(DAMPER, {"half_clearance": (5.0, 12.0)}, OVER, store=store, progress=False)
 
 
+@pytest.mark.parametrize("refine", [0, 1])
+def test_a_search_that_ends_before_its_store_does_is_as_if_there_was_no_store(
+    tmp_path: Path, refine: int
+) -> None:
+    search: dict[str, Any] = {"refine": refine, "progress": False}
+    store = tmp_path / "search.nc"
+    longer = vi.optimise(DAMPER, CLEARANCE, OVER, **search, budget=64, store=store)
+    here = vi.optimise(DAMPER, CLEARANCE, OVER, **search, budget=48, store=store)
+    alone = vi.optimise(DAMPER, CLEARANCE, OVER, **search, budget=48)
+    assert here.machines == alone.machines < longer.machines
+    assert here.history == alone.history
+    assert here.values == alone.values
+
+
 def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.Design) -> None:
     def below_eight(p: dict[str, float]) -> float:
         return 8.0 - p["half_clearance"]
