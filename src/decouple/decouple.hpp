@@ -164,16 +164,24 @@ inline std::vector<column> rows_of_inverse(const square_matrix& t) {
 
 } // namespace detail
 
+// All in the time of the fastest rate: pivots are the same in any unit of time.
 inline decoupled decouple(const damped_system& s) {
     using namespace detail;
     const double rate = fastest_rate(s);
+    const std::size_t n = s.degrees();
     decoupled out;
-    for (const auto& p : blocks_of(in_time_of(s, rate)))
-        out.blocks.push_back(back_from_time_of(p, rate));
-    if (out.blocks.size() != s.degrees()) return {};
+    out.blocks = blocks_of(in_time_of(s, rate));
+    if (out.blocks.size() != n) return {};
     const square_matrix t = states_of(out.blocks);
     out.back = rows_of_inverse(t);
     out.found = cancelled(t, out.back) <= most_cancelled; // false of NaN
+    for (std::size_t j = 0; j < n; ++j) {
+        out.blocks[j] = back_from_time_of(std::move(out.blocks[j]), rate);
+        for (std::size_t i = 0; i < n; ++i) {
+            out.back[2 * j][n + i] /= rate;
+            out.back[2 * j + 1][i] *= rate;
+        }
+    }
     return out;
 }
 
