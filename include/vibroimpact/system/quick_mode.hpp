@@ -187,6 +187,11 @@ VI_HOT T guard_speed(const quick_guard<R, Shape>& g, const vec<T, D>& y,
     return flow.along(g.rows[1], y, g.gains[1]);
 }
 template <class T, class R, class Shape, int D>
+VI_HOT T guard_bend(const quick_guard<R, Shape>& g, const vec<T, D>& y,
+                    const quick_flow<R, Shape>& flow) {
+    return flow.along(g.rows[2], y, g.gains[2]);
+}
+template <class T, class R, class Shape, int D>
 VI_HOT vec<T, 4> expand(const quick_guard<R, Shape>& g, const vec<T, D>& y,
                         const quick_flow<R, Shape>& flow) {
     return {flow.along(g.rows[0], y, g.gains[0]), flow.along(g.rows[1], y, g.gains[1]),

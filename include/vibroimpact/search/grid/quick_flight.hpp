@@ -116,7 +116,11 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
                  const vec<T, D>& start, const T& flown, quick_landing<T>& out, vec<T, D>& y) {
     using R = real_t<T>;
     const auto& flow = m.flow;
-    const R part = flow.part(), bend = fma(3.0 * near.u.twist, near.s, near.u.bend);
+    R bend = fma(3.0 * near.u.twist, near.s, near.u.bend);
+    if constexpr (Mode::flow_type::
+                      several_may_cross) // what states follow is asked of the place itself
+        bend = 0.5 * bend_at<R>(m, values_of(near.y, flow.dimension()), hit.stop);
+    const R part = flow.part();
     const last_step<R> on(at.left, bend, at.scale, flow.step);
     const R shift = only(hit.found, on.shift);
     const R s = near.s + shift, begin = (hit.begin - hit.place) * part;
