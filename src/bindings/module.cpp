@@ -13,6 +13,7 @@
 #include "interrupt.hpp"
 #include "numeric/decoupling_module.hpp"
 #include "numeric/jet_module.hpp"
+#include "numeric/pace_module.hpp"
 #include "orbit/prescribed_module.hpp"
 #include "vibroimpact/numeric/math.hpp"
 #include "vibroimpact/numeric/sizes.hpp"
@@ -287,6 +288,7 @@ VI_MODULE(VIBROIMPACT_MODULE, m) {
     binding::bind_prescribed(m);
     binding::bind_batch(m);
     binding::bind_decoupling(m);
+    binding::bind_pace(m);
     nb::class_<binding::position>(m, "Position")
         .def("copy", [](const binding::position& p) { return binding::position(p); })
         .def_ro("touching", &binding::position::touching)

@@ -97,7 +97,7 @@ def test_systems_beyond_columns_are_compiled_when_their_tile_wants_them(
     assert not seen
     parts = found.inside(slice(1, 3))
     assert [part.systems.tolist() for part, _ in parts] == [[1, 2]]
-    assert [k for _, _, k, _ in seen] == [1, 2]
+    assert [k for _, _, k, *_ in seen] == [1, 2]
     with pytest.raises(vi.InvalidParameterError, match=r"math domain.*System: k = -1\.0\."):
         found.inside(slice(3, 4))
 

@@ -111,7 +111,8 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
             fourth = fourth + square * size;
         }
     }
-    const R room = half < infinity() ? half : max(forced, R(1.0));
+    const R room = half < infinity() ? half : max(forced, g.reach);
+    if (!(room > 0.0)) return flow.grid_error[wide_grid] * squares;
     const R moved = forced > 0.0 ? min(forced, room) : room;
     return flow.grid_error[wide_grid] * (fourth + squares * moved) / room;
 }

@@ -9,7 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from vibroimpact._core.scalars import above, anywhere, choose, greatest, sign_of, square_root
+from vibroimpact._core.scalars import (
+    above,
+    anywhere,
+    choose,
+    greatest,
+    rounded_down,
+    sign_of,
+    square_root,
+)
 
 Vector = list[float]
 Matrix = list[list[float]]
@@ -117,12 +125,39 @@ def solve_definite(a: Matrix, b: Matrix) -> Matrix:
     return solver_of_definite(a)(b)
 
 
+def unit_of(a: Matrix) -> float:
+    """A power of two near to the largest entry: roots of A / unit have the same bits in any unit of A."""
+    size = largest(a)
+    return rounded_down(choose(above(size, 0.0), size, 1.0), 1)
+
+
+def over(a: Matrix, unit: float) -> Matrix:
+    """A / unit."""
+    return [[x / unit for x in row] for row in a]
+
+
 def solver_of_definite(a: Matrix) -> Callable[[Matrix], Matrix]:
-    """B -> A^-1 B for positive definite A."""
-    low = cholesky(a)
-    if low is None:
-        raise ArithmeticError("matrix is not positive definite")
-    return lambda b: solve_upper(low, solve_lower(low, b))
+    """B -> A^-1 B for positive definite A = L D L^T, L with unit diagonal.
+
+    Without roots: in units of the rows that are powers of two the digits are the same.
+    """
+    n, low, pivots = len(a), identity(len(a)), list[float]()
+    for i in range(n):
+        for j in range(i):
+            parts = [x * d for x, d in zip(low[i][:j], pivots, strict=False)]
+            low[i][j] = (a[i][j] - dot(parts, low[j][:j])) / pivots[j]
+        parts = [x * d for x, d in zip(low[i][:i], pivots, strict=True)]
+        pivots.append(a[i][i] - dot(parts, low[i][:i]))
+        if not pivots[i] > 0.0:
+            raise ArithmeticError("matrix is not positive definite")
+
+    def solve(b: Matrix) -> Matrix:
+        inside = solve_lower(low, b)
+        return solve_upper(
+            low, [[x / d for x in row] for row, d in zip(inside, pivots, strict=True)]
+        )
+
+    return solve
 
 
 def solve_regular(a: Matrix, b: Matrix) -> Matrix:

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import ResonanceError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact._core.scalars import greatest, square_root
+from vibroimpact._core.scalars import above, choose, greatest, rounded_down, square_root
 from vibroimpact.compile.decoupling import Decoupled
 from vibroimpact.compile.reduction import Closed, Reduced
 from vibroimpact.compile.vibrations import Vibrations
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.elements import Friction
+from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.mechanism import STOP_KINDS, Contact, Mechanism, stop_sizes
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
@@ -36,6 +38,65 @@ class ModeCoordinates:
     from_v: Matrix
     particular: Matrix  # forcing part: y gains particular . (forcing coordinates)
     shift: Vector = dataclasses.field(default_factory=list)  # and this, where it is not empty
+
+    def in_units(self, units: Vector) -> ModeCoordinates:
+        """The same flow without blocks on other coordinates: y is ``units`` times these, entry by entry."""
+        flow: dict[str, Any] = dict(self.flow)
+        if flow:
+            flow["b"] = _rows_over(units, columns_by(units, flow["b"]))
+            (flow["constant"],) = transpose(_rows_over(units, transpose([flow["constant"]])))
+        if "norm" in flow:
+            flow["norm"] = columns_by(units, flow["norm"])
+        return dataclasses.replace(
+            self,
+            flow=flow,
+            to_x=columns_by(units, self.to_x),
+            to_v=columns_by(units, self.to_v),
+            from_x=_rows_over(units, self.from_x),
+            from_v=_rows_over(units, self.from_v),
+            particular=_rows_over(units, self.particular),
+            shift=[x / unit for x, unit in zip(self.shift, units, strict=False)],
+        )
+
+
+def columns_by(units: Vector, rows: Matrix) -> Matrix:
+    """Rows on y as rows on coordinates in these units; a constant part at the end stays."""
+    ends = range(len(units), len(rows[0])) if rows else ()
+    factors = [*units, *(1.0 for _ in ends)]
+    return [[x * unit for x, unit in zip(row, factors, strict=True)] for row in rows]
+
+
+def _rows_over(units: Vector, rows: Matrix) -> Matrix:
+    """Rows of what gives y, in these units."""
+    return [[x / unit for x in row] for row, unit in zip(rows, units, strict=True)]
+
+
+def units_of(m: Mechanism, flow: dict[str, Any], rate: float) -> Vector:
+    """Units of the entries of y for a flow without blocks, (x_i, v_i / scale) in turn, then (sin, cos).
+
+    The kernel takes rounding relative to the largest entry of y. Sines and cosines, and the entry 1 of a
+    coordinate without mass, have no unit, so lengths are put beside them in that of what they add to
+    the motion within the time of its fastest rate, or to the place of a stop: a power of two, which
+    changes no digit. Where they add nothing, a length of the machine serves.
+    """
+    b, constant = flow["b"], flow["constant"]
+    ones = [2 * i + 1 for i in m.massless]
+    moved = [i for i in range(2 * m.degrees) if i not in ones]
+    pushes = [abs(b[i][j]) / rate for i in moved for j in (*ones, *range(2 * m.degrees, len(b)))]
+    for part in m.numbered:
+        if isinstance(part, STOP_KINDS):
+            pushes += _amplitudes(part.motion)
+        elif isinstance(part, Friction):
+            pushes += [x / rate for x in _amplitudes(part.belt_motion)]
+    pushed = greatest(pushes)
+    resting = greatest([*stop_sizes(m), *(abs(constant[i]) / rate for i in moved)])
+    length = choose(above(pushed, 0.0), pushed, choose(above(resting, 0.0), resting, 1.0))
+    unit = rounded_down(length, 1)
+    return [unit if i in moved else 1.0 for i in range(len(b))]
+
+
+def _amplitudes(lines: tuple[Harmonic, ...]) -> Vector:
+    return [abs(x) for line in lines for x in (*line.sine, *line.cosine)]
 
 
 class Blocks(NamedTuple):
@@ -56,13 +117,14 @@ class Blocks(NamedTuple):
     pushes: list[Matrix]
 
 
-def blocks_of_modes(m: Mechanism, r: Reduced, vibrations: Vibrations) -> Blocks:
+def blocks_of_modes(r: Reduced, vibrations: Vibrations) -> Blocks:
     """Blocks of vibration modes: positions depend on q alone, and impulses change q' alone."""
     phi, k, c = vibrations
     down = transpose(phi) if phi else []
-    shape = product(r.basis, phi) if phi else [[] for _ in range(m.degrees)]
-    up = product(transpose(shape), m.mass) if phi else []
-    still, none = [[0.0] * len(k) for _ in range(m.degrees)], linear.zeros(len(k), m.degrees)
+    n = len(r.inertia)
+    shape = product(r.basis, phi) if phi else [[] for _ in range(n)]
+    up = product(transpose(shape), r.inertia) if phi else []
+    still, none = linear.zeros(n, len(k)), linear.zeros(len(k), n)
     pushes = [
         _interleaved(linear.zeros(len(k), 2), transpose([apply(down, f) for f in both]))
         for both in zip(r.sines, r.cosines, strict=True)
@@ -74,7 +136,7 @@ def blocks_of_modes(m: Mechanism, r: Reduced, vibrations: Vibrations) -> Blocks:
     )  # fmt: skip
 
 
-def blocks_of_pairs(m: Mechanism, r: Reduced, d: Decoupled) -> Blocks:
+def blocks_of_pairs(r: Reduced, d: Decoupled) -> Blocks:
     """Blocks for any damping: positions depend on q', too, and impulses change q, too."""
     shown, also = product(r.basis, d.positions), product(r.basis, d.velocities)
     q_of_x, q_of_v, v_of_x, v_of_v = d.back
@@ -84,7 +146,7 @@ def blocks_of_pairs(m: Mechanism, r: Reduced, d: Decoupled) -> Blocks:
         for row, more in zip(shown, also, strict=True)
     ]
     back = [
-        product(transpose(product(r.basis, a)), m.mass) for a in (q_of_x, v_of_x, q_of_v, v_of_v)
+        product(transpose(product(r.basis, a)), r.inertia) for a in (q_of_x, v_of_x, q_of_v, v_of_v)
     ]
     pushes = [
         _interleaved(*(transpose([apply(transpose(a), f) for f in both]) for a in (q_of_v, v_of_v)))
@@ -197,7 +259,7 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
     to_x, to_v = linear.zeros(n, size), linear.zeros(n, size)
     from_x, from_v = linear.zeros(size, n), linear.zeros(size, n)
     if free:
-        up = solve(product(transpose(r.basis), m.mass))
+        up = solve(product(transpose(r.basis), r.inertia))
         for j in range(free):
             from_x[2 * j], from_v[2 * j + 1] = list(up[j]), [x / rate for x in up[j]]
             for i in range(n):

@@ -18,7 +18,7 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError
-from vibroimpact._core.linear import Matrix, Vector, dot
+from vibroimpact._core.linear import Matrix, Vector
 from vibroimpact._core.scalars import greatest, least, rounded_down, square_root
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import (
@@ -32,6 +32,7 @@ from vibroimpact.compile.coordinates import (
     force_rows,
     guard_row,
     modal,
+    units_of,
     with_energy,
 )
 from vibroimpact.compile.decoupling import Decoupled, decoupled
@@ -45,25 +46,40 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
+from vibroimpact.compile.pace import (
+    FASTER,
+    most_by_lines,
+    own_rate,
+    paced_parts,
+    paced_rate,
+    paces_of,
+)
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.rayleigh import proportion
 from vibroimpact.compile.reduction import Closed, Reduced, reduce
 from vibroimpact.compile.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
 from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
+from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 
 FEW = 2  # contacts: up to this number, all closed sets are built at first
 MOST = 4  # contacts: up to this number, the blocks of all closed sets are found at first
 
 
+FIRST = np.zeros(1, dtype=np.int32)  # number of the system, of one
+
 BlockForm = Vibrations | Decoupled | None  # of a reduced system; None: without blocks
 
 
 class Hybrid:
-    """A mechanism as modes, guards and jumps, in numbers of any kind (scalars.py)."""
+    """A mechanism as modes, guards and jumps, in numbers of any kind (scalars.py).
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+    ``pace`` is that of the motions (pace.py), zero where it is not known. Up to ``most_pace`` nothing
+    depends on it.
+    """
+
+    def __init__(self, mechanism: Mechanism, pace: float = 0.0) -> None:
+        self.mechanism, self.pace = mechanism, pace
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
         self._shapes: dict[Closed, tuple[Reduced, BlockForm] | None] = {}
@@ -71,19 +87,20 @@ class Hybrid:
         few = len(mechanism.contacts) <= FEW
         self.proportion = None if few else proportion(mechanism)
         self.closed = self._possible(self._sides()) if few else []
-        self.dense = False
-        self.dense = not self._is_modal()
-        self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
-        rates = [self._rate(), *(force.omega for force in mechanism.forces)]
-        self.rate = greatest(rates) or self._drift_rate()
-        if not SLOWEST <= self.rate <= FASTEST:
-            raise InvalidParameterError(
-                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
-                "Choose another unit of time."
-            )
-        self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
+        self.units = list[float]()
         self.omegas = [force.omega for force in mechanism.forces]
+        self.dense = False
+        modal = self._is_modal()
+        by_lines = self._most_by_lines() if modal else []
+        self.dense = not modal or pace > least(by_lines, math.inf)
+        self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
+        own = own_rate([self._rate(), *self.omegas])
+        self.most_pace = least([FASTER * own, *by_lines])
+        self.rate = paced_rate(own, pace)
+        self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.kappas = [1.0] * lines if self.dense else self.omegas
+        if self.dense:
+            self._built.clear()
         self.free = self._coordinates(())
 
     @property
@@ -182,31 +199,23 @@ class Hybrid:
             for closed in ((), *self._known()):
                 self._coordinates(closed)
         except ResonanceError:
-            self._built.clear()
             return False
         return True
 
+    def _most_by_lines(self) -> list[float]:
+        """Paces up to which the responses to the lines are split off."""
+        reduced, motion = self._shape(()) or (None, None)
+        assert reduced is not None  # the free mode has blocks, being modal
+        assert motion is not None
+        return most_by_lines(_blocks(reduced, motion), self.omegas)
+
     def _rate(self) -> float:
         """Upper estimate of the fastest rate of the mechanical part."""
-        m = self.mechanism
         if self.dense:
-            self.scale = dense_rate(m)
-            return 2.0 * self.scale
+            return 2.0 * dense_rate(self.mechanism)
         found = [v for v in self._block_forms() if v]
         roots = [square_root(x) for v in found for x in v.k]
         return greatest([*roots, *(x for v in found for x in v.c)])
-
-    def _drift_rate(self) -> float:
-        """Rate for a system without oscillation or decay: of falling through the smallest length."""
-        m = self.mechanism
-        fall = linear.solve_definite(m.mass, [[f] for f in m.constant_force])
-        rates = []
-        for contact in m.contacts:
-            pull = abs(dot(contact.row, [a for (a,) in fall]))
-            lengths = (abs(contact.lower), abs(contact.upper), contact.upper - contact.lower)
-            length = least((x for x in lengths if x and not infinite(x)), default=1.0)
-            rates.append(square_root(pull / length))
-        return greatest(rates) or 1.0
 
     def _coordinates(self, closed: Closed) -> ModeCoordinates:
         if closed not in self._built:
@@ -222,18 +231,15 @@ class Hybrid:
             )
         reduced, motion = shape
         if self.dense:
-            c = dense(self.mechanism, reduced, self.size, self.scale)
-            return with_energy(c, reduced, self.scale)
+            c = dense(self.mechanism, reduced, self.size, self.rate / 2.0)
+            c = with_energy(c, reduced, self.rate / 2.0)
+            self.units = self.units or units_of(self.mechanism, c.flow, self.rate)
+            return c.in_units(self.units)
         if motion is None:
             raise ArithmeticError(
                 f"contacts {closed}: no blocks, though others of this set had them"
             )
-        return modal(self.mechanism, self._blocks(reduced, motion), self.size)
-
-    def _blocks(self, r: Reduced, motion: Vibrations | Decoupled) -> Blocks:
-        if isinstance(motion, Decoupled):
-            return blocks_of_pairs(self.mechanism, r, motion)
-        return blocks_of_modes(self.mechanism, r, motion)
+        return modal(self.mechanism, _blocks(reduced, motion), self.size)
 
     def laws(self) -> list[Law]:
         """Jump at every contact."""
@@ -241,23 +247,35 @@ class Hybrid:
         return contact_laws(self.mechanism, self.free, solve)
 
 
-def hybrid_of(mechanism: Mechanism) -> Hybrid | Piecewise:
-    """The compiler for a mechanism."""
-    if not needs_elements(mechanism):
-        return Hybrid(mechanism)
-    pieces = Piecewise(mechanism)
-    pieces.check_rate()
-    return pieces
+def _blocks(r: Reduced, motion: Vibrations | Decoupled) -> Blocks:
+    if isinstance(motion, Decoupled):
+        return blocks_of_pairs(r, motion)
+    return blocks_of_modes(r, motion)
+
+
+def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
+    """The compiler for a mechanism, for motions of a pace (pace.py)."""
+    found = (
+        Piecewise(mechanism, searched=True, pace=pace)
+        if needs_elements(mechanism)
+        else Hybrid(mechanism, pace)
+    )
+    if not SLOWEST <= found.rate <= FASTEST:
+        raise InvalidParameterError(
+            f"fastest rate = {found.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
+            "Choose another unit of time."
+        )
+    return found
 
 
 class Compiled:
     """Mechanism compiled for the kernel. Modes of closed sets are added when first needed."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, pace: float = 0.0) -> None:
         self.mechanism = mechanism
-        self._hybrid = h = hybrid_of(mechanism)
+        self._hybrid = h = hybrid_of(mechanism, pace)
         self.dense, self.size, self.free = h.dense, h.size, h.free
-        self.rate, self.step = h.rate, h.step
+        self.rate, self.step, self.most_pace = h.rate, h.step, h.most_pace
         self.kernel = _kernel.System(
             dense=h.dense,
             mixed=h.mixed,
@@ -276,6 +294,19 @@ class Compiled:
         self.codes = list[int]()
         for code in h.codes:
             self._add_mode(code)
+
+    @cached_property
+    def _paced(self) -> Floats:
+        """Parts of the machine for the pace of its motions, shape (1, P, n + 4)."""
+        n = self.mechanism.degrees
+        return np.array(paced_parts(self.mechanism), dtype=float).reshape(1, -1, n + 4)
+
+    def pace_of(self, start: State) -> float:
+        """The pace of the motion from a start; zero where own rates serve, or where the start will be refused."""
+        if len(start.position) != self.mechanism.degrees:
+            return 0.0
+        most, both = np.array([self.most_pace]), (start.position, start.velocity)
+        return float(paces_of(self._paced, most, FIRST, *(np.array([x]) for x in both))[0])
 
     @cached_property
     def piecewise(self) -> Piecewise:
@@ -351,10 +382,13 @@ class _Keyed:
 
 
 @lru_cache(maxsize=64)
-def _compiled(keyed: _Keyed) -> Compiled:
-    return Compiled(keyed.mechanism)
+def _compiled(keyed: _Keyed, pace: float) -> Compiled:
+    return Compiled(keyed.mechanism, pace)
 
 
-def compile_mechanism(mechanism: Mechanism) -> Compiled:
-    """Compile, or return the earlier result for equal parameters."""
-    return _compiled(_Keyed(mechanism))
+def compile_mechanism(mechanism: Mechanism, start: State | None = None) -> Compiled:
+    """Compile, or return the earlier result for equal parameters; for the motion from a start, if one is given."""
+    keyed = _Keyed(mechanism)
+    compiled = _compiled(keyed, 0.0)
+    pace = compiled.pace_of(start) if isinstance(start, State) else 0.0
+    return _compiled(keyed, pace) if pace else compiled

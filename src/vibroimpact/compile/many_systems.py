@@ -61,7 +61,7 @@ class Compilation:
 
     Attributes
     ----------
-    system, values, codes
+    system, values, codes, pace
         The arguments of :func:`compile_together`.
     mechanism
         Mechanism of ``system``.
@@ -74,6 +74,7 @@ class Compilation:
     system: System
     values: Values
     codes: tuple[int, ...]
+    pace: float
     mechanism: Mechanism
     parts: list[Part]
     apart: Rows
@@ -97,12 +98,14 @@ class Compilation:
 
     def _alone(self, place: slice) -> Iterator[tuple[Rows, Stacks]]:
         for k in self.apart[_inside(self.apart, place)]:
-            alone = _alone(self.system, self.values, k, self.codes)
+            alone = _alone(self.system, self.values, k, self.codes, self.pace)
             if alone:
                 yield np.array([k]), alone
 
 
-def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()) -> Compilation:
+def compile_together(
+    system: System, values: Values, codes: tuple[int, ...] = (), pace: float = 0.0
+) -> Compilation:
     """Compile every system but those at resonance.
 
     Parameters
@@ -111,6 +114,8 @@ def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()
         As for :func:`vibroimpact.sweeps.execution.batch.batch_of`; arrays of one length.
     codes
         Modes needed in addition to those that every system begins with.
+    pace
+        That of the motions (pace.py).
 
     Notes
     -----
@@ -121,7 +126,7 @@ def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()
     while pending:
         systems = pending.pop()
         try:
-            stacks = _together(system, values, systems, codes)
+            stacks = _together(system, values, systems, codes, pace)
         except ResonanceError:
             continue
         except Split as split:
@@ -132,7 +137,7 @@ def compile_together(system: System, values: Values, codes: tuple[int, ...] = ()
         else:
             apart.append(systems)
     m, rising = mechanism_of(system), np.sort(np.concatenate(apart))
-    return Compilation(system, values, codes, m, _parts_of(together), rising)
+    return Compilation(system, values, codes, pace, m, _parts_of(together), rising)
 
 
 def _count(values: Values) -> int:
@@ -193,7 +198,9 @@ def _axis(x: Floats, i: int) -> Floats:
     return x[tuple(slice(None if k == i else 1) for k in range(x.ndim))]
 
 
-def _together(system: System, values: Values, systems: Rows, codes: Sequence[int]) -> Stacks | None:
+def _together(
+    system: System, values: Values, systems: Rows, codes: Sequence[int], pace: float
+) -> Stacks | None:
     """Systems compiled with columns; None where that is impossible."""
     if len(systems) == 1:
         return None
@@ -202,7 +209,7 @@ def _together(system: System, values: Values, systems: Rows, codes: Sequence[int
     try:
         with np.errstate(all="ignore"):  # as Python's floats
             mechanism = _built(system, columns)
-            return None if mechanism is None else stacks_of(hybrid_of(mechanism), grid, codes)
+            return mechanism and stacks_of(hybrid_of(mechanism, pace), grid, codes)
     except ResonanceError:
         raise
     except Split as split:
@@ -219,11 +226,14 @@ def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
         return None
 
 
-def _alone(system: System, values: Values, k: int, codes: Sequence[int]) -> Stacks | None:
+def _alone(
+    system: System, values: Values, k: int, codes: Sequence[int], pace: float
+) -> Stacks | None:
     """One system compiled alone; None at resonance."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
-        return stacks_of(hybrid_of(mechanism_of(with_parameters(system, numbers))), (1,), codes)
+        mechanism = mechanism_of(with_parameters(system, numbers))
+        return stacks_of(hybrid_of(mechanism, pace), (1,), codes)
     except ResonanceError:
         return None
     except Exception as error:

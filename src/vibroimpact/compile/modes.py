@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vibroimpact._core.linear import Matrix, Vector, product, transpose
-from vibroimpact.compile.coordinates import ModeCoordinates
+from vibroimpact.compile.coordinates import ModeCoordinates, columns_by
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
@@ -45,6 +45,19 @@ class Mode:
     guards: list[Guard]
     watches: list[Watch]
     elements: list[tuple[Vector, Vector]]  # rows on (y, 1)
+
+    def rows_in(self, units: Vector) -> Mode:
+        """The mode with its rows on coordinates in these units, which its flow is in already."""
+
+        def moved(row: Vector) -> Vector:
+            return columns_by(units, [row])[0]
+
+        return replace(
+            self,
+            guards=[(moved(row), *rest) for row, *rest in self.guards],
+            watches=[(moved(row), *rest) for row, *rest in self.watches],
+            elements=[(moved(force), moved(speed)) for force, speed in self.elements],
+        )
 
 
 def contact_laws(

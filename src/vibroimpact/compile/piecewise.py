@@ -51,10 +51,8 @@ from vibroimpact._core.scalars import (
     square_root,
 )
 from vibroimpact._kernel import sincos
-from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
+from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, units_of
 from vibroimpact.compile.modes import (
-    FASTEST,
-    SLOWEST,
     STEP_BITS,
     Guard,
     Law,
@@ -64,6 +62,7 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
+from vibroimpact.compile.pace import FASTER, own_rate, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.elements import (
@@ -145,11 +144,15 @@ class Forces:
 
 
 class Piecewise:
-    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py)."""
+    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py).
+
+    Where events are searched for (``searched``), modes are in units of their own (``units_of``), and the
+    step is that of the pace of the motions, where it is given (pace.py).
+    """
 
     dense, mixed = True, False
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, *, searched: bool = False, pace: float = 0.0) -> None:
         self.mechanism = m = mechanism
         self.lines, self.degrees = len(m.forces), m.degrees
         self.size = 2 * (self.degrees + self.lines)
@@ -160,9 +163,17 @@ class Piecewise:
         self._by_mass = linear.solver_of_definite(self.mass)
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
-        self.rate = self._rate()
+        own = self._rate()
+        self.most_pace, self.rate = 0.0, own or 1.0
+        if searched:
+            self.most_pace = FASTER * own_rate([own])
+            self.rate = paced_rate(own_rate([own]), pace)
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
+        self.units = list[float]()
+        if searched:
+            flow = self._flow(self._forces((), tuple(0 for _ in m.elements)))
+            self.units = units_of(m, flow, self.scale)
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
@@ -173,14 +184,6 @@ class Piecewise:
     def _is_joint(self, e: Element) -> bool:
         """Whether an element acts on a coordinate without mass, whose speed depends on the others."""
         return not isinstance(e, PhaseSwitch) and any(e.row[i] for i in self.light)
-
-    def check_rate(self) -> None:
-        """Refuse a unit of time in which an unknown motion cannot be searched for events."""
-        if not SLOWEST <= self.rate <= FASTEST:
-            raise InvalidParameterError(
-                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
-                "Choose another unit of time."
-            )
 
     def _rate(self) -> float:
         """Rate of the motion with all soft stops pressed, as a scale."""
@@ -198,7 +201,7 @@ class Piecewise:
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
         norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
-        return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
+        return greatest([*rates, 2.0**-500]) if any(rates) else 0.0
 
     def _rate_norm(self, a: Matrix) -> float:
         """Row sum norm, of which massless coordinates, in a unit of their own, may be at most half."""
@@ -254,10 +257,11 @@ class Piecewise:
         closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
         states = states_from_code(code, len(m.contacts), len(m.elements))
         forces = self._forces(closed, states)
-        return Mode(
+        mode = Mode(
             code, self._coordinates(forces), self._guards(closed, forces),
             self._watches(states, forces, len(closed)), self._elements(states, forces, len(closed)),
         )  # fmt: skip
+        return mode.rows_in(self.units) if self.units else mode
 
     def _resets(self) -> list[tuple[Matrix, Vector]]:
         """Maps of y that watches name by their number: the impulses of phase switches."""
@@ -267,7 +271,8 @@ class Piecewise:
                 change = self._accelerations([[x] for x in impulse])
                 shift = [0.0] * self.size
                 for i, (x,) in enumerate(change):
-                    shift[2 * i + 1] = x / self.scale
+                    unit = self.units[2 * i + 1] if self.units else 1.0
+                    shift[2 * i + 1] = x / self.scale / unit
                 out.append((linear.identity(self.size), shift))
         return out
 
@@ -551,7 +556,8 @@ class Piecewise:
         if forces.constraints:
             self._project(forces.constraints, from_v, particular, shift)
         flow = self._flow(forces) if forces.pull else {}
-        return ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
+        c = ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
+        return c.in_units(self.units) if self.units else c
 
     def _project(
         self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector

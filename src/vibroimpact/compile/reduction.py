@@ -1,7 +1,9 @@
 """Reduction of a mechanism to the motions that a set of closed contacts allows.
 
 The motion is x = offset + N xi, with N a basis of the motions that the closed contacts allow, and
-reduced matrices N^T M N, N^T C N, N^T K N (theory.md, section 2).
+reduced matrices N^T M N, N^T C N, N^T K N (theory.md, section 2). They and the forces are in a unit of mass
+of the mechanism's own, a power of two: coordinates with unit masses take roots of masses, which have
+the same bits in every unit then.
 """
 
 from __future__ import annotations
@@ -18,10 +20,11 @@ Closed = tuple[Stop, ...]  # stops at which contacts are closed
 
 @dataclass(frozen=True)
 class Reduced:
-    """Motion allowed by a closed set: x = offset + basis xi."""
+    """Motion allowed by a closed set: x = offset + basis xi; ``inertia`` is all of M."""
 
     offset: Vector
     basis: Matrix
+    inertia: Matrix
     mass: Matrix
     damping: Matrix
     stiffness: Matrix
@@ -47,17 +50,23 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
         offset = [
             row[0] for row in product(lift, linear.solve_definite(product(rows, lift), limits))
         ]
+    unit = linear.unit_of(m.mass)
+    mass, damping, stiffness = (linear.over(a, unit) for a in (m.mass, m.damping, m.stiffness))
+    constant, *lines = linear.over(
+        [list(m.constant_force), *(list(x) for f in m.forces for x in (f.sine, f.cosine))], unit
+    )
     down = transpose(basis) if basis[0] else []
-    pull = apply(m.stiffness, offset)
+    pull = apply(stiffness, offset)
     return Reduced(
         offset,
         basis,
-        product(down, product(m.mass, basis)),
-        product(down, product(m.damping, basis)),
-        product(down, product(m.stiffness, basis)),
-        apply(down, [f - k for f, k in zip(m.constant_force, pull, strict=True)]),
-        apply(down, list(m.constant_force)),
-        apply(linear.absolute(down), [abs(f) for f in m.constant_force]),
-        [apply(down, list(force.sine)) for force in m.forces],
-        [apply(down, list(force.cosine)) for force in m.forces],
+        mass,
+        product(down, product(mass, basis)),
+        product(down, product(damping, basis)),
+        product(down, product(stiffness, basis)),
+        apply(down, [f - k for f, k in zip(constant, pull, strict=True)]),
+        apply(down, constant),
+        apply(linear.absolute(down), [abs(f) for f in constant]),
+        [apply(down, sine) for sine in lines[::2]],
+        [apply(down, cosine) for cosine in lines[1::2]],
     )

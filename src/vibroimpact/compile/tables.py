@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 from typing import Any, NamedTuple, cast
 
@@ -17,9 +18,10 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.hybrid import Hybrid
 from vibroimpact.compile.modes import Mode
+from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.compile.piecewise import Piecewise
 
 WATCHED = ("watch_element", "watch_held", "watch_reset")
@@ -60,6 +62,9 @@ class Stacks:
         Stacks, by name of the argument of ``_kernel.Batch``.
     modes
         Stacks for its ``add_mode``, likewise.
+    pace
+        What says how fast motions of a system meet its stops (pace.py): ``parts``, and ``most``, up to which
+        its own rates serve.
     columns
         The numbers that vary, shape (V, S).
     """
@@ -72,7 +77,24 @@ class Stacks:
     elements: list[tuple[int, bool, bool]]
     systems: dict[str, Stack]
     modes: list[dict[str, Any]]
+    pace: dict[str, Stack]
     columns: Floats
+
+    @cached_property
+    def _paced(self) -> tuple[Floats, Floats]:
+        """Parts and most pace of every system, or of one, where they are shared."""
+        both = (self.pace["parts"], self.pace["most"])
+        some = self.columns if any(x.columns for x in both) else self.columns[:, :1]
+        if not some.size:
+            some = np.empty((0, 1))
+        parts, most = (x.of(some) for x in both)
+        return parts, most
+
+    def paces(self, system: Rows, position: Floats, velocity: Floats) -> Floats:
+        """Pace of each member's motion from its start; zero where the machine's own rates serve, shape (N,)."""
+        parts, most = self._paced
+        which = system if len(parts) > 1 else np.zeros_like(system)
+        return paces_of(parts, most, which, position, velocity)
 
     @property
     def sizes(self) -> tuple[int, int, int]:
@@ -156,11 +178,16 @@ def stacks_of(
         "restitution": stack([law[3:] for law in laws], contacts, 2),
         "reset_shift": stack([shift for _, shift in hybrid.resets], len(hybrid.resets), size),
     }
+    parts = paced_parts(m)
+    pace = {
+        "parts": stack(parts, len(parts), m.degrees + 4),
+        "most": stack(hybrid.most_pace),
+    }
     modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]
     table = stack.table(grid)
     return Stacks(
         hybrid.dense, hybrid.mixed, isinstance(hybrid, Piecewise), m.impact_law == "sequential",
-        m.degrees, hybrid.elements, systems, modes, table,
+        m.degrees, hybrid.elements, systems, modes, pace, table,
     )  # fmt: skip
 
 
@@ -253,5 +280,6 @@ def joined(parts: Sequence[Stacks], order: NDArray[np.intp]) -> Stacks:
 
     systems = _mapped(stack, *(part.systems for part in parts))
     modes = [_mapped(stack, *same) for same in zip(*(part.modes for part in parts), strict=True)]
+    pace = _mapped(stack, *(part.pace for part in parts))
     table = np.array(columns).reshape(len(columns), len(order))
-    return replace(first, systems=systems, modes=modes, columns=table)
+    return replace(first, systems=systems, modes=modes, pace=pace, columns=table)

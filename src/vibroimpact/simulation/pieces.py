@@ -50,12 +50,12 @@ def simulate_pieces(system: System, state: State, lines: Lines) -> Run:
         reason other than HORIZON.
     """
     m = mechanism_of(system)
-    compiled = compile_mechanism(m)
     n = m.degrees - 1
     position, velocity = state.position[:n], state.velocity[:n]
     parts: list[Any] = []
     starts: list[tuple[list[float], int]] = []
     first = State((*position, lines.value[0]), (*velocity, lines.slope[0]), state.phase)
+    compiled = compile_mechanism(m, first)
     at, why = begin(compiled, first), RunEnd.HORIZON
     for time, value, slope, length in zip(*(part.tolist() for part in lines), strict=True):
         if parts:

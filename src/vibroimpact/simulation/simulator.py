@@ -65,7 +65,7 @@ class Simulator:
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.start, self.last = system, state, state
-        self.compiled: Compiled = compile_mechanism(mechanism_of(system))
+        self.compiled: Compiled = compile_mechanism(mechanism_of(system), state)
         self.at: Any = begin(self.compiled, state)
 
     @property

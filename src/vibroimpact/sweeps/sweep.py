@@ -26,6 +26,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
 from vibroimpact._core.progress import Progress, interruptible
 from vibroimpact._core.types import Arrays
+from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.parameters import with_parameters
@@ -47,7 +48,7 @@ from vibroimpact.sweeps.observers.selection import resolve, rounds
 from vibroimpact.sweeps.plan import Plan, Window
 from vibroimpact.sweeps.schema import Schema, schema_of
 from vibroimpact.sweeps.specification import SweepSpec, specification_of
-from vibroimpact.sweeps.starts import Start, starts_of
+from vibroimpact.sweeps.starts import Start, Starts, starts_of
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater
@@ -55,6 +56,7 @@ from vibroimpact.sweeps.starts import Start, starts_of
 MORE_IMPACTS, LIVELIEST = 64, 0.999
 UNIT = float(np.finfo(float).eps)
 LONGEST = 1e100  # forcing periods: times stay finite
+LOOKED_AT = 4096.0  # starts, for the default of most_impacts
 
 ProgressCallback = Callable[[int, int], None]
 
@@ -217,7 +219,7 @@ def plan_of(
         raise refusal("settle + periods", length, f"at most {LONGEST:g}")
     if most_impacts is None:
         ends = (mechanism_of(with_parameters(system, corner)) for corner in corners(axes))
-        most = max(_ordinary(one, length) for one in (mechanism, *ends))
+        most = max(_ordinary(one, length, starts) for one in (mechanism, *ends))
         if most > LARGEST_COUNT:
             raise InvalidParameterError(
                 f"settle + periods = {length:g}: must be shorter, or give most_impacts."
@@ -228,7 +230,7 @@ def plan_of(
     return Plan(first, axes, starts, resolve(observe), window, follow)
 
 
-def _ordinary(mechanism: Mechanism, length: float) -> float:
+def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
     """Upper estimate of impacts of ordinary motion in so many forcing periods or units of time."""
     stiffness, damping = np.array(mechanism.stiffness), np.array(mechanism.damping)
     for element in mechanism.elements:
@@ -242,13 +244,25 @@ def _ordinary(mechanism: Mechanism, length: float) -> float:
         for part in (stiffness, damping)
     )
     fastest = max(math.sqrt(stiff) + damp, *(force.omega for force in mechanism.forces), 0.0)
-    cycles = length * (1.0 + fastest / (mechanism.omega or 2.0 * math.pi))
+    if mechanism.omega:
+        cycles = length * (1.0 + fastest / mechanism.omega)
+    else:
+        cycles = 1.0 + length * max(fastest, _fastest_pace(mechanism, starts)) / (2.0 * math.pi)
     chatters = sum(
         MORE_IMPACTS + math.log(UNIT) / math.log(min(max(r, UNIT), LIVELIEST))
         for contact in mechanism.contacts
         for r in contact.restitutions
     )
     return cycles * (chatters + MORE_IMPACTS * len(mechanism.elements))
+
+
+def _fastest_pace(mechanism: Mechanism, starts: Starts) -> float:
+    """The fastest pace of the motions from some starts (compile/pace.py), the first ones if there are many."""
+    most = int(LOOKED_AT ** (1.0 / max(1, len(starts.dims))))
+    states = starts.block(tuple(slice(0, min(n, most)) for n in starts.dims.values())).states()
+    parts = np.array(paced_parts(mechanism)).reshape(1, -1, mechanism.degrees + 4)
+    one = np.zeros(len(states.phase), dtype=np.intp)
+    return float(paces_of(parts, np.zeros(1), one, states.position, states.velocity).max())
 
 
 def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:

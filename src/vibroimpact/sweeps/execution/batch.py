@@ -1,7 +1,8 @@
 """Many systems of one kind, and the run of trajectories of theirs: the members of an ensemble.
 
 Method      Systems are compiled together (compile/many_systems.py) and handed to the kernel in parts of one
-            structure; each part runs its members. Where members close a set of contacts, or their
+            structure; each part runs its members. Members whose pace sets their step
+            (compile/pace.py) run apart, on systems compiled for it. Where members close a set of contacts, or their
             elements take states, whose mode their systems do not have yet, these run once more from
             their start with that mode.
 Accuracy    Every member has the bits of running it alone.
@@ -22,7 +23,8 @@ from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Arrays, Floats, Rows
 from vibroimpact.compile.hybrid import Compiled
-from vibroimpact.compile.many_systems import Compilation, Values, compile_together
+from vibroimpact.compile.many_systems import Compilation, Part, Values, compile_together
+from vibroimpact.compile.tables import Stacks
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
@@ -82,6 +84,10 @@ class Batch:
     part, number
         Which kernel runs each system, and as which of its own, shape (S,). Systems forced at an
         undamped resonance have none; their members end as RESONANCE.
+    kernels, stacks
+        The kernels, and the numbers of their systems.
+    pace
+        Pace that the systems are compiled for, zero for their own rates.
     """
 
     system: System
@@ -91,6 +97,8 @@ class Batch:
     part: Rows = field(repr=False)
     number: Rows = field(repr=False)
     kernels: tuple[_kernel.Batch, ...] = field(repr=False)
+    stacks: tuple[Stacks, ...] = field(repr=False)
+    pace: float = 0.0
 
     @property
     def count(self) -> int:
@@ -155,7 +163,7 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
     m, count = compilation.mechanism, place.stop - place.start
     sizes = m.degrees, len(m.contacts), len(m.forces)
     part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
-    omegas, kernels = np.full((count, len(m.forces)), np.nan), list[_kernel.Batch]()
+    omegas, parts = np.full((count, len(m.forces)), np.nan), list[Part]()
     for found, where in compilation.inside(place):
         if found.stacks.sizes != sizes:
             raise InvalidParameterError(
@@ -164,11 +172,14 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
                 "apart."
             )
         systems = found.systems[where] - place.start
-        part[systems], number[systems] = len(kernels), np.arange(where.start, where.stop)
+        part[systems], number[systems] = len(parts), np.arange(where.start, where.stop)
         omegas[systems] = found.omegas[where]
-        kernels.append(found.kernel)
+        parts.append(found)
     values = {name: x[place] for name, x in compilation.values.items()}
-    return Batch(compilation.system, values, m, omegas, part, number, tuple(kernels))
+    kernels, stacks = tuple(one.kernel for one in parts), tuple(one.stacks for one in parts)
+    return Batch(
+        compilation.system, values, m, omegas, part, number, kernels, stacks, compilation.pace
+    )
 
 
 def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
@@ -188,10 +199,36 @@ def run_members(batch: Batch, members: Members, observers: Sequence[Observer]) -
         By name: ``end`` (:class:`MemberStatus`), ``time`` reached, and the outputs of the observers,
         leading axis the members.
     """
+    paces = _paces(batch, members)
+    if not paces.any():
+        return _run_rounds(batch, members, observers)
+    out: Arrays = {}
+    for pace in np.unique(paces):
+        rows = np.flatnonzero(paces == pace)
+        systems, number = np.unique(members.system[rows], return_inverse=True)
+        own = batch if pace == 0.0 else _again(batch, systems, (), float(pace))
+        some = members.of(rows, members.system[rows] if own is batch else number)
+        for name, values in _run_rounds(own, some, observers).items():
+            whole = out.setdefault(name, np.empty((len(paces), *values.shape[1:]), values.dtype))
+            whole[rows] = values
+    return out
+
+
+def _run_rounds(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
     out: Arrays = {}
     for some in rounds(observers):
         out |= _run_once(batch, members, some)
     return out
+
+
+def _paces(batch: Batch, members: Members) -> Floats:
+    """Pace that sets the step of each member, zero where the own rates of its system serve, shape (N,)."""
+    paces, part = np.zeros(len(members.system)), batch.part[members.system]
+    for i, stacks in enumerate(batch.stacks):
+        rows = np.flatnonzero(part == i)
+        number = batch.number[members.system[rows]]
+        paces[rows] = stacks.paces(number, members.position[rows], members.velocity[rows])
+    return paces
 
 
 def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
@@ -244,7 +281,7 @@ def _finish(
             continue
         codes = (*codes, *wanted)
         systems, number = np.unique(members.system[rows], return_inverse=True)
-        more = _with_modes(batch, systems, codes)
+        more = _with_modes(batch, systems, codes, batch.pace)
         if more is None:
             for k in range(len(systems)):
                 _finish(batch, members, observers, rows[number == k], out)
@@ -254,21 +291,29 @@ def _finish(
         rows = rows[out["end"][rows] == MemberStatus.MISSING]
 
 
-def _with_modes(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...]) -> Batch | None:
+def _with_modes(
+    batch: Batch, systems: NDArray[Any], codes: tuple[int, ...], pace: float
+) -> Batch | None:
     """Some of the systems with more modes; None where not every one has them."""
-    values = {name: x[systems] for name, x in batch.values.items()}
     try:
-        more = batch_from(compile_together(batch.system, values, codes), slice(0, len(systems)))
+        more = _again(batch, systems, codes, pace)
     except InvalidParameterError:
         return None
     return more if np.all(more.part != LEFT_OUT) else None
+
+
+def _again(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...], pace: float) -> Batch:
+    """Some of the systems compiled with more modes, or for a pace."""
+    values = {name: x[systems] for name, x in batch.values.items()}
+    compilation = compile_together(batch.system, values, codes, pace)
+    return batch_from(compilation, slice(0, len(systems)))
 
 
 def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
     """Codes of the modes that a member asks for on its way, as far as they can be compiled."""
     k = members.system[row]
     system = with_parameters(batch.system, {name: x[k].item() for name, x in batch.values.items()})
-    compiled = Compiled(mechanism_of(system))
+    compiled = Compiled(mechanism_of(system), batch.pace)
     known = len(compiled.codes)
     state = State(tuple(members.position[row]), tuple(members.velocity[row]), members.phase[row])
     at, end = begin(compiled, state), members.settle[row] + members.observe[row]

@@ -1,0 +1,57 @@
+#include "numeric/pace_module.hpp"
+
+#include <stdexcept>
+
+#include "arrays.hpp"
+#include "vibroimpact/system/pace.hpp"
+
+using namespace nanobind::literals;
+
+namespace binding {
+
+namespace {
+
+using numbers_of_systems = nb::ndarray<const int, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+nb::object pace(const array& parts, const array& most, const numbers_of_systems& system,
+                const array& position, const array& velocity, double slowest, double fastest) {
+    if (parts.ndim() != 3 || position.ndim() != 2 || parts.shape(2) != position.shape(1) + 4 ||
+        position.size() != velocity.size() || system.shape(0) != position.shape(0) ||
+        most.size() != parts.shape(0))
+        throw std::invalid_argument("parts must have the shape (S, P, n + 4), position (N, n).");
+    const std::size_t members = position.shape(0), n = position.shape(1), count = parts.shape(1);
+    std::vector<double> found(members);
+    for (std::size_t i = 0; i < members; ++i) {
+        const double *x = position.data() + i * n, *v = velocity.data() + i * n;
+        vi::paces all;
+        for (std::size_t p = 0; p < count; ++p) {
+            const std::size_t which = static_cast<std::size_t>(system(i)) * count + p;
+            const double* row = parts.data() + which * (n + 4);
+            const vi::paced_part part{row, row[n], row[n + 1], row[n + 2], row[n + 3]};
+            all.add(part, x, v, static_cast<int>(n));
+        }
+        found[i] = all.pace(most.data()[system(i)], slowest, fastest);
+    }
+    return to_numpy(std::move(found), {members});
+}
+
+} // namespace
+
+void bind_pace(nb::module_& m) {
+    m.def("pace", &pace, "parts"_a, "most"_a, "system"_a, "position"_a, "velocity"_a, "slowest"_a,
+          "fastest"_a,
+          "Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where it "
+          "meets "
+          "nothing.\n\nparts, (S, P, n + 4), has for each system and part: row, lower, upper, "
+          "largest pull, speed of the belt;\nmost, (S), paces up to which its own rates serve; "
+          "system, (N), position and velocity, (N, n). It is "
+          "within slowest and fastest.",
+          nb::sig("def pace(parts: numpy.typing.NDArray[numpy.float64], "
+                  "most: numpy.typing.NDArray[numpy.float64], "
+                  "system: numpy.typing.NDArray[numpy.int32], "
+                  "position: numpy.typing.NDArray[numpy.float64], "
+                  "velocity: numpy.typing.NDArray[numpy.float64], slowest: float, fastest: float) "
+                  "-> numpy.typing.NDArray[numpy.float64]"));
+}
+
+} // namespace binding

@@ -1,0 +1,96 @@
+"""The pace of a motion, and where the step of its search follows it instead of the machine's own rates.
+
+Method      A machine says how fast it moves by the rates of its vibrations, dashpots and forces. A ball that
+            falls has none, and with a force as slow as the tides it still has none that matters: how
+            fast it meets its stop is said by where and how fast it starts. The kernel computes that
+            pace p (system/pace.hpp). It sets the step of the search where it is more than FASTER
+            times the fastest rate of the machine. A force is not split off as a particular motion where
+            that would be LARGER times what the force moves within 1 / p,
+
+                p^2 > LARGER |k - omega^2 + i c omega|,                                     (1)
+
+            k and c those of a block that it pushes: the start would be lost in its rounding. Then the
+            flow is written without blocks.
+Accuracy    a particular motion costs the digits of LARGER, five; velocities v / rate those of FASTER, three
+Reference   theory.md, "Flight"
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from vibroimpact import _kernel
+from vibroimpact._core import linear
+from vibroimpact._core.scalars import above, choose, greatest, square_root
+from vibroimpact._core.types import Floats, Rows
+from vibroimpact.compile.coordinates import Blocks
+from vibroimpact.compile.modes import FASTEST, SLOWEST
+from vibroimpact.model.elements import Friction
+from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, with_mass
+
+FASTER = 2.0**10
+LARGER = 2.0**17
+
+
+def paced_parts(m: Mechanism) -> list[list[Any]]:
+    """Row, lower, upper, pull and belt speed of every stop and friction, as the kernel takes them.
+
+    The pull is the acceleration along the row by constant and harmonic forces and by friction, at most.
+    """
+    heavy = with_mass(m)
+    solve = linear.solver_of_definite([[m.mass[i][j] for j in heavy] for i in heavy])
+    forces = [m.constant_force, *(part for f in m.forces for part in (f.sine, f.cosine))]
+    lifts = linear.transpose(solve([[force[i] for force in forces] for i in heavy]))
+    out = []
+    for part in m.numbered:
+        if not isinstance(part, (*STOP_KINDS, Friction)):
+            continue
+        row = [part.row[i] for i in heavy]
+        pull = sum(abs(linear.dot(row, lift)) for lift in lifts)
+        lower, upper, belt = -math.inf, math.inf, 0.0
+        if isinstance(part, Friction):
+            belt = part.belt_speed
+            level = part.kinetic if part.load is None else part.kinetic * abs(part.load.constant)
+            (push,) = linear.transpose(solve([[x] for x in row]))
+            pull = pull + level * linear.dot(row, push)
+        else:
+            lower, upper = part.lower, part.upper
+        out.append([*part.row, lower, upper, pull, belt])
+    return out
+
+
+def own_rate(rates: list[float]) -> float:
+    """The fastest rate of a machine; zero where it is no more than SLOWEST, which no motion notices."""
+    fastest = greatest(rates)
+    return choose(above(SLOWEST, fastest), 0.0, fastest)
+
+
+def paced_rate(own: float, pace: float) -> float:
+    """The rate that sets the step of the search, of a machine with this rate of its own."""
+    return choose(above(pace, FASTER * own), pace, own) or 1.0
+
+
+def paces_of(
+    parts: Floats, most: Floats, system: Rows, position: Floats, velocity: Floats
+) -> Floats:
+    """Paces of N motions from their starts, zero where the machine's own rates serve.
+
+    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which they serve (S,).
+    """
+    which = system.astype(np.int32)
+    return _kernel.pace(parts, most, which, position, velocity, SLOWEST, FASTEST)
+
+
+def most_by_lines(blocks: Blocks, omegas: list[float]) -> list[float]:
+    """(1) for p, of every block that a line pushes."""
+    found = []
+    for omega, pushes in zip(omegas, blocks.pushes, strict=True):
+        for j, (k, c) in enumerate(zip(blocks.k, blocks.c, strict=True)):
+            if any(x != 0.0 for row in pushes[2 * j : 2 * j + 2] for x in row):
+                spring, dash = k - omega * omega, c * omega
+                size = square_root(spring * spring + dash * dash)
+                found.append(square_root(LARGER * size))
+    return found
