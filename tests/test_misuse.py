@@ -203,7 +203,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "SoftStop": (
             vi.SoftStop,
             {"row": (1.0,), "lower": -1.0, "upper": 1.0, "stiffness": 9.0, "damping": (0.1, 0.2),
-             "release": "gap", "motion": swing},
+             "law": "limited", "motion": swing},
         ),
         "Friction": (
             vi.Friction,
@@ -877,7 +877,11 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         (lambda: vi.SoftStop((1.0,), upper=a_function), "a_function: .* has motion"),
         (lambda: vi.SoftStop(**UPPER, motion=PAIR), "motion: has 2 amplitudes.*sine=.a,"),
         (lambda: vi.SoftStop(**UPPER, motion=a_function), "a_function: .* Fourier series"),
-        (lambda: vi.SoftStop(**UPPER, release="never"), "'never': must be one of force, gap"),
+        (
+            lambda: vi.SoftStop(**UPPER, law="never"),
+            "'never': must be one of linear, unilateral, limited",
+        ),
+        (lambda: vi.SoftStop(**UPPER, release="gap"), "release.*Give law: 'linear' pulls"),
         (lambda: vi.SoftStop(**UPPER, preload=1.0), "upper < 0"),
         (lambda: vi.RigidStop(**UPPER, lower_motion=SWING), "lower = -inf: .* Give lower, or"),
         (lambda: vi.Friction((1.0,), 0.2, 0.1), r"static = 0\.1: must be >= kinetic = 0\.2"),

@@ -18,7 +18,7 @@ GRAVITY = 1.0
 
 def pressed(w: float, gap: float, c2: float) -> vi.Mechanism:
     """A soft impact oscillator whose spring is 29 times as stiff at the stop."""
-    stop = vi.SoftStop((1.0,), upper=gap, stiffness=29.0, damping=c2, release="gap")
+    stop = vi.SoftStop((1.0,), upper=gap, stiffness=29.0, damping=c2, law="linear")
     return vi.Mechanism(mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]], elements=(stop,),
                         forces=(vi.Harmonic(w, (0.9 * w**2,)),))  # fmt: skip
 

@@ -45,7 +45,7 @@ def test_a_soft_stop_that_hardens_tends_to_a_rigid_one() -> None:
 
     def build(k: float) -> vi.Mechanism:
         damping = 2.0 * zeta * math.sqrt(k)
-        return one(vi.SoftStop((1.0,), upper=0.5, stiffness=k, damping=damping, release="gap"))
+        return one(vi.SoftStop((1.0,), upper=0.5, stiffness=k, damping=damping, law="linear"))
 
     # a contact lasts pi / sqrt(k (1 - zeta^2)), and the other forces change the motion by that much
     np.testing.assert_allclose(ratios(build, known, [1e6, 1e8, 1e10], 15.0), 10.0, rtol=0.02)

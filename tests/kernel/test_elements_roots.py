@@ -72,7 +72,7 @@ CASES = {
         one(vi.SoftStop((1.0,), lower=-1.0, stiffness=5.0, damping=0.5)),
         circle(0.0, 1.0, -HALF), outside(0.0, 1.0), 2.0),
     "a soft stop is left where its gap opens": Case(
-        one(vi.SoftStop((1.0,), upper=0.0, stiffness=1.0, release="gap"), stiffness=0.0, push=1.0),
+        one(vi.SoftStop((1.0,), upper=0.0, stiffness=1.0, law="linear"), stiffness=0.0, push=1.0),
         circle(1.0, 1.0, -HALF), outside(1.0, 1.0), 2.0),
     "a soft stop lets go where its force is zero": Case(  # x + 3/4 x', A = 4/5
         one(vi.SoftStop((1.0,), upper=0.0, stiffness=1.0, damping=0.75), stiffness=0.0, push=1.0,

@@ -415,7 +415,7 @@ def test_kinetic_takes_an_equal_static_level_along() -> None:
     ("path", "message"),
     [
         ("elements[0].stiffness", r"20\.0 at the lower and 30\.0 at the upper stop\. Take"),
-        ("elements[0].release", "no finite number.*contacts.0..upper.*elements.0..stiffness"),
+        ("elements[0].law", "no finite number.*contacts.0..upper.*elements.0..stiffness"),
         ("elements[4].kinetic", "no finite number"),
         ("elements[0].states", "no finite number"),
         ("contacts[0].lower_motion[0].sine[0]", "no finite number"),

@@ -53,6 +53,14 @@ def test_the_drawing_names_every_part_with_its_number_and_values() -> None:
     assert r"$F_{1}=\sin\,1.8\,t$" in said
 
 
+def test_the_drawing_names_a_law_that_is_not_the_usual_one() -> None:
+    for law, word in (("unilateral", ""), ("linear", ", linear"), ("limited", ", limited")):
+        stop: Any = {"upper": 0.5, "stiffness": 9.0, "law": law}
+        said = texts(one(vi.SoftStop((1.0,), damping=2.0, **stop)))
+        assert f"soft stop 0: $x_{{1}}=0.5$\n$k=9$, $c=2${word}" in said
+        assert "soft stop 0: $x_{1}=0.5$\n$k=9$" in texts(one(vi.SoftStop((1.0,), **stop)))
+
+
 @pytest.mark.parametrize("element", [
     vi.RigidStop((1.0,), -0.2, 0.3, lower_motion=vi.Harmonic(1.0, (0.1,))),
     vi.SoftStop((-1.0,), lower=0.1, stiffness=9.0),

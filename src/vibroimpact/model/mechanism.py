@@ -200,7 +200,7 @@ class Mechanism:
         Rigid stops, at most 16.
     elements
         Soft stops, friction, phase switches, at most 8; with contacts 16 together, at least one, and
-        3^contacts 5^elements below 2^31. Rigid stops given here are added to ``contacts``. Numbers of
+        3^contacts 7^elements below 2^31. Rigid stops given here are added to ``contacts``. Numbers of
         elements in results follow those of the contacts.
     constant_force
         f0, shape (n,): gravity, preload.
@@ -336,13 +336,13 @@ class Mechanism:
         rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
         apart = tuple(one for contact in rigid for one in contact.moved_alike)
         others = tuple(e for e in elements if not isinstance(e, Contact))
-        many = 3 ** len(apart) * 5 ** len(others) >= 2**31 or len(others) > MOST_ELEMENTS
+        many = 3 ** len(apart) * 7 ** len(others) >= 2**31 or len(others) > MOST_ELEMENTS
         if many or not 1 <= len(apart) + len(others) <= MAX_CONTACTS:
             raise InvalidParameterError(
                 f"contacts and elements: {len(apart) + len(others)} are given; must be 1 to "
                 f"{MAX_CONTACTS} together (a contact whose stops move differently counts twice), "
                 f"at most {MOST_ELEMENTS} of them no rigid stops, and with 3^(rigid stops) "
-                "5^(others) below 2^31. Stops on both sides of one coordinate are one, with lower "
+                "7^(others) below 2^31. Stops on both sides of one coordinate are one, with lower "
                 "and upper."
             )
         object.__setattr__(self, "contacts", apart)

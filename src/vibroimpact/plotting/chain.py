@@ -290,7 +290,7 @@ def law_of(part: Contact | SoftStop, side: int) -> Law | None:
     colour = A if side > 0 else B
     if isinstance(part, Contact):
         return Law(limit, colour)
-    _, k, c = part.law(side)
+    _, k, c = part.at_side(side)
     return Law(limit, colour, k, c, side * limit < 0.0)
 
 
@@ -320,6 +320,8 @@ def _values(part: Contact | SoftStop, *laws: Law) -> str:
         if name != "c" or any(values)
     ]
     still = "" if not any(moves(part, law) for law in laws) else ", moves"
+    if isinstance(part, SoftStop) and part.law != "unilateral" and any(law.c for law in laws):
+        still = f", {part.law}{still}"
     return f"{', '.join(f'${text}$' for text in texts)}{still}"
 
 
