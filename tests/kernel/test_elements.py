@@ -92,7 +92,7 @@ def test_a_ball_meets_a_moving_table_at_its_relative_speed() -> None:
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-g,),
         elements=(
-            vi.RigidStop((1.0,), lower=0.0, restitution=e, lower_motion=vi.Harmonic(w, (a,))),
+            vi.RigidStop((1.0,), lower=0.0, restitution=e, motion=vi.Harmonic(w, (a,))),
         ),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((2.0,), (0.0,), 0.4), impacts=30)

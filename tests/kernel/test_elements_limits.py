@@ -67,7 +67,7 @@ def test_a_stop_that_hardly_moves_changes_the_motion_in_first_order() -> None:
 
     def build(a: float) -> vi.Mechanism:
         return one(vi.RigidStop((1.0,), upper=0.5, restitution=0.8,
-                                upper_motion=vi.Harmonic(1.3, (a,))))  # fmt: skip
+                                motion=vi.Harmonic(1.3, (a,))))  # fmt: skip
 
     np.testing.assert_allclose(ratios(build, known, [1e-4, 1e-5, 1e-6], 15.0), 10.0, rtol=0.02)
 
@@ -82,7 +82,7 @@ def ball(gamma: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
         elements=(vi.RigidStop((1.0,), lower=0.0, restitution=E,
-                               lower_motion=vi.Harmonic(1.0, (gamma,))),),
+                               motion=vi.Harmonic(1.0, (gamma,))),),
     )  # fmt: skip
 
 

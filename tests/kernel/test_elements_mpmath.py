@@ -49,8 +49,8 @@ MACHINES = {
     "friction with a static level": one(vi.Friction((1.0,), kinetic=0.5, static=0.75), force=2.0),
     "friction on a belt": one(vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_speed=0.5)),
     "friction on a belt that swings": one(
-        vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_motion=vi.Harmonic(1.25, (0.5,)))),
-    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.25, restitution=0.75, upper_motion=WAVE)),
+        vi.Friction((1.0,), kinetic=0.25, static=0.5, motion=vi.Harmonic(1.25, (0.5,)))),
+    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.25, restitution=0.75, motion=WAVE)),
     "soft and friction": one(
         STOP((1.0,), upper=0.25, stiffness=8.0, damping=2.0), vi.Friction((1.0,), kinetic=0.25,
         static=0.375), force=2.0),

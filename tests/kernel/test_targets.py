@@ -228,7 +228,7 @@ def with_elements() -> dict[str, vi.Mechanism]:
     """A machine of each kind of element."""
     force = vi.Harmonic(0.9, (0.5, 0.0))
     moving = vi.RigidStop(
-        (1.0, 0.0), upper=0.4, restitution=0.6, upper_motion=vi.Harmonic(0.9, (0.0,), (0.1,))
+        (1.0, 0.0), upper=0.4, restitution=0.6, motion=vi.Harmonic(0.9, (0.0,), (0.1,))
     )
     soft = vi.SoftStop((1.0, -1.0), -0.2, 0.1, stiffness=(9.0, 20.0), damping=(0.4, 0.6))
     rubbing = vi.Friction((0.0, 1.0), 0.2, 0.3, belt_speed=0.05)
@@ -244,7 +244,7 @@ def with_elements() -> dict[str, vi.Mechanism]:
         "limited stop": chained(replace(soft, law="limited")),
         "friction": chained(soft, rubbing),
         "moving stop": chained(moving),
-        "gyroscopic": chained(replace(moving, upper_motion=()), damping=((0.1, 0.4), (-0.4, 0.1))),
+        "gyroscopic": chained(replace(moving, motion=()), damping=((0.1, 0.4), (-0.4, 0.1))),
     }
 
 

@@ -55,7 +55,7 @@ MACHINES = {
     "friction that reverses": one(vi.Friction((1.0,), kinetic=0.125)),
     "friction on a belt": one(
         vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_speed=0.25), force=0.25),
-    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.5, restitution=0.75, upper_motion=WAVE)),
+    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.5, restitution=0.75, motion=WAVE)),
     "rigid and friction": one(
         vi.RigidStop((1.0,), upper=0.5, restitution=0.75), vi.Friction((1.0,), kinetic=0.125)),
     "soft and friction": one(
@@ -73,7 +73,7 @@ PARAMETERS = {
     "friction": ("elements[0].kinetic",),
     "friction that reverses": ("elements[0].kinetic",),
     "friction on a belt": ("elements[0].belt_speed", "elements[0].static"),
-    "rigid, moving": ("contacts[0].upper_motion[0].sine[0]", "contacts[0].restitution"),
+    "rigid, moving": ("contacts[0].motion[0].sine[0]", "contacts[0].restitution"),
     "rigid and friction": ("elements[0].kinetic", "contacts[0].upper"),
     "soft and friction": ("elements[1].kinetic", "elements[0].stiffness"),
 }
@@ -262,7 +262,7 @@ def test_a_block_on_a_belt_leaves_it_where_the_spring_overcomes_the_static_level
 
 def test_a_ball_on_a_table_has_its_closed_form() -> None:
     g, a, r = 1.0, 1.1, 0.5
-    table = vi.RigidStop((1.0,), lower=0.0, restitution=r, lower_motion=vi.Harmonic(1.0, (a,)))
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=r, motion=vi.Harmonic(1.0, (a,)))
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(table,),
                      constant_force=(-g,))  # fmt: skip
     orbit = vi.find_orbit(m, vi.State((a * math.sin(0.3),), (2.0 + a * math.cos(0.3),), phase=0.3))

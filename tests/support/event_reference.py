@@ -48,7 +48,7 @@ class Margin(NamedTuple):
 class Reference:
     def __init__(self, m: Mechanism, start: State) -> None:
         self.m, self.n = m, m.degrees
-        moving = [e.motion for e in (*m.contacts, *m.elements)]
+        moving = [e.lines for e in (*m.contacts, *m.elements)]
         lines = [*m.forces, *itertools.chain(*moving)]
         self.omegas = sorted({line.omega for line in lines})
         self.size = 2 * self.n + 2 * len(self.omegas) + 1
@@ -83,7 +83,7 @@ class Reference:
         return self.one(e.row, derivatives == 1) - self.motion(e.motion, derivatives)
 
     def slip(self, e: Friction) -> Array:
-        out = self.one(e.row, True) - self.motion(e.belt_motion)
+        out = self.one(e.row, True) - self.motion(e.motion, 1)
         out[-1] -= e.belt_speed
         return out
 
@@ -139,7 +139,7 @@ class Reference:
                     force -= side * np.outer(row, 2.0 * self.press(e, side, 0.0))
                 margins += self.soft_margins(i, e, q)
             elif q == STICK:
-                held.append((i, row, self.motion(e.belt_motion, 1)))
+                held.append((i, row, self.motion(e.motion, 2)))
             else:
                 sign = 1 if q == FORWARD else -1
                 force[:, -1] -= sign * e.kinetic * row

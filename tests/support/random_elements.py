@@ -58,14 +58,14 @@ def machine(rng: np.random.Generator, kinds: Sequence[str]) -> vi.Mechanism:
             return vi.Friction(
                 row, kinetic=kinetic, static=kinetic * float(rng.choice([1.0, 1.3])),
                 belt_speed=float(rng.choice([0.0, 0.3])),
-                belt_motion=line(0.2) if rng.random() < 0.5 else (),
+                motion=line(0.2) if rng.random() < 0.5 else (),
             )  # fmt: skip
         restitution = 0.0 if kind == "plastic" else flat(0.3, 0.9)
         if kind == "rigid":
             return vi.RigidStop(row, lower=-flat(0.3, 1.0), upper=flat(0.3, 1.0),
                                 restitution=restitution)  # fmt: skip
         return vi.RigidStop(row, upper=flat(0.3, 1.0), restitution=restitution,
-                            upper_motion=line(0.2))  # fmt: skip
+                            motion=line(0.2))  # fmt: skip
 
     elements = tuple(
         stop(k, tuple(float(x) for x in rng.normal(size=n)))

@@ -55,7 +55,7 @@ def table(a: float, r: float, omega: float) -> vi.Mechanism:
     motion = vi.Harmonic(omega, (a,))
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
-        elements=(vi.RigidStop((1.0,), lower=-0.7, restitution=r, lower_motion=motion),),
+        elements=(vi.RigidStop((1.0,), lower=-0.7, restitution=r, motion=motion),),
     )  # fmt: skip
 
 

@@ -333,12 +333,12 @@ class Piecewise:
 
     def _belt(self, e: Friction) -> Vector:
         """Speed of the belt."""
-        speed = self._motion(e.belt_motion)
+        speed = self._motion(e.motion, 1)
         speed[-1] = e.belt_speed
         return speed
 
     def _slip(self, e: Friction) -> Vector:
-        out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
+        out = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
         out[-1] = out[-1] - e.belt_speed
         return out
 
@@ -373,7 +373,7 @@ class Piecewise:
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     never = number
                     continue
-                change = self._motion(e.belt_motion, 1)
+                change = self._motion(e.motion, 2)
                 constraints.append(Constraint(list(e.row), self._belt(e), change))
             elif (law := self._law(e, state)) is not None:
                 _add_force(pull, e.row, *law)

@@ -35,7 +35,7 @@ LINEAR = "A stop that stiffens is a sum of soft stops with other gaps."
 CONSTANT = (
     "A level that varies with time or speed is not supported; two levels are: kinetic, static."
 )
-BELT = "A belt whose speed varies has belt_motion: a Harmonic of its speed, or several."
+BELT = "A belt whose speed varies has motion: a Harmonic of its displacement, or several."
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 
 
@@ -131,7 +131,8 @@ class SoftStop:
         gap opens. ``"limited"``: k s + d, where the damping force d is c s' cut off at +-k s, the
         spring force: f is continuous where the stop is met, and never pulls.
     motion
-        Motion of both stops, a :class:`Harmonic` with one amplitude, or several.
+        Displacement of both stops from their places over time: a :class:`Harmonic` with one
+        amplitude, or several, which add up. Stops that move differently are two.
     """
 
     row: tuple[float, ...]
@@ -166,6 +167,11 @@ class SoftStop:
         pairs = self.stiffness, self.damping
         k, c = (pair[i] if isinstance(pair, tuple) else pair for pair in pairs)
         return (self.upper if side > 0 else self.lower), k, c
+
+    @property
+    def lines(self) -> tuple[Harmonic, ...]:
+        """All lines whose phases it needs."""
+        return self.motion
 
     def check_size(self, n: int, name: str) -> None:
         """Refuse a row that does not have n entries; the element has this name."""
@@ -223,6 +229,7 @@ class NormalLoad:
     normal="Give kinetic, the friction force: coefficient times normal load.",
     coefficient="Give kinetic, the friction force: coefficient times normal load.",
     velocity="Give belt_speed.",
+    belt_motion="Give motion, the displacement of the belt: amplitudes of its speed over omega.",
 )
 @dataclass(frozen=True, slots=True)
 class Friction:
@@ -243,8 +250,10 @@ class Friction:
         out.
     belt_speed
         Constant part of the speed of the belt.
-    belt_motion
-        Harmonic parts of it: a :class:`Harmonic` with one amplitude (of the speed), or several.
+    motion
+        Displacement of the belt over time, as that of a stop: a :class:`Harmonic` with one
+        amplitude, or several, which add up. Its derivative adds to ``belt_speed``; a speed s cos(omega t) has
+        ``Harmonic(omega, (s / omega,))``.
     load
         A :class:`NormalLoad` that depends on the motion.
     """
@@ -253,7 +262,7 @@ class Friction:
     kinetic: float
     static: float | None = None
     belt_speed: float = 0.0
-    belt_motion: tuple[Harmonic, ...] = ()
+    motion: tuple[Harmonic, ...] = ()
     load: NormalLoad | None = None
 
     def __post_init__(self) -> None:
@@ -272,7 +281,7 @@ class Friction:
             )  # fmt: skip
         object.__setattr__(self, "static", static)
         object.__setattr__(self, "belt_speed", real("belt_speed", self.belt_speed))
-        object.__setattr__(self, "belt_motion", as_lines("belt_motion", self.belt_motion))
+        object.__setattr__(self, "motion", as_lines("motion", self.motion))
         if self.load is not None:
             check_kind("load", self.load, NormalLoad, "a NormalLoad, or left out")
 
@@ -283,9 +292,9 @@ class Friction:
         return found if self.load else found[:3]
 
     @property
-    def motion(self) -> tuple[Harmonic, ...]:
-        """Harmonic parts of the speed of the belt and of the load."""
-        return (*self.belt_motion, *(self.load.motion if self.load else ()))
+    def lines(self) -> tuple[Harmonic, ...]:
+        """All lines whose phases it needs: of the belt and of the load."""
+        return (*self.motion, *(self.load.motion if self.load else ()))
 
     def check_size(self, n: int, name: str) -> None:
         """Refuse rows that do not have n entries; the element has this name."""
@@ -367,7 +376,7 @@ class PhaseSwitch:
         return tuple(PhaseSwitchState(i) for i in range(len(self.arcs)))
 
     @property
-    def motion(self) -> tuple[Harmonic, ...]:
+    def lines(self) -> tuple[Harmonic, ...]:
         """The line whose phase switches, without amplitude."""
         return (Harmonic(self.omega, (0.0,)),)
 
@@ -379,7 +388,6 @@ class PhaseSwitch:
 
 
 Element = SoftStop | Friction | PhaseSwitch
-MOTIONS = ("upper_motion", "lower_motion", "motion", "belt_motion")  # fields that are motions
 
 
 def nonzero_row(value: Any, what: str) -> tuple[float, ...]:
