@@ -197,18 +197,17 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "RigidStop": (
             vi.RigidStop,
-            {"row": (1.0,), "lower": -1.0, "upper": 1.0, "upper_motion": swing,
-             "lower_motion": (swing,)},
+            {"row": (1.0,), "lower": -1.0, "upper": 1.0, "motion": (swing,)},
         ),
         "SoftStop": (
             vi.SoftStop,
             {"row": (1.0,), "lower": -1.0, "upper": 1.0, "stiffness": 9.0, "damping": (0.1, 0.2),
-             "release": "gap", "motion": swing},
+             "law": "limited", "motion": swing},
         ),
         "Friction": (
             vi.Friction,
             {"row": (1.0,), "kinetic": 0.1, "static": 0.2, "belt_speed": 1.0,
-             "belt_motion": swing, "load": vi.NormalLoad(1.0)},
+             "motion": swing, "load": vi.NormalLoad(1.0)},
         ),
         "NormalLoad": (
             vi.NormalLoad,
@@ -808,7 +807,8 @@ def test_nonsense_is_answered_by_an_error_of_the_package(
     [
         (lambda: vi.Contact((1.0,), upper=1.0, friction=0.1), "Contact, .*row.* Friction\\(row"),
         (lambda: vi.Contact((1.0,), upper=1.0, stiffness=9.0), "is a SoftStop"),
-        (lambda: vi.Contact((1.0,), upper=1.0, velocity=1.0), "upper_motion"),
+        (lambda: vi.Contact((1.0,), upper=1.0, velocity=1.0), "has motion"),
+        (lambda: vi.Contact((1.0,), upper=1.0, upper_motion=SWING), "upper_motion.*Give motion"),
         (lambda: vi.Mechanism(stiffness_=[[1.0]]), "takes mass, .* Did you mean stiffness"),
         (lambda: vi.ImpactDamper(omgea=1.0), "Did you mean omega"),
         (lambda: vi.LinearGuard(rows=[1.0]), "LinearGuard, which takes row, .* Did you mean row"),
@@ -830,7 +830,7 @@ def test_an_unknown_keyword_is_answered_with_those_there_are(
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: vi.Contact((1.0,), upper=a_function), "a_function: .* upper_motion"),
+        (lambda: vi.Contact((1.0,), upper=a_function), "a_function: .* has motion"),
         (lambda: vi.Harmonic(1.0, a_function), "a_function: .* harmonic lines"),
     ],
 )
@@ -877,16 +877,20 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         (lambda: vi.SoftStop((1.0,), upper=a_function), "a_function: .* has motion"),
         (lambda: vi.SoftStop(**UPPER, motion=PAIR), "motion: has 2 amplitudes.*sine=.a,"),
         (lambda: vi.SoftStop(**UPPER, motion=a_function), "a_function: .* Fourier series"),
-        (lambda: vi.SoftStop(**UPPER, release="never"), "'never': must be one of force, gap"),
+        (
+            lambda: vi.SoftStop(**UPPER, law="never"),
+            "'never': must be one of linear, unilateral, limited",
+        ),
+        (lambda: vi.SoftStop(**UPPER, release="gap"), "release.*Give law: 'linear' pulls"),
         (lambda: vi.SoftStop(**UPPER, preload=1.0), "upper < 0"),
-        (lambda: vi.RigidStop(**UPPER, lower_motion=SWING), "lower = -inf: .* Give lower, or"),
         (lambda: vi.Friction((1.0,), 0.2, 0.1), r"static = 0\.1: must be >= kinetic = 0\.2"),
         (
             lambda: vi.Friction((1.0 - 1.0, 0.0), 0.2),
             "between a coordinate and itself nothing acts",
         ),
         (lambda: vi.Friction((1.0,), a_function), "a_function: .* two levels are: kinetic, static"),
-        (lambda: vi.Friction((1.0,), 0.1, belt_speed=a_function), "a_function: .* belt_motion"),
+        (lambda: vi.Friction((1.0,), 0.1, belt_speed=a_function), "a_function: .* has motion"),
+        (lambda: vi.Friction((1.0,), 0.1, belt_motion=SWING), "belt_motion.*displacement"),
         (lambda: vi.Friction((1.0,), 0.1, mu=0.3), "coefficient times normal load"),
         (
             lambda: still(*[RUBBING] * 9),

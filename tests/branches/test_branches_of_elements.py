@@ -18,7 +18,7 @@ GRAVITY = 1.0
 
 def pressed(w: float, gap: float, c2: float) -> vi.Mechanism:
     """A soft impact oscillator whose spring is 29 times as stiff at the stop."""
-    stop = vi.SoftStop((1.0,), upper=gap, stiffness=29.0, damping=c2, release="gap")
+    stop = vi.SoftStop((1.0,), upper=gap, stiffness=29.0, damping=c2, law="linear")
     return vi.Mechanism(mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]], elements=(stop,),
                         forces=(vi.Harmonic(w, (0.9 * w**2,)),))  # fmt: skip
 
@@ -131,8 +131,8 @@ def test_friction_begins_to_stick_at_its_closed_form_seen_from_both_sides() -> N
 
 
 def test_the_ball_on_a_table_is_born_and_doubles_at_its_closed_forms() -> None:
-    e, name = 0.5, "contacts[0].lower_motion[0].sine[0]"
-    table = vi.RigidStop((1.0,), lower=0.0, restitution=e, lower_motion=vi.Harmonic(1.0, (1.1,)))
+    e, name = 0.5, "contacts[0].motion[0].sine[0]"
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=e, motion=vi.Harmonic(1.0, (1.1,)))
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(table,),
                      constant_force=(-GRAVITY,))  # fmt: skip
     start = vi.State((1.1 * math.sin(0.3),), (2.0 + 1.1 * math.cos(0.3),), phase=0.3)

@@ -266,7 +266,7 @@ row = [1.0, 0.0]
 upper = 0.3
 stiffness = 29.0
 damping = [0.0, 0.5]
-release = "gap"
+law = "limited"
 motion = { omega = 1.3, sine = [0.1] }
 [[mechanism.elements]]
 kind = "friction"
@@ -274,13 +274,13 @@ row = [1.0, -1.0]
 kinetic = 0.2
 static = 0.3
 belt_speed = 0.1
-belt_motion = [{ omega = 1.3, sine = [0.1], cosine = [0.05] }, { omega = 2.6, sine = [0.02] }]
+motion = [{ omega = 1.3, sine = [0.1], cosine = [0.05] }, { omega = 2.6, sine = [0.02] }]
 [[mechanism.elements]]
 kind = "rigid_stop"
 row = [0.0, 1.0]
 lower = -0.5
 restitution = 0.7
-[mechanism.elements.lower_motion]
+[mechanism.elements.motion]
 omega = 2.6
 sine = [0.1]
 [start]
@@ -292,11 +292,11 @@ WITH_ELEMENTS = vi.Mechanism(
     mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.1, 0.3], [-0.3, 0.1]],
     stiffness=[[2.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(1.3, (1.0, 0.0)),),
     elements=(
-        vi.SoftStop((1.0, 0.0), upper=0.3, stiffness=29.0, damping=(0.0, 0.5), release="gap",
+        vi.SoftStop((1.0, 0.0), upper=0.3, stiffness=29.0, damping=(0.0, 0.5), law="limited",
                     motion=vi.Harmonic(1.3, (0.1,))),
         vi.Friction((1.0, -1.0), 0.2, 0.3, 0.1,
                     (vi.Harmonic(1.3, (0.1,), (0.05,)), vi.Harmonic(2.6, (0.02,)))),
-        vi.RigidStop((0.0, 1.0), lower=-0.5, restitution=0.7, lower_motion=TWICE),
+        vi.RigidStop((0.0, 1.0), lower=-0.5, restitution=0.7, motion=TWICE),
     ),
 )  # fmt: skip
 

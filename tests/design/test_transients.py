@@ -121,7 +121,7 @@ PARTS = {
     "friction": vi.Friction((1.0,), 0.2, 0.3),
     "belt": vi.Friction((1.0,), 0.2, belt_speed=0.1),
     "moving": vi.RigidStop((1.0,), upper=0.2, restitution=0.7,
-                           upper_motion=vi.Harmonic(2.0, (0.05,))),
+                           motion=vi.Harmonic(2.0, (0.05,))),
 }  # fmt: skip
 
 

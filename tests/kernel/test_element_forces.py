@@ -84,17 +84,18 @@ def test_friction_that_sticks_balances_the_other_forces() -> None:
 
 def test_friction_on_a_belt_that_accelerates_carries_the_block_along() -> None:
     a, w = 0.2, 0.5
-    belt = vi.Friction((1.0,), 1.0, belt_motion=vi.Harmonic(w, (a,)))
+    belt = vi.Friction((1.0,), 1.0, motion=vi.Harmonic(w, (a,)))
     free = oscillator(belt, stiffness=[[0.0]], damping=[[0.0]])
-    run = vi.simulate(free, vi.State((0.0,), (0.0,)), t_max=20.0)
+    run = vi.simulate(free, vi.State((0.0,), (a * w,)), t_max=20.0)
     t = np.linspace(0.0, 20.0, 50)
-    np.testing.assert_allclose(run.forces(t)[:, 0], a * w * np.cos(w * t), atol=ULPS)
+    np.testing.assert_allclose(run.forces(t)[:, 0], -a * w**2 * np.sin(w * t), atol=ULPS)
+    np.testing.assert_allclose(run.at(t)[0][:, 0], a * np.sin(w * t), atol=ULPS)
 
 
 def test_a_ball_at_rest_on_a_moving_table_presses_with_weight_and_inertia() -> None:
     a, w, g = 0.3, 1.2, 1.0  # a w^2 < g: it stays
     m = oscillator(
-        vi.RigidStop((1.0,), lower=0.0, restitution=0.0, lower_motion=vi.Harmonic(w, (a,))),
+        vi.RigidStop((1.0,), lower=0.0, restitution=0.0, motion=vi.Harmonic(w, (a,))),
         stiffness=[[0.0]], damping=[[0.0]], constant_force=(-g,),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((1.0,), (0.0,)), t_max=40.0)
@@ -124,7 +125,7 @@ def test_forces_of_all_elements_add_up_to_the_change_of_momentum() -> None:
         stiffness=[[3.0, -1.0], [-1.0, 2.0]], constant_force=(0.1, -0.2),
         forces=(vi.Harmonic(1.1, (2.0, 0.5)),),
         elements=(vi.SoftStop((1.0, -1.0), -0.3, 0.3, 20.0, 0.4),
-                  vi.Friction((0.0, 1.0), 0.3, 0.4, belt_motion=vi.Harmonic(1.7, (0.2,)))),
+                  vi.Friction((0.0, 1.0), 0.3, 0.4, motion=vi.Harmonic(1.7, (0.0,), (-0.12,)))),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=15.0)
     knots = np.union1d(0.0, run.time)

@@ -18,9 +18,9 @@ def oscillator(*elements: Any, damping: float = 0.0, **more: Any) -> vi.Mechanis
     return vi.Mechanism(**(one | more), elements=elements)
 
 
-@pytest.mark.parametrize("release", ["gap", "force"])
-def test_a_bilinear_oscillator_has_the_period_of_both_halves(release: Any) -> None:
-    m = oscillator(vi.SoftStop((1.0,), upper=0.0, stiffness=8.0, release=release))
+@pytest.mark.parametrize("law", ["linear", "unilateral", "limited"])
+def test_a_bilinear_oscillator_has_the_period_of_both_halves(law: Any) -> None:
+    m = oscillator(vi.SoftStop((1.0,), upper=0.0, stiffness=8.0, law=law))
     run = vi.simulate(m, vi.State((0.0,), (1.0,)), impacts=20)
     engaged = run.time[run.status == vi.Status.ENGAGE]
     np.testing.assert_allclose(np.diff(engaged), math.pi + math.pi / 3, rtol=ULPS)
@@ -68,7 +68,7 @@ def test_a_soft_stop_with_a_dashpot_returns_the_speed_of_the_closed_form(side: i
     k, c, v = 100.0, 4.0, 1.0
     stop = {"upper" if side > 0 else "lower": 0.0}
     m = oscillator(
-        vi.SoftStop((1.0,), stiffness=k, damping=c, release="gap", **stop), stiffness=[[0.0]]
+        vi.SoftStop((1.0,), stiffness=k, damping=c, law="linear", **stop), stiffness=[[0.0]]
     )
     run = vi.simulate(m, vi.State((-side * 1.0,), (side * v,)), t_max=2.0)
     damped = math.sqrt(k - c * c / 4.0)
@@ -92,7 +92,7 @@ def test_a_ball_meets_a_moving_table_at_its_relative_speed() -> None:
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-g,),
         elements=(
-            vi.RigidStop((1.0,), lower=0.0, restitution=e, lower_motion=vi.Harmonic(w, (a,))),
+            vi.RigidStop((1.0,), lower=0.0, restitution=e, motion=vi.Harmonic(w, (a,))),
         ),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((2.0,), (0.0,), 0.4), impacts=30)

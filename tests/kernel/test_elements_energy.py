@@ -12,6 +12,8 @@ from support.event_reference import (
     BEHIND_LOWER,
     BEHIND_UPPER,
     FORWARD,
+    LIMITED_LOWER,
+    LIMITED_UPPER,
     LOWER,
     OPEN,
     STICK,
@@ -51,7 +53,7 @@ def stored(r: Reference, z: Array) -> Array:
             for side, limit in ((1, e.upper), (-1, e.lower)):
                 if np.isfinite(limit):
                     depth = np.maximum(-(r.within(e, side) @ z), 0.0)
-                    total = total + 0.5 * e.law(side)[1] * depth**2
+                    total = total + 0.5 * e.at_side(side)[1] * depth**2
     return np.asarray(total)
 
 
@@ -72,13 +74,19 @@ def powers(r: Reference, states: tuple[int, ...], z: Array) -> list[Array]:
                 force = next(g.row for g in margins if g.number == i and g.resting) @ z
                 out.append((-1 if q == UPPER else 1) * force * (r.motion(e.motion, 1) @ z))
         elif isinstance(e, vi.SoftStop):
-            for side, pressed, behind in ((1, UPPER, BEHIND_UPPER), (-1, LOWER, BEHIND_LOWER)):
+            for side, pressed, behind, limited in (
+                (1, UPPER, BEHIND_UPPER, LIMITED_UPPER), (-1, LOWER, BEHIND_LOWER, LIMITED_LOWER),
+            ):  # fmt: skip
                 depth, rate = -(r.within(e, side) @ z), side * (r.gap(e, 1) @ z)
                 if q == pressed:
                     moved = -side * (r.press(e, side) @ z) * (r.motion(e.motion, 1) @ z)
-                    out += [-e.law(side)[2] * rate**2, moved]
+                    out += [-e.at_side(side)[2] * rate**2, moved]
+                elif q == limited:  # the dashpot takes as much as the spring
+                    spring = e.at_side(side)[1] * depth
+                    moved = -side * 2.0 * spring * (r.motion(e.motion, 1) @ z)
+                    out += [-spring * rate, moved]
                 elif q == behind:  # the spring is let go: the dashpot of the stop takes it
-                    out.append(e.law(side)[1] * depth * rate)
+                    out.append(e.at_side(side)[1] * depth * rate)
         else:
             belt = r.one(e.row, True) @ z - r.slip(e) @ z
             if q == STICK:

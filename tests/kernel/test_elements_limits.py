@@ -45,7 +45,7 @@ def test_a_soft_stop_that_hardens_tends_to_a_rigid_one() -> None:
 
     def build(k: float) -> vi.Mechanism:
         damping = 2.0 * zeta * math.sqrt(k)
-        return one(vi.SoftStop((1.0,), upper=0.5, stiffness=k, damping=damping, release="gap"))
+        return one(vi.SoftStop((1.0,), upper=0.5, stiffness=k, damping=damping, law="linear"))
 
     # a contact lasts pi / sqrt(k (1 - zeta^2)), and the other forces change the motion by that much
     np.testing.assert_allclose(ratios(build, known, [1e6, 1e8, 1e10], 15.0), 10.0, rtol=0.02)
@@ -67,7 +67,7 @@ def test_a_stop_that_hardly_moves_changes_the_motion_in_first_order() -> None:
 
     def build(a: float) -> vi.Mechanism:
         return one(vi.RigidStop((1.0,), upper=0.5, restitution=0.8,
-                                upper_motion=vi.Harmonic(1.3, (a,))))  # fmt: skip
+                                motion=vi.Harmonic(1.3, (a,))))  # fmt: skip
 
     np.testing.assert_allclose(ratios(build, known, [1e-4, 1e-5, 1e-6], 15.0), 10.0, rtol=0.02)
 
@@ -82,7 +82,7 @@ def ball(gamma: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
         elements=(vi.RigidStop((1.0,), lower=0.0, restitution=E,
-                               lower_motion=vi.Harmonic(1.0, (gamma,))),),
+                               motion=vi.Harmonic(1.0, (gamma,))),),
     )  # fmt: skip
 
 

@@ -34,18 +34,23 @@ def one(*elements: Any, damping: float = 0.125, stiffness: float = 1.0, push: fl
 
 STOP, WAVE = vi.SoftStop, vi.Harmonic(1.25, (0.25,))
 MACHINES = {
-    "soft, by gap": one(STOP((1.0,), upper=0.25, stiffness=8.0, damping=0.5, release="gap")),
+    "soft, by gap": one(STOP((1.0,), upper=0.25, stiffness=8.0, damping=0.5, law="linear")),
     "soft, by force": one(STOP((1.0,), upper=0.25, stiffness=8.0, damping=2.0)),
     "soft on both sides": one(
         STOP((1.0,), lower=-0.5, upper=0.25, stiffness=(4.0, 8.0), damping=(2.0, 0.5))),
+    "soft, limited": one(
+        STOP((1.0,), upper=0.25, stiffness=8.0, damping=2.0, law="limited")),
+    "limited on both sides, moving": one(
+        STOP((1.0,), lower=-0.5, upper=0.25, stiffness=(4.0, 8.0), damping=(2.0, 0.5),
+        law="limited", motion=WAVE)),
     "preloaded": one(STOP((1.0,), upper=-0.25, stiffness=3.0, damping=1.0)),
     "soft, moving": one(STOP((1.0,), upper=0.25, stiffness=8.0, damping=1.0, motion=WAVE)),
     "friction": one(vi.Friction((1.0,), kinetic=0.5)),
     "friction with a static level": one(vi.Friction((1.0,), kinetic=0.5, static=0.75), force=2.0),
     "friction on a belt": one(vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_speed=0.5)),
     "friction on a belt that swings": one(
-        vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_motion=vi.Harmonic(1.25, (0.5,)))),
-    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.25, restitution=0.75, upper_motion=WAVE)),
+        vi.Friction((1.0,), kinetic=0.25, static=0.5, motion=vi.Harmonic(1.25, (0.5,)))),
+    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.25, restitution=0.75, motion=WAVE)),
     "soft and friction": one(
         STOP((1.0,), upper=0.25, stiffness=8.0, damping=2.0), vi.Friction((1.0,), kinetic=0.25,
         static=0.375), force=2.0),

@@ -72,7 +72,7 @@ CASES = {
         one(vi.SoftStop((1.0,), lower=-1.0, stiffness=5.0, damping=0.5)),
         circle(0.0, 1.0, -HALF), outside(0.0, 1.0), 2.0),
     "a soft stop is left where its gap opens": Case(
-        one(vi.SoftStop((1.0,), upper=0.0, stiffness=1.0, release="gap"), stiffness=0.0, push=1.0),
+        one(vi.SoftStop((1.0,), upper=0.0, stiffness=1.0, law="linear"), stiffness=0.0, push=1.0),
         circle(1.0, 1.0, -HALF), outside(1.0, 1.0), 2.0),
     "a soft stop lets go where its force is zero": Case(  # x + 3/4 x', A = 4/5
         one(vi.SoftStop((1.0,), upper=0.0, stiffness=1.0, damping=0.75), stiffness=0.0, push=1.0,
@@ -89,7 +89,7 @@ CASES = {
         outside(0.5, 1.0), 2.0),
     "a rigid stop that moves is met": Case(  # x - sin(t) / 2 is as free
         one(vi.RigidStop((1.0,), upper=1.0, restitution=0.5,
-                         upper_motion=vi.Harmonic(1.0, (0.5,)))),
+                         motion=vi.Harmonic(1.0, (0.5,)))),
         lambda depth, angle: (math.cos(angle) * (1.0 + depth),
                               0.5 + math.sin(angle) * (1.0 + depth)),
         outside(0.0, 1.0, 0.5), 2.0),
@@ -101,7 +101,7 @@ CASES = {
         outside(0.0, 1.0, 0.5), 2.0),
     "friction breaks away from a belt that swings": Case(  # force x - 3/2 sin(2 t)
         one(vi.Friction((1.0,), kinetic=1.0, static=2.0,
-                        belt_motion=vi.Harmonic(2.0, (0.0,), (1.0,)))),
+                        motion=vi.Harmonic(2.0, (0.5,)))),
         lambda depth, _: (-0.5 - depth, 1.0), lambda x, _: -x - Fraction(1, 2), 1.5),
     "friction breaks away under a force that swings": Case(
         one(vi.Friction((1.0,), kinetic=1.0, static=2.0), forces=(vi.Harmonic(2.0, (1.5,)),)),
@@ -201,7 +201,7 @@ def test_a_start_on_a_moving_stop_with_its_speed_leaves_where_the_stop_lags(
 ) -> None:
     w, a = 2.0, 0.3
     stop = vi.RigidStop((1.0,), upper=0.0, restitution=restitution,
-                        upper_motion=vi.Harmonic(w, (a,)))  # fmt: skip
+                        motion=vi.Harmonic(w, (a,)))  # fmt: skip
     for phase in np.linspace(0.1, 6.2, 40):
         place, speed = a * math.sin(phase), a * w * math.cos(phase)
         run = vi.simulate(one(stop), vi.State((place,), (speed,), float(phase)), t_max=1e-3)

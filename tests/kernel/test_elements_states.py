@@ -65,13 +65,13 @@ LASTING: dict[str, tuple[vi.Mechanism, vi.State, Any]] = {
         two(vi.SoftStop((1.0, -1.0), lower=0.0, upper=0.0, stiffness=3.0, damping=0.2)),
         vi.State((1.0, 1.0), (0.3, 0.3)), swing(1.0, 0.3)),
     "a belt that moves like the free mass": (
-        one(vi.Friction((1.0,), kinetic=0.3, belt_motion=vi.Harmonic(1.0, (0.0,), (0.2,)))),
+        one(vi.Friction((1.0,), kinetic=0.3, motion=vi.Harmonic(1.0, (0.2,)))),
         vi.State((0.0,), (0.2,)), swing(0.0, 0.2)),
     "a soft stop that moves like the free mass": (
         one(vi.SoftStop((1.0,), upper=0.0, stiffness=5.0, damping=0.5, motion=WAVE)),
         vi.State((0.0,), (0.2,)), swing(0.0, 0.2)),
     "a rigid stop that moves like the free mass": (
-        one(vi.RigidStop((1.0,), upper=0.0, restitution=0.5, upper_motion=WAVE)),
+        one(vi.RigidStop((1.0,), upper=0.0, restitution=0.5, motion=WAVE)),
         vi.State((0.0,), (0.2,)), swing(0.0, 0.2)),
 }  # fmt: skip
 
@@ -201,9 +201,7 @@ def test_a_block_with_friction_rests_on_a_stop(restitution: float) -> None:
 @pytest.mark.parametrize("restitution", [0.0, 1e-12, 0.3])
 def test_a_ball_at_rest_on_a_table_moves_with_it(restitution: float) -> None:
     a, w = 0.1, 2.0  # a w^2 < g: it never leaves
-    table = vi.RigidStop(
-        (1.0,), lower=0.0, restitution=restitution, lower_motion=vi.Harmonic(w, (a,))
-    )
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=restitution, motion=vi.Harmonic(w, (a,)))
     run = vi.simulate(one(table, stiffness=0.0, push=-1.0), vi.State((0.6,), (0.0,), 0.3),
                       t_max=40.0)  # fmt: skip
     assert run.end is vi.RunEnd.HORIZON
@@ -217,7 +215,7 @@ def test_a_ball_at_rest_on_a_table_moves_with_it(restitution: float) -> None:
 
 def test_a_ball_leaves_a_table_that_falls_faster() -> None:
     a, w = 0.5, 2.0
-    table = vi.RigidStop((1.0,), lower=0.0, restitution=0.0, lower_motion=vi.Harmonic(w, (a,)))
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=0.0, motion=vi.Harmonic(w, (a,)))
     run = vi.simulate(one(table, stiffness=0.0, push=-1.0), vi.State((0.6,), (0.0,), 0.3),
                       t_max=40.0)  # fmt: skip
     released = run.status == Status.RELEASE
@@ -250,7 +248,7 @@ def test_a_long_flight_keeps_its_time_where_the_next_mode_has_to_be_built() -> N
 
 def test_a_ball_on_a_sinking_table_is_caught_by_the_floor() -> None:
     a, w, floor = 0.5, 0.5, -0.2  # a w^2 < g: it rests on the table but for the floor
-    stops = (vi.RigidStop((1.0,), lower=0.0, restitution=0.0, lower_motion=vi.Harmonic(w, (a,))),
+    stops = (vi.RigidStop((1.0,), lower=0.0, restitution=0.0, motion=vi.Harmonic(w, (a,))),
              vi.RigidStop((1.0,), lower=floor, restitution=0.0))  # fmt: skip
     run = vi.simulate(one(*stops, stiffness=0.0, push=-1.0), vi.State((0.0,), (a * w,)), t_max=60.0)
     t = np.linspace(0.0, 60.0, 2000)
@@ -283,7 +281,7 @@ def test_one_of_three_frictions_on_two_masses_sticks_as_it_can() -> None:
             vi.Friction((1.0, 0.0), kinetic=0.5, static=1.0, belt_speed=0.25),
             vi.Friction((0.0, 1.0), kinetic=0.5, static=1.0),
             vi.Friction((1.0, -1.0), kinetic=0.5, static=1.0, belt_speed=0.25,
-                        belt_motion=vi.Harmonic(1.0, (0.0,), (0.5,))),
+                        motion=vi.Harmonic(1.0, (0.5,))),
         ),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=20.0)
@@ -350,7 +348,7 @@ def test_friction_on_the_coordinate_of_a_stop_never_stalls() -> None:
             constant_force=tuple(0.5 * stiffness @ row / (row @ row) + 0.3 * mass @ row),
             elements=(
                 vi.RigidStop(tuple(row), upper=0.1, restitution=0.5 * (seed % 3 == 0),
-                             upper_motion=motion),
+                             motion=motion),
                 vi.Friction(tuple(1.7 * row), kinetic=0.1, static=0.15),
             ),
         )  # fmt: skip

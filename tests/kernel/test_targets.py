@@ -228,7 +228,7 @@ def with_elements() -> dict[str, vi.Mechanism]:
     """A machine of each kind of element."""
     force = vi.Harmonic(0.9, (0.5, 0.0))
     moving = vi.RigidStop(
-        (1.0, 0.0), upper=0.4, restitution=0.6, upper_motion=vi.Harmonic(0.9, (0.0,), (0.1,))
+        (1.0, 0.0), upper=0.4, restitution=0.6, motion=vi.Harmonic(0.9, (0.0,), (0.1,))
     )
     soft = vi.SoftStop((1.0, -1.0), -0.2, 0.1, stiffness=(9.0, 20.0), damping=(0.4, 0.6))
     rubbing = vi.Friction((0.0, 1.0), 0.2, 0.3, belt_speed=0.05)
@@ -241,9 +241,10 @@ def with_elements() -> dict[str, vi.Mechanism]:
 
     return {
         "soft stop": chained(soft),
+        "limited stop": chained(replace(soft, law="limited")),
         "friction": chained(soft, rubbing),
         "moving stop": chained(moving),
-        "gyroscopic": chained(replace(moving, upper_motion=()), damping=((0.1, 0.4), (-0.4, 0.1))),
+        "gyroscopic": chained(replace(moving, motion=()), damping=((0.1, 0.4), (-0.4, 0.1))),
     }
 
 
@@ -280,8 +281,9 @@ GOLDEN = {
     "two contacts": "5fa995d99522fee3",
     "coupled": "65b49d2c245fd6e1",
     "dense": "69c992e7abb824f7",
-    "soft stop": "8611254c6c4cd33f",
-    "friction": "c238710c7dde4349",
+    "soft stop": "d3682d44e94a4800",
+    "limited stop": "c4a6faebdfc39dc2",
+    "friction": "c87427a0a1f83cbe",
     "moving stop": "36300ac005f16ac1",
     "gyroscopic": "d71ea8ea5dd087a9",
 }

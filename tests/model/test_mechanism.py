@@ -398,8 +398,8 @@ def test_a_machine_on_a_moving_base_moves_as_one_whose_supports_all_move() -> No
         mass=[[m]], damping=[[c]], stiffness=[[k]],
         forces=(vi.Harmonic(w, (0.2 + k * a - c * w * b,), (k * b + c * w * a,)),),
         elements=(
-            vi.RigidStop((1.0,), upper=0.4, restitution=0.7, upper_motion=SHAKEN),
-            vi.Friction((1.0,), 0.1, belt_motion=vi.Harmonic(w, (-w * b,), (w * a,))),
+            vi.RigidStop((1.0,), upper=0.4, restitution=0.7, motion=SHAKEN),
+            vi.Friction((1.0,), 0.1, motion=SHAKEN),
         ),
     )  # fmt: skip
     on_base = vi.simulate(still.on_moving_base(SHAKEN), vi.State((0.1,), (0.2,)), t_max=20.0)

@@ -318,10 +318,10 @@ MOVED = vi.Mechanism(
     stiffness=[[2.0, -1.0], [-1.0, 1.0]],
     forces=(vi.Harmonic(1.8, (1.0, 0.5)),),
     elements=(
-        vi.RigidStop((1.0, 0.0), upper=0.4, upper_motion=vi.Harmonic(1.8, (0.1,), (0.2,))),
+        vi.RigidStop((1.0, 0.0), upper=0.4, motion=vi.Harmonic(1.8, (0.1,), (0.2,))),
         vi.SoftStop((1.0, -1.0), -0.2, 0.3, stiffness=(20.0, 30.0), damping=0.4,
                     motion=(vi.Harmonic(1.8, (0.05,)), vi.Harmonic(3.6, (0.02,)))),
-        vi.Friction((0.0, 1.0), 0.2, belt_speed=0.7, belt_motion=vi.Harmonic(2.7, (0.1,))),
+        vi.Friction((0.0, 1.0), 0.2, belt_speed=0.7, motion=vi.Harmonic(2.7, (0.1,))),
         vi.Friction((1.0, 0.0), 0.2, 0.3),
     ),
 )  # fmt: skip
@@ -329,9 +329,9 @@ OF_ELEMENTS = {
     "elements[0].stiffness[0]": 20.0, "elements[0].stiffness[1]": 30.0, "elements[0].damping": 0.4,
     "elements[0].lower": -0.2, "elements[0].upper": 0.3, "elements[0].row[1]": -1.0,
     "elements[0].motion[1].sine[0]": 0.02, "elements[1].kinetic": 0.2, "elements[1].static": 0.2,
-    "elements[1].belt_speed": 0.7, "elements[1].belt_motion[0].cosine[0]": 0.0,
-    "elements[2].static": 0.3, "contacts[0].upper_motion[0].sine[0]": 0.1,
-    "contacts[0].upper_motion[0].cosine[0]": 0.2, "elements[1].belt_motion[0].omega": 2.7,
+    "elements[1].belt_speed": 0.7, "elements[1].motion[0].cosine[0]": 0.0,
+    "elements[2].static": 0.3, "contacts[0].motion[0].sine[0]": 0.1,
+    "contacts[0].motion[0].cosine[0]": 0.2, "elements[1].motion[0].omega": 2.7,
 }  # fmt: skip
 
 
@@ -415,10 +415,10 @@ def test_kinetic_takes_an_equal_static_level_along() -> None:
     ("path", "message"),
     [
         ("elements[0].stiffness", r"20\.0 at the lower and 30\.0 at the upper stop\. Take"),
-        ("elements[0].release", "no finite number.*contacts.0..upper.*elements.0..stiffness"),
+        ("elements[0].law", "no finite number.*contacts.0..upper.*elements.0..stiffness"),
         ("elements[4].kinetic", "no finite number"),
         ("elements[0].states", "no finite number"),
-        ("contacts[0].lower_motion[0].sine[0]", "no finite number"),
+        ("contacts[0].motion[1].sine[0]", "no finite number"),
     ],
 )
 def test_a_path_into_an_element_that_is_no_number_is_refused(path: str, message: str) -> None:

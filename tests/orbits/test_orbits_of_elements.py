@@ -41,17 +41,21 @@ def one(*elements: Any, omega: float = 0.75, force: float = 0.75, damping: float
 # numbers of few binary digits: the reference at 50 digits holds them exactly
 STOP, WAVE = vi.SoftStop, vi.Harmonic(0.75, (0.125,))
 MACHINES = {
-    "soft, by gap": one(STOP((1.0,), upper=0.5, stiffness=8.0, damping=0.5, release="gap")),
+    "soft, by gap": one(STOP((1.0,), upper=0.5, stiffness=8.0, damping=0.5, law="linear")),
     "soft, by force": one(STOP((1.0,), upper=0.5, stiffness=8.0, damping=2.0)),
     "soft on both sides": one(
         STOP((1.0,), lower=-0.5, upper=0.25, stiffness=(4.0, 8.0), damping=(2.0, 0.5))),
+    "soft, limited": one(STOP((1.0,), upper=0.5, stiffness=8.0, damping=2.0, law="limited")),
+    "limited on both sides": one(
+        STOP((1.0,), lower=-0.5, upper=0.25, stiffness=(4.0, 8.0), damping=(2.0, 0.5),
+        law="limited")),
     "preloaded": one(STOP((1.0,), upper=-0.25, stiffness=3.0, damping=1.0)),
     "soft, moving": one(STOP((1.0,), upper=0.5, stiffness=8.0, damping=1.0, motion=WAVE)),
     "friction": one(vi.Friction((1.0,), kinetic=0.75), force=1.0),
     "friction that reverses": one(vi.Friction((1.0,), kinetic=0.125)),
     "friction on a belt": one(
         vi.Friction((1.0,), kinetic=0.25, static=0.5, belt_speed=0.25), force=0.25),
-    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.5, restitution=0.75, upper_motion=WAVE)),
+    "rigid, moving": one(vi.RigidStop((1.0,), upper=0.5, restitution=0.75, motion=WAVE)),
     "rigid and friction": one(
         vi.RigidStop((1.0,), upper=0.5, restitution=0.75), vi.Friction((1.0,), kinetic=0.125)),
     "soft and friction": one(
@@ -62,12 +66,14 @@ PARAMETERS = {
     "soft, by gap": ("elements[0].upper", "elements[0].stiffness", "elements[0].damping"),
     "soft, by force": ("elements[0].upper", "elements[0].damping", "forces[0].sine[0]"),
     "soft on both sides": ("elements[0].lower", "elements[0].stiffness[0]"),
+    "soft, limited": ("elements[0].upper", "elements[0].stiffness", "elements[0].damping"),
+    "limited on both sides": ("elements[0].lower", "elements[0].damping[1]"),
     "preloaded": ("elements[0].upper",),
     "soft, moving": ("elements[0].motion[0].sine[0]",),
     "friction": ("elements[0].kinetic",),
     "friction that reverses": ("elements[0].kinetic",),
     "friction on a belt": ("elements[0].belt_speed", "elements[0].static"),
-    "rigid, moving": ("contacts[0].upper_motion[0].sine[0]", "contacts[0].restitution"),
+    "rigid, moving": ("contacts[0].motion[0].sine[0]", "contacts[0].restitution"),
     "rigid and friction": ("elements[0].kinetic", "contacts[0].upper"),
     "soft and friction": ("elements[1].kinetic", "elements[0].stiffness"),
 }
@@ -214,9 +220,7 @@ def test_a_stiff_stop_tends_to_the_rigid_one() -> None:
     rigid = vi.find_orbit(one(vi.RigidStop((1.0,), upper=0.5, restitution=loss)), REST)
     off, apart = [], []
     for k in (2.0**20, 2.0**22, 2.0**24):
-        stop = STOP(
-            (1.0,), upper=0.5, stiffness=k, damping=2.0 * zeta * math.sqrt(k), release="gap"
-        )
+        stop = STOP((1.0,), upper=0.5, stiffness=k, damping=2.0 * zeta * math.sqrt(k), law="linear")
         soft = vi.find_orbit(one(stop), vi.simulate(one(stop), rigid.state, impacts=6))
         assert soft.symbol == rigid.symbol
         # the state after an impact is the one at which the spring lets go
@@ -258,7 +262,7 @@ def test_a_block_on_a_belt_leaves_it_where_the_spring_overcomes_the_static_level
 
 def test_a_ball_on_a_table_has_its_closed_form() -> None:
     g, a, r = 1.0, 1.1, 0.5
-    table = vi.RigidStop((1.0,), lower=0.0, restitution=r, lower_motion=vi.Harmonic(1.0, (a,)))
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=r, motion=vi.Harmonic(1.0, (a,)))
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(table,),
                      constant_force=(-g,))  # fmt: skip
     orbit = vi.find_orbit(m, vi.State((a * math.sin(0.3),), (2.0 + a * math.cos(0.3),), phase=0.3))

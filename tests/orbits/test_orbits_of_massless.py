@@ -316,7 +316,7 @@ def test_a_jenkins_element_that_is_driven_harmonically_has_masings_loop() -> Non
     there: slip begins at sin(theta) = 1 - 2 L / (k X), by symmetry half a turn later again.
     """
     k, level, size, omega = 3.0, 0.4, 0.5, 0.8
-    plate = vi.Friction((0.0, 1.0), level, belt_motion=vi.Harmonic(omega, (0.0,), (size * omega,)))
+    plate = vi.Friction((0.0, 1.0), level, motion=vi.Harmonic(omega, (size,)))
     m = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[0.2, 0.0], [0.0, 0.0]], stiffness=[[1.0, 0.0], [0.0, k]],
         elements=(vi.SoftStop((1.0, 0.0), upper=9.0, stiffness=1.0), plate),

@@ -127,7 +127,7 @@ def test_every_listed_orbit_is_listed_once() -> None:
 def test_a_search_that_moves_with_its_stop_finds_the_orbits_of_the_stop_at_rest() -> None:
     """x = u + a sin(omega t) below a stop at 1/4 + a sin(omega t): u meets one that stands still."""
     a, w, c, k, f = 0.25, 2.6, 0.1, 1.0, 1.0
-    moving = vi.RigidStop((1.0,), upper=0.25, restitution=0.75, upper_motion=vi.Harmonic(w, (a,)))
+    moving = vi.RigidStop((1.0,), upper=0.25, restitution=0.75, motion=vi.Harmonic(w, (a,)))
     own = vi.Mechanism(
         mass=[[1.0]], damping=[[c]], stiffness=[[k]],
         contacts=(vi.Contact((1.0,), upper=0.25, restitution=0.75),),
@@ -148,7 +148,7 @@ def test_a_search_that_moves_with_its_stop_finds_the_orbits_of_the_stop_at_rest(
 def test_both_orbits_of_a_ball_on_an_oscillating_table_have_their_closed_forms() -> None:
     """One bounce a cycle at the phases +-phi, with multipliers of the map of (time, velocity)."""
     g, a, r = 1.0, 1.1, 0.5
-    table = vi.RigidStop((1.0,), lower=0.0, restitution=r, lower_motion=vi.Harmonic(1.0, (a,)))
+    table = vi.RigidStop((1.0,), lower=0.0, restitution=r, motion=vi.Harmonic(1.0, (a,)))
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(table,),
                      constant_force=(-g,))  # fmt: skip
     search = vi.find_orbits(m, cycles=1, impacts=1, starts=40)
@@ -256,8 +256,8 @@ def test_loops_with_equal_impacts_and_other_flights_are_two() -> None:
 
 def test_random_starts_lie_between_stops_that_move() -> None:
     wall = vi.Harmonic(1.0, (0.25,), (0.25,))
-    stop = vi.RigidStop((1.0,), lower=-0.5, upper=0.5, upper_motion=wall)
-    m = one(stop, omega=2.0)
+    moving = vi.RigidStop((1.0,), upper=0.5, motion=wall)
+    m = one(moving, vi.RigidStop((1.0,), lower=-0.5), omega=2.0)
     starts, rng = starts_between(m), np.random.default_rng(2)
     places = []
     for number in range(200):
@@ -269,9 +269,19 @@ def test_random_starts_lie_between_stops_that_move() -> None:
     assert np.ptp(places) > 0.9
 
 
+def test_the_length_of_random_starts_has_the_unit_of_a_belts_displacement() -> None:
+    """The belt is the largest length; not its speed, which is larger in a short unit of time."""
+    for time in (1.0, 2.0**-20):
+        m = vi.Mechanism(
+            mass=[[1.0]], damping=[[0.1 / time]], stiffness=[[1.0 / time**2]],
+            elements=(vi.Friction((1.0,), 0.5 / time**2, motion=vi.Harmonic(0.5 / time, (8.0,))),),
+        )  # fmt: skip
+        assert starts_between(m).length == 8.0
+
+
 def test_stops_that_leave_no_place_are_refused() -> None:
     squeezing = (
-        vi.RigidStop((1.0,), upper=0.5, upper_motion=vi.Harmonic(1.0, (0.0,), (-2.0,))),
+        vi.RigidStop((1.0,), upper=0.5, motion=vi.Harmonic(1.0, (0.0,), (-2.0,))),
         vi.RigidStop((1.0,), lower=-0.5),
     )
     with pytest.raises(vi.InvalidParameterError, match="no place between the stops"):

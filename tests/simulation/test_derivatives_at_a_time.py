@@ -14,7 +14,7 @@ MACHINES = {
     "rigid": (RIGID,),
     "soft": (SOFT,),
     "friction": (vi.Friction((1.0,), kinetic=0.2, static=0.3),),
-    "moving": (vi.RigidStop((1.0,), upper=0.3, upper_motion=(vi.Harmonic(1.3, (0.1,)),)),),
+    "moving": (vi.RigidStop((1.0,), upper=0.3, motion=(vi.Harmonic(1.3, (0.1,)),)),),
     "mixed": (RIGID, vi.SoftStop((1.0,), lower=-0.2, stiffness=4.0), vi.Friction((1.0,), 0.05)),
 }
 

@@ -111,12 +111,12 @@ def test_a_frequency_moves_stops_with_it() -> None:
     motion = vi.Harmonic(2.0, (0.3,))
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
-        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.7, lower_motion=motion),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.7, motion=motion),),
     )  # fmt: skip
     faster = with_parameter(m, "omega", 3.0)
     assert isinstance(faster, vi.Mechanism)
     assert faster.forces[0].omega == 3.0
-    assert faster.contacts[0].lower_motion[0].omega == 3.0
+    assert faster.contacts[0].motion[0].omega == 3.0
     run = vi.simulate(faster, vi.State((2.0,), (0.0,)), impacts=5)
     np.testing.assert_allclose(run.position[:, 0], 0.3 * np.sin(3.0 * run.time), atol=1e2 * ULPS)
 
@@ -143,7 +143,7 @@ def bouncing(gamma: float, e: float = 0.5) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
         elements=(
-            vi.RigidStop((1.0,), lower=0.0, restitution=e, lower_motion=vi.Harmonic(1.0, (gamma,))),
+            vi.RigidStop((1.0,), lower=0.0, restitution=e, motion=vi.Harmonic(1.0, (gamma,))),
         ),
     )  # fmt: skip
 

@@ -27,7 +27,7 @@ from vibroimpact import Friction, Mechanism, SoftStop, State
 Array = NDArray[np.float64]
 MOMENT = 5e-5  # margins of states that last have grown beyond the errors of an event by then
 NEAR = 1e-8  # at a limit: a margin within this, far above the errors of an event
-OPEN, UPPER, LOWER, BEHIND_UPPER, BEHIND_LOWER = range(5)
+OPEN, UPPER, LOWER, BEHIND_UPPER, BEHIND_LOWER, LIMITED_UPPER, LIMITED_LOWER = range(7)
 FORWARD, BACKWARD, STICK = range(3)
 
 
@@ -48,7 +48,7 @@ class Margin(NamedTuple):
 class Reference:
     def __init__(self, m: Mechanism, start: State) -> None:
         self.m, self.n = m, m.degrees
-        moving = [e.motion for e in (*m.contacts, *m.elements)]
+        moving = [e.lines for e in (*m.contacts, *m.elements)]
         lines = [*m.forces, *itertools.chain(*moving)]
         self.omegas = sorted({line.omega for line in lines})
         self.size = 2 * self.n + 2 * len(self.omegas) + 1
@@ -83,13 +83,15 @@ class Reference:
         return self.one(e.row, derivatives == 1) - self.motion(e.motion, derivatives)
 
     def slip(self, e: Friction) -> Array:
-        out = self.one(e.row, True) - self.motion(e.belt_motion)
+        out = self.one(e.row, True) - self.motion(e.motion, 1)
         out[-1] -= e.belt_speed
         return out
 
-    def press(self, e: SoftStop, side: int) -> Array:
+    def press(self, e: SoftStop, side: int, sign: float = 1.0) -> Array:
+        """Force of spring and dashpot; of the spring less the dashpot, or of the spring alone."""
         i = 1 if side > 0 else 0
         k, c = (p[i] if isinstance(p, tuple) else p for p in (e.stiffness, e.damping))
+        c = sign * c
         out = side * (k * self.gap(e) + c * self.gap(e, 1))
         out[-1] -= side * k * (e.upper if side > 0 else e.lower)
         return out
@@ -132,9 +134,12 @@ class Reference:
                 if q in (UPPER, LOWER):
                     side = 1 if q == UPPER else -1
                     force -= side * np.outer(row, self.press(e, side))
+                elif q in (LIMITED_UPPER, LIMITED_LOWER):
+                    side = 1 if q == LIMITED_UPPER else -1
+                    force -= side * np.outer(row, 2.0 * self.press(e, side, 0.0))
                 margins += self.soft_margins(i, e, q)
             elif q == STICK:
-                held.append((i, row, self.motion(e.belt_motion, 1)))
+                held.append((i, row, self.motion(e.motion, 2)))
             else:
                 sign = 1 if q == FORWARD else -1
                 force[:, -1] -= sign * e.kinetic * row
@@ -160,11 +165,16 @@ class Reference:
         if q == OPEN:
             limits = ((1, e.upper), (-1, e.lower))
             return [Margin(i, self.within(e, s)) for s, limit in limits if math.isfinite(limit)]
-        side = 1 if q in (UPPER, BEHIND_UPPER) else -1
+        side = 1 if q in (UPPER, BEHIND_UPPER, LIMITED_UPPER) else -1
         beyond, press = Margin(i, -self.within(e, side)), Margin(i, self.press(e, side))
+        room = Margin(i, self.press(e, side, -1.0))  # of the spring force above the damping force
         if q in (BEHIND_UPPER, BEHIND_LOWER):
             return [beyond, Margin(i, -press.row)]
-        return [press if e.release == "force" else beyond]
+        if q in (LIMITED_UPPER, LIMITED_LOWER):
+            return [beyond, Margin(i, -room.row)]
+        if e.law == "limited":
+            return [press, room]
+        return [beyond if e.law == "linear" else press]
 
     def held_margins(self, i: int, q: int, force: Array) -> list[Margin]:
         if i < len(self.m.contacts):
@@ -197,6 +207,8 @@ class Reference:
         for side, limit in ((1, e.upper), (-1, e.lower)):
             if math.isfinite(limit):
                 found += [UPPER, BEHIND_UPPER] if side > 0 else [LOWER, BEHIND_LOWER]
+                if e.law == "limited":
+                    found.append(LIMITED_UPPER if side > 0 else LIMITED_LOWER)
         return found
 
     def decide(self, states: tuple[int, ...], z: Array, asked: set[int]) -> tuple[int, ...]:
@@ -266,8 +278,10 @@ class Reference:
             q = OPEN
             for side, pressed, behind in ((1, UPPER, BEHIND_UPPER), (-1, LOWER, BEHIND_LOWER)):
                 if self.within(e, side) @ middle < 0.0:
-                    lets_go = e.release == "force" and self.press(e, side) @ middle < 0.0
+                    lets_go = e.law != "linear" and self.press(e, side) @ middle < 0.0
                     q = behind if lets_go else pressed
+                    if e.law == "limited" and self.press(e, side, -1.0) @ middle < 0.0:
+                        q = LIMITED_UPPER if side > 0 else LIMITED_LOWER
             found.append(q)
         return tuple(found)
 
@@ -293,7 +307,7 @@ class Reference:
                 z = self.strike(i, z)
             before, states = states, self.settle(states, z)
             soft = what == "change" and isinstance(self.m.elements[i - contacts], SoftStop)
-            if soft and before[i] == OPEN and states[i] in (UPPER, LOWER):
+            if soft and before[i] == OPEN and states[i] not in (OPEN, BEHIND_UPPER, BEHIND_LOWER):
                 what = "engage"
             out.append(Happening(t, what, i, z))
             if what == "impact" and states[i] != OPEN:

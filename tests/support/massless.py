@@ -7,7 +7,7 @@ from typing import Any
 import vibroimpact as vi
 
 M, C, K, OWN, DASH, SPRING, LEVEL = 1.0, 0.1, 1.0, 0.25, 0.4, 4.0, 0.5
-SOFT = vi.SoftStop((1.0, 0.0), upper=0.4, stiffness=20.0, damping=0.3, release="gap")
+SOFT = vi.SoftStop((1.0, 0.0), upper=0.4, stiffness=20.0, damping=0.3, law="linear")
 RIGID = vi.RigidStop((1.0, 0.0), upper=0.4, restitution=0.7)
 
 

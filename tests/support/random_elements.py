@@ -12,12 +12,15 @@ import vibroimpact as vi
 KINDS = {
     "soft": ["soft"],
     "two-sided soft": ["two-sided soft"],
+    "limited": ["limited"],
+    "two-sided limited": ["two-sided limited"],
     "friction": ["friction"],
     "moving rigid": ["moving rigid"],
     "plastic": ["plastic"],
     "nonsymmetric": ["nonsymmetric", "soft", "friction"],
     "two frictions": ["two frictions", "friction", "friction"],
     "soft and friction": ["soft", "two-sided soft", "friction"],
+    "limited and friction": ["limited", "two-sided limited", "friction"],
     "rigid and all": ["rigid", "moving rigid", "soft", "friction"],
 }
 
@@ -38,13 +41,15 @@ def machine(rng: np.random.Generator, kinds: Sequence[str]) -> vi.Mechanism:
 
     def stop(kind: str, row: tuple[float, ...]) -> vi.RigidStop | vi.SoftStop | vi.Friction:
         flat = lambda low, high: float(rng.uniform(low, high))  # noqa: E731
-        release = ("gap", "force")[int(rng.integers(2))]
-        if kind == "soft":
+        law = ("linear", "unilateral")[int(rng.integers(2))]
+        if "limited" in kind:
+            law = "limited"
+        if kind in ("soft", "limited"):
             return vi.SoftStop(row, upper=flat(-0.2, 1.0), stiffness=flat(5.0, 50.0),
-                               damping=flat(0.0, 2.0), release=release)  # fmt: skip
-        if kind == "two-sided soft":
+                               damping=flat(0.0, 2.0), law=law)  # fmt: skip
+        if kind in ("two-sided soft", "two-sided limited"):
             return vi.SoftStop(
-                row, lower=-flat(0.0, 1.0), upper=flat(0.0, 1.0), release=release,
+                row, lower=-flat(0.0, 1.0), upper=flat(0.0, 1.0), law=law,
                 stiffness=(flat(5.0, 50.0), flat(5.0, 50.0)), damping=(0.0, flat(0.0, 2.0)),
                 motion=line(0.1) if rng.random() < 0.5 else (),
             )  # fmt: skip
@@ -53,14 +58,14 @@ def machine(rng: np.random.Generator, kinds: Sequence[str]) -> vi.Mechanism:
             return vi.Friction(
                 row, kinetic=kinetic, static=kinetic * float(rng.choice([1.0, 1.3])),
                 belt_speed=float(rng.choice([0.0, 0.3])),
-                belt_motion=line(0.2) if rng.random() < 0.5 else (),
+                motion=line(0.2) if rng.random() < 0.5 else (),
             )  # fmt: skip
         restitution = 0.0 if kind == "plastic" else flat(0.3, 0.9)
         if kind == "rigid":
             return vi.RigidStop(row, lower=-flat(0.3, 1.0), upper=flat(0.3, 1.0),
                                 restitution=restitution)  # fmt: skip
         return vi.RigidStop(row, upper=flat(0.3, 1.0), restitution=restitution,
-                            upper_motion=line(0.2))  # fmt: skip
+                            motion=line(0.2))  # fmt: skip
 
     elements = tuple(
         stop(k, tuple(float(x) for x in rng.normal(size=n)))

@@ -130,7 +130,7 @@ def test_friction_under_a_load_takes_the_energy_that_is_lost() -> None:
 def test_a_dashpot_against_a_massless_coordinate_takes_what_the_motion_loses() -> None:
     """The stop meets a massless coordinate, whose speed depends on whether it is pressed."""
     c, own = 0.3, 2.0
-    stop = vi.SoftStop((1.0, -1.0), upper=0.05, stiffness=4.0, damping=0.7, release="gap")
+    stop = vi.SoftStop((1.0, -1.0), upper=0.05, stiffness=4.0, damping=0.7, law="linear")
     m = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[0.0, 0.0], [0.0, c]], stiffness=[[1.0, 0.0], [0.0, own]],
         elements=(stop,),

@@ -34,11 +34,14 @@ def two_masses(*elements: Any, omega: float) -> vi.Mechanism:
 
 
 MACHINES = {
-    "stops that release by force": lambda x, omega: oscillator(
+    "stops that never pull": lambda x, omega: oscillator(
         vi.SoftStop((1.0,), -0.8, 0.7, stiffness=25.0 * x, damping=0.6), omega=omega
     ),
-    "stops that release by gap": lambda x, omega: oscillator(
-        vi.SoftStop((1.0,), -0.8, 0.7, stiffness=8.0 * x, damping=0.3, release="gap"), omega=omega
+    "stops that pull": lambda x, omega: oscillator(
+        vi.SoftStop((1.0,), -0.8, 0.7, stiffness=8.0 * x, damping=0.3, law="linear"), omega=omega
+    ),
+    "stops of limited damping": lambda x, omega: oscillator(
+        vi.SoftStop((1.0,), -0.8, 0.7, stiffness=25.0 * x, damping=0.6, law="limited"), omega=omega
     ),
     "friction that holds": lambda x, omega: oscillator(
         vi.Friction((1.0,), 0.5 * x, 0.8 * x), omega=omega

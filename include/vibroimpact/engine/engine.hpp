@@ -83,7 +83,7 @@ VI_HD inline int settle_after(const hybrid<Flow>& system,
             if (!system.elements.soft[i] || !meets_stop(was, state)) continue;
             e.what = status::engage; // whichever watch was found first
             e.contact = system.contacts() + i;
-            e.side = state == 1 ? 1 : -1;
+            e.side = side_of_soft(state);
         }
     }
     return stay_closed(system, at);

@@ -339,7 +339,7 @@ private:
             event<double, Shape> e{};
             e.what = met ? status::engage : status::change;
             e.contact = contacts_ + element;
-            e.side = met ? (is == 1 ? 1 : -1) : static_cast<int>(lane(end.stop.side, i));
+            e.side = met ? detail::side_of_soft(is) : static_cast<int>(lane(end.stop.side, i));
             e.duration = lane(end.duration, i);
             e.rate_before = e.rate_after = -lane(end.stop.side, i) * lane(end.speed, i);
             for (int j = 0; j < slots_[i].system->dimension(); ++j)

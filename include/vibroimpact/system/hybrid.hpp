@@ -131,7 +131,7 @@ VI_HD constexpr int whole_power(int base, int n) {
 enum class impact_law { moreau, sequential };
 
 // What all modes say of the elements.
-inline constexpr int radix = 5; // states of an element, at most
+inline constexpr int radix = 7; // states of an element, at most
 template <int Most>
 struct element_table {
     bool given = false; // the mode that follows is given by the watch: a hybrid system as data

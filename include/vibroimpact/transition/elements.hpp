@@ -132,10 +132,16 @@ VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double larges
 
 inline constexpr int sticking_state = 2;
 
-// Whether a soft stop that takes another state is met, from open or from the other side: 1 and 2 press on the upper
-// and the lower stop, 3 and 4 are behind these without a force.
+// The side on which a soft stop in this state is passed: odd states are within the upper stop, even ones within the
+// lower, 0 is open.
+VI_HD inline int side_of_soft(int state) {
+    return state == 0 ? 0 : state % 2 != 0 ? 1 : -1;
+}
+
+// Whether a soft stop that takes another state is met, from open or from the other side: 1, 2 and 5, 6 press, 3 and 4
+// are within without a force.
 VI_HD inline bool meets_stop(int was, int is) {
-    return (is == 1 || is == 2) && was != is && was != is + 2;
+    return is != 3 && is != 4 && is != 0 && side_of_soft(was) != side_of_soft(is);
 }
 
 VI_HD inline int state_in_code(int code, int element) {

@@ -252,7 +252,7 @@ def lossless(m: Mechanism) -> bool:
 
 def any_damping(stop: SoftStop) -> bool:
     """Whether a soft stop has a dashpot."""
-    return any(stop.law(side)[2] != 0.0 for side in (-1, 1))
+    return any(stop.at_side(side)[2] != 0.0 for side in (-1, 1))
 
 
 def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> float:

@@ -77,14 +77,10 @@ from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
-RADIX = 5  # states of an element in a code
+RADIX = 7  # states of an element in a code
 FEW = 32  # modes: up to this number, all are built at first
-SIDES = {
-    SoftStopState.UPPER: 1, SoftStopState.LOWER: -1,
-    SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
-}  # fmt: skip
 Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
-PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
+LIMITED = (SoftStopState.LIMITED_UPPER, SoftStopState.LIMITED_LOWER)
 
 
 def code_of_states(states: tuple[int, ...], contacts: int) -> int:
@@ -194,9 +190,11 @@ class Piecewise:
             if not isinstance(e, SoftStop):
                 continue
             for side in (1, -1):
-                limit, k, c = e.law(side)
+                limit, k, c = e.at_side(side)
                 if is_infinite(limit):
                     continue
+                if e.law == "limited" and c:
+                    k = 2.0 * k
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
         norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
@@ -314,10 +312,11 @@ class Piecewise:
         """Row of u', relative to the moving stop."""
         return _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
 
-    def _press(self, e: SoftStop, side: int) -> Vector:
-        """Row of the force of a soft stop, > 0 where it presses."""
-        limit, k, c = e.law(side)
+    def _press(self, e: SoftStop, side: int, share: int = 1) -> Vector:
+        """Row of the force of spring and dashpot, > 0 where it presses; of the latter a share 1, 0, -1."""
+        limit, k, c = e.at_side(side)
         rate = self._press_speed(e)
+        c = share * c
         out = [side * (k * x + c * y) for x, y in zip(self._gap(e), rate, strict=True)]
         out[-1] = out[-1] - side * (k * limit)
         return out
@@ -339,12 +338,12 @@ class Piecewise:
 
     def _belt(self, e: Friction) -> Vector:
         """Speed of the belt."""
-        speed = self._motion(e.belt_motion)
+        speed = self._motion(e.motion, 1)
         speed[-1] = e.belt_speed
         return speed
 
     def _slip(self, e: Friction) -> Vector:
-        out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
+        out = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
         out[-1] = out[-1] - e.belt_speed
         return out
 
@@ -379,7 +378,7 @@ class Piecewise:
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     never = number
                     continue
-                change = self._motion(e.belt_motion, 1)
+                change = self._motion(e.motion, 2)
                 constraints.append(Constraint(list(e.row), self._belt(e), change))
             elif (law := self._law(e, state)) is not None:
                 _add_force(pull, e.row, *law)
@@ -479,10 +478,11 @@ class Piecewise:
                 return None
             kinetic = [e.kinetic * x for x in self._load(e)]
             return kinetic, -1 if state == FrictionState.FORWARD else 1
-        if isinstance(e, PhaseSwitch) or state not in PRESSED:
+        if isinstance(e, PhaseSwitch) or not (now := SoftStopState(state)).presses:
             return None
-        side = SIDES[SoftStopState(state)]
-        return self._press(e, side), -side
+        if now in LIMITED:  # the damping force is that of the spring
+            return [2.0 * x for x in self._press(e, now.side, 0)], -now.side
+        return self._press(e, now.side), -now.side
 
     def force_rows(self, code: int) -> Matrix:
         """Force of every contact and element along its row in a mode, as rows on (x, v, w, 1).
@@ -753,14 +753,18 @@ class Piecewise:
         gap = self._gap(e)
         if state is SoftStopState.OPEN:
             return [(gap, e.lower, e.upper)]
-        side = SIDES[state]
+        side, positive, negative = state.side, (0.0, math.inf), (-math.inf, 0.0)
         within = (e.upper, math.inf) if side > 0 else (-math.inf, e.lower)
-        if state in PRESSED:
-            if e.release == "gap" or not e.law(side)[2]:
-                return [(gap, *within)]
-            # it has come beyond the stop: from the other one, too, its law may ask for pressure
-            return [(gap, *within), (self._press(e, side), 0.0, math.inf)]
-        return [(gap, *within), (self._press(e, side), -math.inf, 0.0)]
+        if not state.presses:
+            return [(gap, *within), (self._press(e, side), *negative)]
+        if state in LIMITED:
+            return [(gap, *within), (self._press(e, side, -1), *negative)]
+        if e.law == "linear" or not e.at_side(side)[2]:
+            return [(gap, *within)]
+        if e.law == "limited":  # |c s'| <= k s, which has s >= 0 in it
+            return [(self._press(e, side), *positive), (self._press(e, side, -1), *positive)]
+        # it has come beyond the stop: from the other one, too, its law may ask for pressure
+        return [(gap, *within), (self._press(e, side), *positive)]
 
     def laws(self) -> list[Law]:
         """Jump at every contact."""

@@ -461,7 +461,7 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
 def _check_order(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that gives a massless coordinate a mass, or a slider without one a dashpot."""
     soft = [e for e in varied.elements if isinstance(e, SoftStop)]
-    laws = [(e.row, e.law(side)[2]) for e in soft for side in (1, -1)]
+    laws = [(e.row, e.at_side(side)[2]) for e in soft for side in (1, -1)]
     groups = loose_groups(varied.damping, held_last(varied))
     for i in varied.massless:
         given: dict[str, list[list[Any]]] = {

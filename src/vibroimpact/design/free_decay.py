@@ -353,8 +353,8 @@ def _at_rest(m: Mechanism, row: Floats, order: int, states: Codes | None = None)
         if isinstance(part, Contact) and state:
             closed.append(part.row)
             limits.append(part.upper if upper else part.lower)
-        elif isinstance(part, SoftStop) and state in (SoftStopState.UPPER, SoftStopState.LOWER):
-            limit, k, _ = part.law(1 if upper else -1)
+        elif isinstance(part, SoftStop) and (now := SoftStopState(state)).presses:
+            limit, k, _ = part.at_side(now.side)
             stiffness = stiffness + k * np.outer(part.row, part.row)
             force = force + k * limit * np.array(part.row)
     rows = np.array(closed).reshape(-1, n)

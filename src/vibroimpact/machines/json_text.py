@@ -11,7 +11,7 @@ from typing import Any, cast
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import SCALES, Scales
 from vibroimpact.machines.registry import machine_of_class, name_of
-from vibroimpact.model.elements import MOTIONS, Element, NormalLoad
+from vibroimpact.model.elements import Element, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism, kind_of
 from vibroimpact.model.parameters import with_parameters
@@ -52,7 +52,7 @@ def _stored(part: Contact | Element) -> dict[str, Any]:
     return {
         name: value
         for name, value in asdict(part).items()
-        if not (name in MOTIONS and not value)
+        if not (name == "motion" and not value)
         and (not isinstance(value, float) or math.isfinite(value))
     }
 
@@ -61,7 +61,7 @@ def _restored(make: Any, stored: dict[str, Any]) -> Any:
     """A part of its fields; lists were tuples."""
     given: dict[str, Any] = {}
     for name, value in stored.items():
-        if name in MOTIONS:
+        if name == "motion":
             given[name] = tuple(Harmonic(**line) for line in value)
         elif name == "load":
             given[name] = value and _restored(NormalLoad, value)

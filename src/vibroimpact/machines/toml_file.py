@@ -14,7 +14,7 @@ from vibroimpact._core.checks import names_arguments, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
-from vibroimpact.model.elements import MOTIONS, NormalLoad
+from vibroimpact.model.elements import NormalLoad
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.hybrid_system import HybridSystem, LinearGuard, LinearMode, Transition
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
@@ -170,9 +170,8 @@ def _moved(path: Any, where: str, table: Any) -> Any:
     if not isinstance(table, dict):
         return table
     made = dict(table)
-    for name in MOTIONS:
-        if name in made:
-            made[name] = _lines(path, f"{where}: {name}", made[name])
+    if "motion" in made:
+        made["motion"] = _lines(path, f"{where}: motion", made["motion"])
     if "load" in made:
         load = _moved(path, f"{where}: load", made["load"])
         made["load"] = _built(path, f"{where}: load", NormalLoad, load)

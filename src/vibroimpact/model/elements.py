@@ -10,7 +10,7 @@ import itertools
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from vibroimpact._core.checks import (
     check_choice,
@@ -27,7 +27,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
-Release = Literal["force", "gap"]
+StopLaw = Literal["linear", "unilateral", "limited"]
 HALF_TURN = 2.0**-50  # relative: arcs that are pi long
 MOST_ARCS = 5
 MOVES = "A stop that moves has motion: a Harmonic with one amplitude, or several."
@@ -35,7 +35,7 @@ LINEAR = "A stop that stiffens is a sum of soft stops with other gaps."
 CONSTANT = (
     "A level that varies with time or speed is not supported; two levels are: kinetic, static."
 )
-BELT = "A belt whose speed varies has belt_motion: a Harmonic of its speed, or several."
+BELT = "A belt whose speed varies has motion: a Harmonic of its displacement, or several."
 NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 
 
@@ -53,8 +53,27 @@ class SoftStopState(IntEnum):
     OPEN = 0
     UPPER = 1  #: pressed at the upper stop
     LOWER = 2  #: pressed at the lower stop
-    BEHIND_UPPER = 3  #: within the upper stop, which has not recovered and does not touch
+    BEHIND_UPPER = 3  #: within the upper stop, which has not recovered: without force
     BEHIND_LOWER = 4
+    LIMITED_UPPER = (
+        5  #: pressed at the upper stop, its damping force being as large as that of its spring
+    )
+    LIMITED_LOWER = 6
+
+    @property
+    def side(self) -> int:
+        """+1 within the upper stop, -1 within the lower one, 0 between them."""
+        return 0 if self is SoftStopState.OPEN else 1 if self % 2 else -1
+
+    @property
+    def presses(self) -> bool:
+        """Whether the stop has a force."""
+        without = SoftStopState.OPEN, SoftStopState.BEHIND_UPPER, SoftStopState.BEHIND_LOWER
+        return self not in without
+
+    def met_from(self, before: SoftStopState) -> bool:
+        """Whether the stop is met where this state follows another one: an impact."""
+        return self.presses and before.side != self.side
 
 
 class FrictionState(IntEnum):
@@ -86,6 +105,7 @@ def pair_of(name: str, value: Any, check: Any) -> tuple[float, float]:
 
 @names_arguments(
     gap="Give upper, lower or both; a negative upper is a preload.",
+    release="Give law: 'linear' pulls until the gap opens, 'unilateral' and 'limited' never pull.",
     restitution="A soft stop has none: damping dissipates. For a coefficient take RigidStop.",
     preload="A preloaded spring is one with upper < 0.",
 )
@@ -93,9 +113,9 @@ def pair_of(name: str, value: Any, check: Any) -> tuple[float, float]:
 class SoftStop:
     """A spring and a dashpot behind a gap, on one or both sides of row . x.
 
-    Where u = row . x is beyond ``upper``, the force -(k (u - upper) + c u') acts along ``row``;
-    below ``lower`` likewise. A one-sided stop with ``upper < 0`` is preloaded at rest; with
-    ``lower = upper`` it is a bilinear spring.
+    Where u = row . x is beyond ``upper`` by s = u - upper, it presses with the force f >= 0 that its
+    law gives, and -f acts along ``row``; below ``lower`` likewise. A one-sided stop with
+    ``upper < 0`` is preloaded at rest; with ``lower = upper`` it is a bilinear spring.
 
     Parameters
     ----------
@@ -105,11 +125,14 @@ class SoftStop:
         Where the stops begin, at least one finite, lower <= upper.
     stiffness, damping
         k > 0 and c >= 0: one number, or (at lower, at upper).
-    release
-        ``"force"``: the stop lets go when its force would pull, and touches again when its force
-        would press: no adhesion. ``"gap"``: it lets go when u is back at the stop, pulling before.
+    law
+        The force f on a mass that is beyond the stop by s, at the speed s'. ``"unilateral"``: k s + c s'
+        where that presses, else 0: no adhesion. ``"linear"``: k s + c s', which may pull before the
+        gap opens. ``"limited"``: k s + d, where the damping force d is c s' cut off at +-k s, the
+        spring force: f is continuous where the stop is met, and never pulls.
     motion
-        Motion of both stops, a :class:`Harmonic` with one amplitude, or several.
+        Displacement of both stops from their places over time: a :class:`Harmonic` with one
+        amplitude, or several, which add up. Stops that move differently are two.
     """
 
     row: tuple[float, ...]
@@ -117,7 +140,7 @@ class SoftStop:
     upper: float = math.inf
     stiffness: float | tuple[float, float] = 1.0
     damping: float | tuple[float, float] = 0.0
-    release: Release = "force"
+    law: StopLaw = "unilateral"
     motion: tuple[Harmonic, ...] = ()
 
     def __post_init__(self) -> None:
@@ -135,15 +158,20 @@ class SoftStop:
             if callable(value):
                 raise refusal(name, value, "a number", LINEAR)
             object.__setattr__(self, name, pair_of(name, value, check))
-        check_choice("release", self.release, ["force", "gap"])
+        check_choice("law", self.law, list(get_args(StopLaw)))
         object.__setattr__(self, "motion", as_lines("motion", self.motion))
 
-    def law(self, side: int) -> tuple[float, float, float]:
+    def at_side(self, side: int) -> tuple[float, float, float]:
         """Where the stop of a side begins, its stiffness and its damping."""
         i = 1 if side > 0 else 0
         pairs = self.stiffness, self.damping
         k, c = (pair[i] if isinstance(pair, tuple) else pair for pair in pairs)
         return (self.upper if side > 0 else self.lower), k, c
+
+    @property
+    def lines(self) -> tuple[Harmonic, ...]:
+        """All lines whose phases it needs."""
+        return self.motion
 
     def check_size(self, n: int, name: str) -> None:
         """Refuse a row that does not have n entries; the element has this name."""
@@ -153,15 +181,16 @@ class SoftStop:
     def states(self) -> tuple[SoftStopState, ...]:
         """The states that it can have; behind a stop only where a dashpot holds that back."""
         found = [SoftStopState.OPEN]
-        for side, pressed, behind in (
-            (1, SoftStopState.UPPER, SoftStopState.BEHIND_UPPER),
-            (-1, SoftStopState.LOWER, SoftStopState.BEHIND_LOWER),
-        ):
-            limit, _, damping = self.law(side)
+        for side in (1, -1):
+            limit, _, damping = self.at_side(side)
             if is_infinite(limit):
                 continue
-            waits = self.release == "force" and damping != 0.0
-            found += [pressed, behind] if waits else [pressed]
+            pressed, behind, limited = (s for s in SoftStopState if s.side == side)
+            found.append(pressed)
+            if damping != 0.0 and self.law != "linear":
+                found.append(behind)
+            if damping != 0.0 and self.law == "limited":
+                found.append(limited)
         return tuple(found)
 
 
@@ -200,6 +229,7 @@ class NormalLoad:
     normal="Give kinetic, the friction force: coefficient times normal load.",
     coefficient="Give kinetic, the friction force: coefficient times normal load.",
     velocity="Give belt_speed.",
+    belt_motion="Give motion, the displacement of the belt: amplitudes of its speed over omega.",
 )
 @dataclass(frozen=True, slots=True)
 class Friction:
@@ -220,8 +250,10 @@ class Friction:
         out.
     belt_speed
         Constant part of the speed of the belt.
-    belt_motion
-        Harmonic parts of it: a :class:`Harmonic` with one amplitude (of the speed), or several.
+    motion
+        Displacement of the belt over time, as that of a stop: a :class:`Harmonic` with one
+        amplitude, or several, which add up. Its derivative adds to ``belt_speed``; a speed s cos(omega t) has
+        ``Harmonic(omega, (s / omega,))``.
     load
         A :class:`NormalLoad` that depends on the motion.
     """
@@ -230,7 +262,7 @@ class Friction:
     kinetic: float
     static: float | None = None
     belt_speed: float = 0.0
-    belt_motion: tuple[Harmonic, ...] = ()
+    motion: tuple[Harmonic, ...] = ()
     load: NormalLoad | None = None
 
     def __post_init__(self) -> None:
@@ -249,7 +281,7 @@ class Friction:
             )  # fmt: skip
         object.__setattr__(self, "static", static)
         object.__setattr__(self, "belt_speed", real("belt_speed", self.belt_speed))
-        object.__setattr__(self, "belt_motion", as_lines("belt_motion", self.belt_motion))
+        object.__setattr__(self, "motion", as_lines("motion", self.motion))
         if self.load is not None:
             check_kind("load", self.load, NormalLoad, "a NormalLoad, or left out")
 
@@ -260,9 +292,9 @@ class Friction:
         return found if self.load else found[:3]
 
     @property
-    def motion(self) -> tuple[Harmonic, ...]:
-        """Harmonic parts of the speed of the belt and of the load."""
-        return (*self.belt_motion, *(self.load.motion if self.load else ()))
+    def lines(self) -> tuple[Harmonic, ...]:
+        """All lines whose phases it needs: of the belt and of the load."""
+        return (*self.motion, *(self.load.motion if self.load else ()))
 
     def check_size(self, n: int, name: str) -> None:
         """Refuse rows that do not have n entries; the element has this name."""
@@ -344,7 +376,7 @@ class PhaseSwitch:
         return tuple(PhaseSwitchState(i) for i in range(len(self.arcs)))
 
     @property
-    def motion(self) -> tuple[Harmonic, ...]:
+    def lines(self) -> tuple[Harmonic, ...]:
         """The line whose phase switches, without amplitude."""
         return (Harmonic(self.omega, (0.0,)),)
 
@@ -356,7 +388,6 @@ class PhaseSwitch:
 
 
 Element = SoftStop | Friction | PhaseSwitch
-MOTIONS = ("upper_motion", "lower_motion", "motion", "belt_motion")  # fields that are motions
 
 
 def nonzero_row(value: Any, what: str) -> tuple[float, ...]:

@@ -60,7 +60,8 @@ from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 ImpactLaw = Literal["moreau", "sequential"]
 MANY = 1_000_000  # the count is checked elsewhere
 MOST_ELEMENTS = 8
-MOVES = "A stop that moves has upper_motion, lower_motion: a Harmonic with one amplitude each."
+MOVES = "A stop that moves has motion: a Harmonic with one amplitude, or several."
+APART = "Give motion, that of both stops; stops that move differently are two."
 FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
 RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
 
@@ -72,7 +73,7 @@ def infinite(value: Any) -> bool:
 
 @names_arguments(
     friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=MOVES,
-    motion=MOVES, amplitude=MOVES, omega=MOVES,
+    amplitude=MOVES, omega=MOVES, upper_motion=APART, lower_motion=APART,
 )  # fmt: skip
 @dataclass(frozen=True, slots=True)
 class Contact:
@@ -86,10 +87,10 @@ class Contact:
         Stops; at least one finite, lower < upper.
     restitution
         Coefficient of restitution in [0, 1], or a pair (at lower, at upper).
-    upper_motion, lower_motion
-        Motion of each stop about its place: a :class:`Harmonic` with one amplitude, or several.
-        Impacts are relative to the stop. In a mechanism, a contact whose stops move differently
-        becomes two, the upper stop first.
+    motion
+        Displacement of both stops from their places over time: a :class:`Harmonic` with one
+        amplitude, or several, which add up. Impacts are relative to the stop. Stops that move
+        differently are two.
     active
         Allow restitution above 1: a stop that kicks, as a pinball bumper does.
     """
@@ -98,8 +99,7 @@ class Contact:
     lower: float = -math.inf
     upper: float = math.inf
     restitution: float | tuple[float, float] = 1.0
-    upper_motion: tuple[Harmonic, ...] = ()
-    lower_motion: tuple[Harmonic, ...] = ()
+    motion: tuple[Harmonic, ...] = ()
     active: bool = False
 
     def __post_init__(self) -> None:
@@ -114,29 +114,12 @@ class Contact:
             )
         check = nonnegative if self.active else fraction
         object.__setattr__(self, "restitution", pair_of("restitution", self.restitution, check))
-        for name, limit in (("upper_motion", self.upper), ("lower_motion", self.lower)):
-            lines = as_lines(name, getattr(self, name))
-            if lines and infinite(limit):
-                side = name.partition("_")[0]
-                raise InvalidParameterError(
-                    f"{name}: is given, and {side} = {limit}: there is no such stop to move. Give "
-                    f"{side}, or leave {name} out."
-                )
-            object.__setattr__(self, name, lines)
+        object.__setattr__(self, "motion", as_lines("motion", self.motion))
 
     @property
-    def motion(self) -> tuple[Harmonic, ...]:
-        """Motion of its stops, which is the same for both in a mechanism."""
-        return self.upper_motion if not infinite(self.upper) else self.lower_motion
-
-    @property
-    def moved_alike(self) -> tuple[Contact, ...]:
-        """The contact, or its two stops apart where they move differently."""
-        both = not infinite(self.upper) and not infinite(self.lower)
-        if not both or self.upper_motion == self.lower_motion:
-            return (self,)
-        upper = replace(self, lower=-math.inf, lower_motion=())
-        return upper, replace(self, upper=math.inf, upper_motion=())
+    def lines(self) -> tuple[Harmonic, ...]:
+        """All lines whose phases it needs."""
+        return self.motion
 
     @property
     def restitutions(self) -> tuple[float, float]:
@@ -200,7 +183,7 @@ class Mechanism:
         Rigid stops, at most 16.
     elements
         Soft stops, friction, phase switches, at most 8; with contacts 16 together, at least one, and
-        3^contacts 5^elements below 2^31. Rigid stops given here are added to ``contacts``. Numbers of
+        3^contacts 7^elements below 2^31. Rigid stops given here are added to ``contacts``. Numbers of
         elements in results follow those of the contacts.
     constant_force
         f0, shape (n,): gravity, preload.
@@ -329,23 +312,21 @@ class Mechanism:
                 )
 
     def _set_elements(self) -> None:
-        """Rigid stops become contacts, and those whose stops move differently two each."""
+        """Rigid stops become contacts."""
         contacts = _several("contacts", self.contacts, Contact, 0, MAX_CONTACTS)
         kinds = Contact, SoftStop, Friction, PhaseSwitch
         elements = _several("elements", self.elements, kinds, 0, MANY)
         rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
-        apart = tuple(one for contact in rigid for one in contact.moved_alike)
         others = tuple(e for e in elements if not isinstance(e, Contact))
-        many = 3 ** len(apart) * 5 ** len(others) >= 2**31 or len(others) > MOST_ELEMENTS
-        if many or not 1 <= len(apart) + len(others) <= MAX_CONTACTS:
+        many = 3 ** len(rigid) * 7 ** len(others) >= 2**31 or len(others) > MOST_ELEMENTS
+        if many or not 1 <= len(rigid) + len(others) <= MAX_CONTACTS:
             raise InvalidParameterError(
-                f"contacts and elements: {len(apart) + len(others)} are given; must be 1 to "
-                f"{MAX_CONTACTS} together (a contact whose stops move differently counts twice), "
-                f"at most {MOST_ELEMENTS} of them no rigid stops, and with 3^(rigid stops) "
-                "5^(others) below 2^31. Stops on both sides of one coordinate are one, with lower "
-                "and upper."
+                f"contacts and elements: {len(rigid) + len(others)} are given; must be 1 to "
+                f"{MAX_CONTACTS} together, at most {MOST_ELEMENTS} of them no rigid stops, and with "
+                "3^(rigid stops) 7^(others) below 2^31. Stops on both sides of one coordinate are one, "
+                "with lower and upper."
             )
-        object.__setattr__(self, "contacts", apart)
+        object.__setattr__(self, "contacts", rigid)
         object.__setattr__(self, "elements", others)
 
     def _set_lines(self) -> None:
@@ -353,7 +334,7 @@ class Mechanism:
         forces = list(_several("forces", self.forces, Harmonic, 0, MAX_LINES))
         nothing = (0.0,) * self.degrees
         for element in self.numbered:
-            for line in element.motion:
+            for line in element.lines:
                 if not any(line.omega is f.omega or line.omega == f.omega for f in forces):
                     forces.append(Harmonic(line.omega, nothing))
         if len(forces) > MAX_LINES:

@@ -7,7 +7,7 @@ A parameter is
 - a keyword of a :class:`Family`, a function that builds a mechanism;
 - a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry, where
   the matrix is symmetric), ``"contacts[0].upper"``, ``"contacts[0].restitution"``,
-  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, ``"contacts[0].upper_motion[0].sine[0]"``,
+  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, ``"contacts[0].motion[0].sine[0]"``,
   ``"elements[0].stiffness"``, or ``"omega"``: all frequencies in proportion.
 
 Numbers in a path are those of ``mechanism.contacts``, with the rigid stops, and of
@@ -34,7 +34,7 @@ from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
-from vibroimpact.model.elements import MOTIONS, Friction, SoftStop
+from vibroimpact.model.elements import Friction, SoftStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.system import System, mechanism_of
@@ -310,7 +310,7 @@ def _at_frequencies(mechanism: Mechanism, omegas: list[Any]) -> Mechanism:
         changes: dict[str, Any] = {}
         for name in {f.name for f in dataclasses.fields(part)}:
             value = getattr(part, name)
-            if name in MOTIONS:
+            if name == "motion":
                 changes[name] = tuple(map(moved, value))
             elif name == "load" and value:
                 changes[name] = moved(value)

@@ -26,9 +26,9 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.piecewise import PRESSED, states_from_code
+from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import GAP, End, Linearised, Prescribed, compile_prescribed
-from vibroimpact.model.elements import SoftStop
+from vibroimpact.model.elements import SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.stop import Stop
@@ -181,7 +181,7 @@ def impacting(m: Mechanism, signature: Signature) -> list[bool]:
             for i in (k - 1, k)
         )
         soft = isinstance(m.elements[number - contacts], SoftStop)
-        out.append(soft and after in PRESSED and before not in (after, after + 2))
+        out.append(soft and SoftStopState(after).met_from(SoftStopState(before)))
     return out
 
 

@@ -108,7 +108,8 @@ def _sizes(m: Mechanism, stiffest: float) -> tuple[float, float]:
     """Largest length and rate (1); the rate with all elements pressed where it has no other."""
     modes = np.linalg.eigvals(accelerations(m, m.stiffness))
     rate = max([math.sqrt(np.abs(modes).max()), *(line.omega for line in m.forces)]) or stiffest
-    moved = [part for stop in m.numbered for part in _amplitudes(stop.motion)]
+    moving = [part for part in m.numbered if not isinstance(part, PhaseSwitch)]
+    moved = [amplitude for part in moving for amplitude in _amplitudes(part.motion)]
     forces: list[tuple[float, ...]] = [m.constant_force]
     impulses: list[tuple[float, ...]] = []
     for line in m.forces:

@@ -15,7 +15,6 @@ from matplotlib.patches import Rectangle
 
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
-from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
 from vibroimpact.plotting import style, symbols
 from vibroimpact.plotting.variables import combination
@@ -119,7 +118,7 @@ class Chain:
             height = DAMPED if law.c else SOFT if law.k else PLAIN
             text = f"{label}: $x_{{{i + 1}}}={law.limit / factor:g}$\n{_values(part, law)}"
             outer = i == (0 if side < 0 else self.m.degrees - 1)
-            away = bool(moves(part, law))
+            away = bool(part.motion)
             draw = _stop(text, law, side, outer, away)
             self._grounded(i, side, height, draw, wall=not away)
 
@@ -290,20 +289,13 @@ def law_of(part: Contact | SoftStop, side: int) -> Law | None:
     colour = A if side > 0 else B
     if isinstance(part, Contact):
         return Law(limit, colour)
-    _, k, c = part.law(side)
+    _, k, c = part.at_side(side)
     return Law(limit, colour, k, c, side * limit < 0.0)
 
 
 def moving(e: Friction) -> bool:
     """Whether it rubs on a belt that moves."""
-    return bool(e.belt_speed or e.belt_motion)
-
-
-def moves(part: Contact | SoftStop, law: Law) -> tuple[Harmonic, ...]:
-    """Motion of a stop."""
-    if isinstance(part, SoftStop):
-        return part.motion
-    return part.upper_motion if law.colour == A else part.lower_motion
+    return bool(e.belt_speed or e.motion)
 
 
 def _values(part: Contact | SoftStop, *laws: Law) -> str:
@@ -319,14 +311,16 @@ def _values(part: Contact | SoftStop, *laws: Law) -> str:
         for name, values in numbers.items()
         if name != "c" or any(values)
     ]
-    still = "" if not any(moves(part, law) for law in laws) else ", moves"
+    still = ", moves" if part.motion else ""
+    if isinstance(part, SoftStop) and part.law != "unilateral" and any(law.c for law in laws):
+        still = f", {part.law}{still}"
     return f"{', '.join(f'${text}$' for text in texts)}{still}"
 
 
 def _levels(e: Friction) -> str:
     static = "" if e.static == e.kinetic else f", static {e.static:g}"
     speed = f"\nbelt {e.belt_speed:g}" if e.belt_speed else ""
-    swings = (", swings" if speed else "\nbelt swings") if e.belt_motion else ""
+    swings = (", swings" if speed else "\nbelt swings") if e.motion else ""
     return f"{e.kinetic:g}{static}{speed}{swings}"
 
 

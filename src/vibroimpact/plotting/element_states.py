@@ -35,6 +35,14 @@ LOOKS: dict[type[IntEnum], dict[int, tuple[str, str]]] = {  # colour and name in
         SoftStopState.LOWER: (style.VERMILION, "pressed at B"),
         SoftStopState.BEHIND_UPPER: (style.mixed(style.BLUE, LIGHT, 0.6), "within A, free"),
         SoftStopState.BEHIND_LOWER: (style.mixed(style.VERMILION, LIGHT, 0.6), "within B, free"),
+        SoftStopState.LIMITED_UPPER: (
+            style.mixed(style.BLUE, style.BLACK, 0.4),
+            "pressed at A, limited",
+        ),
+        SoftStopState.LIMITED_LOWER: (
+            style.mixed(style.VERMILION, style.BLACK, 0.4),
+            "pressed at B, limited",
+        ),
     },
     FrictionState: {
         FrictionState.STICK: (style.GREEN, "sticks"),

@@ -120,7 +120,8 @@ def _stop(part: Contact | SoftStop) -> str:
     ends = f"{low} ≤ " * bool(low) + row + f" ≤ {high}" * bool(high)
     if isinstance(part, Contact):
         return f"{ends}; restitution {_pair(part.restitution)}"
-    return f"{ends}; stiffness {_pair(part.stiffness)}, damping {_pair(part.damping)}"
+    law = f", {part.law}" if _pair(part.damping) != number(0.0) else ""
+    return f"{ends}; stiffness {_pair(part.stiffness)}, damping {_pair(part.damping)}{law}"
 
 
 def _pair(both: float | tuple[float, float]) -> str:

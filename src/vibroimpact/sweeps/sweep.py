@@ -236,7 +236,7 @@ def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
     for element in mechanism.elements:
         if isinstance(element, SoftStop):
             square = np.outer(element.row, element.row)
-            (_, k_a, c_a), (_, k_b, c_b) = map(element.law, (1, -1))
+            (_, k_a, c_a), (_, k_b, c_b) = map(element.at_side, (1, -1))
             stiffness = stiffness + max(k_a, k_b) * square
             damping = damping + max(c_a, c_b) * square
     stiff, damp = (

@@ -15,8 +15,9 @@ class States(Observer):
     """Share of time that every element, a soft stop or friction, is in each of its states.
 
     Elements in the order of the mechanism, states by their numbers: of a soft stop open, pressed at
-    the upper stop, at the lower one, waiting behind the upper, behind the lower; of friction slip
-    forwards, backwards, stick. Rigid stops have "shares".
+    the upper stop, at the lower one, waiting behind the upper, behind the lower, pressed at the upper
+    with the damping force limited, at the lower; of friction slip forwards, backwards, stick. Rigid
+    stops have "shares".
     """
 
     name: ClassVar[str] = "states"
