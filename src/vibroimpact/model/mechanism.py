@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core import linear
 from vibroimpact._core.checks import (
     check_choice,
+    check_flag,
     fraction,
     names_arguments,
     nonnegative,
@@ -103,6 +104,7 @@ class Contact:
     active: bool = False
 
     def __post_init__(self) -> None:
+        check_flag("active", self.active)
         object.__setattr__(self, "row", nonzero_row(self.row, "a contact"))
         for name in ("lower", "upper"):
             value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
