@@ -7,9 +7,22 @@ rows of floats, or of other numbers (scalars.py); sizes are those of mechanisms,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
-from vibroimpact._core.scalars import above, anywhere, choose, greatest, sign_of, square_root
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.scalars import (
+    above,
+    anywhere,
+    choose,
+    greatest,
+    numeric_value,
+    sign_of,
+    square_root,
+)
 
 Vector = list[float]
 Matrix = list[list[float]]
@@ -89,6 +102,57 @@ def cholesky(a: Matrix) -> Matrix | None:
     return low
 
 
+def dependent(a: Matrix, low: Matrix | None) -> int | None:
+    """First coordinate that A cannot tell from those before it, to rounding; None where there is none.
+
+    A pivot of Cholesky's L, if there is one, is the diagonal entry less a sum of squares: the part
+    that the coordinates before leave of it, the same in any units of the coordinates. None too where
+    A is not even semidefinite to rounding.
+    """
+    if low is None:
+        return _fails_by_rounding(a)
+    for i in range(len(a)):
+        if anywhere(above(ROUNDED * a[i][i], low[i][i] * low[i][i])):
+            return i
+    return None
+
+
+def _fails_by_rounding(a: Matrix) -> int | None:
+    for i in range(len(a)):
+        block = [row[: i + 1] for row in a[: i + 1]]
+        if cholesky(block) is None:
+            values = _eigenvalues(block)
+            return i if values is not None and values[0] > -ROUNDED * values[-1] else None
+    return None
+
+
+def condition_number(a: Matrix) -> float:
+    """Condition number of a symmetric matrix in balanced units, for messages: no unit takes part.
+
+    Infinite where A is not positive definite; of systems together, that of the first.
+    """
+    values = _eigenvalues(a)
+    return math.inf if values is None or values[0] <= 0.0 else float(values[-1] / values[0])
+
+
+def balancing(a: Matrix) -> list[int]:
+    """Exponents of the powers of two D for which the diagonal of D A D is within 1/2 and 2."""
+    return [-(math.frexp(numeric_value(a[i][i]))[1] // 2) for i in range(len(a))]
+
+
+def _eigenvalues(a: Matrix) -> NDArray[np.float64] | None:
+    """Eigenvalues of D A D, D of powers of two, with a diagonal within 1/2 and 2; None if none is."""
+    rows = [[numeric_value(x) for x in row] for row in a]
+    if min(rows[i][i] for i in range(len(a))) <= 0.0:
+        return None
+    units = balancing(a)
+    both = [
+        [math.ldexp(math.ldexp(x, p), q) for x, q in zip(row, units, strict=True)]
+        for row, p in zip(rows, units, strict=True)
+    ]
+    return np.linalg.eigvalsh(np.array(both))
+
+
 def solve_lower(low: Matrix, b: Matrix) -> Matrix:
     """L^-1 B by forward substitution."""
     out: Matrix = []
@@ -112,17 +176,27 @@ def solve_upper(low: Matrix, b: Matrix) -> Matrix:
     return out
 
 
-def solve_definite(a: Matrix, b: Matrix) -> Matrix:
-    """A^-1 B for positive definite A."""
-    return solver_of_definite(a)(b)
+def solve_definite(a: Matrix, b: Matrix, what: str = "mass") -> Matrix:
+    """A^-1 B for positive definite A; ``what`` names it in an error."""
+    return solver_of_definite(a, what)(b)
 
 
-def solver_of_definite(a: Matrix) -> Callable[[Matrix], Matrix]:
-    """B -> A^-1 B for positive definite A."""
+def solver_of_definite(a: Matrix, what: str = "mass") -> Callable[[Matrix], Matrix]:
+    """B -> A^-1 B for positive definite A; ``what`` names it in an error."""
+    low = lower_triangle(a, what)
+    return lambda b: solve_upper(low, solve_lower(low, b))
+
+
+def lower_triangle(a: Matrix, what: str = "mass") -> Matrix:
+    """L with A = L L^T, or raise naming A, with its condition number."""
     low = cholesky(a)
     if low is None:
-        raise ArithmeticError("matrix is not positive definite")
-    return lambda b: solve_upper(low, solve_lower(low, b))
+        raise InvalidParameterError(
+            f"{what}: is singular to rounding (condition number {condition_number(a):.1e} in "
+            "balanced units). Move masses or rows of contacts and friction that nearly coincide "
+            "apart, or join them."
+        )
+    return low
 
 
 def solve_regular(a: Matrix, b: Matrix) -> Matrix:
@@ -201,12 +275,17 @@ def _rotate(a: Matrix, v: Matrix, p: int, q: int) -> bool:
     return True
 
 
-def null_space(rows: Matrix) -> Matrix | None:
+def null_space(rows: Matrix, units: Sequence[int] = ()) -> Matrix | None:
     """Columns spanning {x: rows x = 0}, by Gauss-Jordan elimination with pivoting.
 
-    Returns None where the rows are linearly dependent.
+    Returns None where the rows are linearly dependent. With units, exponents of two, entries are
+    compared as if coordinate j were measured in 2^units[j].
     """
-    work, n = [list(row) for row in rows], len(rows[0])
+    n = len(rows[0])
+    if units:
+        found = null_space([[x * 2.0**u for x, u in zip(row, units, strict=True)] for row in rows])
+        return found and [[x * 2.0**u for x in row] for row, u in zip(found, units, strict=True)]
+    work = [list(row) for row in rows]
     if len(rows) > n:
         return None
     pivots: list[int] = []

@@ -235,7 +235,14 @@ class Mechanism:
             raise InvalidParameterError(f"mass has {n} coordinates: must be 1 to {MAX_DEGREES}.")
         heavy = [i for i in range(n) if any(mass[i])]
         moved = [[mass[i][j] for j in heavy] for i in heavy]
-        if not heavy or linear.cholesky(moved) is None or not symmetric(mass):
+        low = linear.cholesky(moved)
+        if symmetric(mass) and (last := linear.dependent(moved, low)) is not None:
+            raise InvalidParameterError(
+                f"mass: is singular to rounding (condition number "
+                f"{linear.condition_number(moved):.1e} in balanced units): coordinate {heavy[last]} has "
+                "no inertia of its own beside the coordinates before it. Give it some, or remove it."
+            )
+        if not heavy or low is None or not symmetric(mass):
             raise InvalidParameterError(
                 "mass: must be positive definite and symmetric, but for coordinates without mass "
                 "(row and column zero). Remove negative masses."
@@ -315,7 +322,9 @@ class Mechanism:
         both = linear.plus(self.damping, linear.transpose(self.damping))
         groups = loose_groups(both, held_last(self))
         loose = next((sorted(groups[i]) for i in free if i in groups), [])
-        if loose or linear.cholesky([[both[i][j] for j in free] for i in free]) is None:
+        own = [[both[i][j] for j in free] for i in free]
+        low = linear.cholesky(own)
+        if loose or low is None or linear.dependent(own, low) is not None:
             raise InvalidParameterError(
                 f"mass: coordinate {(loose or free)[0]} is massless, and neither a dashpot nor friction "
                 "holds it (damping between massless coordinates must be positive definite). Give it a "
