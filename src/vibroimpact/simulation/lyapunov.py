@@ -31,6 +31,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.checks import check_count
+from vibroimpact._core.progress import announce_measured
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
@@ -159,6 +160,9 @@ def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     block = max(1, impacts // BLOCKS)
     events = events_for(motion.compiled.mechanism, impacts)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
+    announce_measured(
+        "impacts", impacts, lambda n: kernel.lyapunov(motion.at, math.inf, limit, events, n, n)
+    )
     result = kernel.lyapunov(motion.at, math.inf, limit, events, impacts, block)
     while RunEnd(result["why"]) is RunEnd.MISSING and motion.compiled.add_code(result["code"]):
         result = kernel.lyapunov(motion.at, math.inf, limit, events, impacts, block)

@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory, refusal
+from vibroimpact._core.progress import Announcement, announce_measured
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import Piecewise
@@ -300,6 +301,10 @@ def _from_events(
     wanted, events = min(wanted, TANGENTS), events_for(m, impacts)
     tangents = min(wanted + len(m.massless), TANGENTS)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
+    announce_measured(
+        "impacts", impacts,
+        lambda n: kernel.spectrum(motion.at, math.inf, limit, events, n, n, tangents),
+    )  # fmt: skip
     part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
     while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
         part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
@@ -484,7 +489,9 @@ class _Growth:
         """Follow the tangents through so many impacts; why that ended."""
         events: _Events | None = None
         left, room = impacts, events_for(self.mechanism, impacts)
+        announcement = Announcement("impacts", impacts)
         while left > 0 and room > 0:
+            announcement.after(impacts - left)
             part = self.motion.events(min(left, CHUNK))
             end = RunEnd(part["why"])
             if end not in GOES_ON:
