@@ -454,10 +454,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             {"omega": [1.1]},
         ),
         "rerun_sweep": (
-            lambda found, system, settle, workers: vi.rerun_sweep(
-                found, system=system, settle=settle, workers=workers, progress=False
-            ),
-            {"found": swept, "system": None, "settle": 2, "workers": 1},
+            vi.rerun_sweep,
+            {"found": swept, "system": None, "settle": 2, "workers": 1, "progress": False},
         ),
         "plane": (vi.plane, sweeping | WINDOW | {"over": two, "observe": ()}),
         "multistability": (
@@ -544,7 +542,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         f"observe.{kind.__name__}": observed(kind)
         for kind in OBSERVERS.values() if fields(cast(Any, kind))
     }  # fmt: skip
-    calls |= _response_calls(damper) | _design_calls(damper) | _transient_calls(damper, folder)
+    calls |= (
+        _response_calls(damper, folder) | _design_calls(damper) | _transient_calls(damper, folder)
+    )
     ours = {
         "a contact": contact,
         "a damper": damper,
@@ -555,7 +555,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     return calls, ours
 
 
-def _response_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
+def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     """The same of responses over a band, and of measures."""
     few: dict[str, Any] = {"number": 2, "starts": 1, "settle": 2, "periods": 2, "most": 0}
     response = vi.frequency_response(damper, "omega", (1.1, 1.2), **few, progress=False)
@@ -578,6 +578,7 @@ def _response_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
         "Response.at": (response.at, {"value": 1.15}),
         "Response.to_dataset": (response.to_dataset, {"si": False}),
         "Response.plot": (response.plot, {"decibel": False, "compare": (), "marks": True, "ax": None}),
+        "Response.report": (response.report, {"path": folder / "report.html", "decibel": False}),
         "measure_of": (vi.measure_of, {"what": "x1", "system": damper}),
         **{f"measures.{name}": (getattr(vi.measures, name), v) for name, v in measures.items()},
         "Measure.of_orbit": (amplitude.of_orbit, {"orbit": closed}),
@@ -744,7 +745,8 @@ NAMES = [
     "worst_over", "mean_over", "optimise", "Design.plot", "design_map", "DesignMap.to_dataset",
     "DesignMap.plot", "pareto_front", "ParetoFront.machine", "ParetoFront.to_dataset",
     "ParetoFront.plot", "plot_design", "plot_design_map", "plot_pareto_front",
-    "frequency_response", "Response.at", "Response.to_dataset", "Response.plot", "measure_of",
+    "frequency_response", "Response.at", "Response.to_dataset", "Response.plot", "Response.report",
+    "measure_of",
     "measures.Amplitude", "measures.Peak", "measures.Rms", "measures.Harmonic",
     "measures.Transmissibility", "measures.DissipatedPower", "measures.ContactForce",
     "measures.Impulse", "measures.ImpactSpeed", "Measure.of_orbit", "Measure.derivative",
@@ -797,6 +799,116 @@ def test_nonsense_is_answered_by_an_error_of_the_package(
             bare.append(f"{argument} = {label}: {type(error).__name__}: {error}")
         plt.close("all")
     assert not bare, "\n".join(bare)
+
+
+# ---- flags and names of files --------------------------------------------------------------------
+
+SWEEPING = {  # they pass options on to a sweep
+    "plane", "multistability", "basins", "bifurcation_sweep", "rerun_sweep", "sine_sweep",
+}  # fmt: skip
+NOT_GIVEN = RESULTS | ENUMS_AND_ERRORS  # classes that nobody calls
+NO_FLAGS = {
+    "an array": np.array([True, False]), "an array of one": np.array([True]),
+    "an array without axes": np.array(True), "a series": xr.DataArray([1.0]).to_series(),
+    "a text": "yes", "an empty text": "", "2": 2, "1": 1, "0.0": 0.0, "nan": math.nan,
+    "a list": [True],
+}  # fmt: skip
+NO_PATHS: dict[str, Any] = {
+    "a null byte": "name\0.nc", "a path with a null byte": Path("name\0.nc"),
+    "half a pair": "\ud800.nc", "a long name": 300 * "x" + ".nc", "an empty text": "", "3": 3,
+    "2.5": 2.5, "bytes": b"name.nc", "a list": ["name.nc"], "True": True, "nan": math.nan,
+    "an array": np.array(["name.nc"]), "a loop of links": "loop.nc",
+}  # fmt: skip
+
+
+def parameters_with(words: tuple[str, ...]) -> set[tuple[str, str]]:
+    """Public functions, classes, methods and plots, with their parameters of a type that holds a word."""
+    callables = {
+        name: getattr(module, name) for module in (vi, plotting) for name in module.__all__
+    }
+    classes = {name: one for name, one in callables.items() if inspect.isclass(one)}
+    callables |= {
+        f"{name}.{method}": one
+        for name, kind in classes.items() if name not in ENUMS_AND_ERRORS
+        for method, one in inspect.getmembers(kind, callable) if not method.startswith("_")
+    }  # fmt: skip
+    return {
+        (name, parameter.name)
+        for name, one in callables.items() if name not in NOT_GIVEN
+        for parameter in inspect.signature(one).parameters.values()
+        if any(word in str(parameter.annotation) for word in words)
+    }  # fmt: skip
+
+
+FLAGS = parameters_with(("bool",)) | {(name, "progress") for name in SWEEPING}
+FILES = parameters_with(("PathLike",)) | {(name, "store") for name in SWEEPING}
+
+
+def refusals(call: Call, argument: str, values: dict[str, Any]) -> str:
+    """What is wrong with the answers to invalid values, a line each."""
+    function, valid = call
+    wrong = []
+    for label, value in values.items():
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)
+                function(**(valid | {argument: value}))
+            wrong.append(f"{argument} = {label}: is taken")
+        except vi.InvalidParameterError as error:
+            if not str(error).startswith(f"{argument} = ") or "must be" not in str(error):
+                wrong.append(f"{argument} = {label}: {error}")
+        except Exception as error:
+            wrong.append(f"{argument} = {label}: {type(error).__name__}: {error}")
+        plt.close("all")
+    return "\n".join(wrong)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "argument"), sorted(FLAGS))
+def test_a_flag_is_true_or_false_and_nothing_else(
+    name: str, argument: str, table: tuple[dict[str, Call], dict[str, Any]]
+) -> None:
+    assert not refusals(table[0][name], argument, NO_FLAGS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "argument"), sorted(FILES))
+def test_what_cannot_be_the_name_of_a_file_is_refused_with_the_value(
+    name: str, argument: str, table: tuple[dict[str, Call], dict[str, Any]], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Before anything is computed for it; nor is it a folder, or in a folder that is not there."""
+    monkeypatch.chdir(tmp_path)
+    Path("loop.nc").symlink_to("loop.nc")
+    Path("folder.nc").mkdir()
+    folders: dict[str, Any] = {
+        "a folder": "folder.nc", "no folder": "nowhere/name.nc", "in a file": f"{__file__}/name.nc",
+    }  # fmt: skip
+    assert not refusals(table[0][name], argument, NO_PATHS)
+    function, valid = table[0][name]
+    for place in folders.values():
+        with pytest.raises(vi.InvalidParameterError, match=f"{argument} = .*{place}"):
+            function(**(valid | {argument: place}))
+
+
+@pytest.mark.parametrize("value", [v for v in NO_PATHS.values() if isinstance(v, str)])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["simulate", "--config"], ["sweep", "impact-damper/A", "--over", "omega=1.1:1.2:2", "--store"],
+        ["simulate", "impact-damper/A", "--omega", "1", "--out"], ["tongue", "--at", "R1_1"],
+        ["curve", "impact-damper/A", "--over", "zeta=0.04:0.05", "--at", "NS1", "--behind"],
+        ["design", "impact-damper/A", "--vary", "half_clearance=4:6", "--range", "1.1", "1.2", "--store"],
+    ],
+)  # fmt: skip
+def test_the_command_line_refuses_what_cannot_be_the_name_of_a_file(
+    words: list[str], value: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    Path("loop.nc").symlink_to("loop.nc")
+    assert main([*words, value]) == 2, words
+    assert "Traceback" not in capsys.readouterr().err
 
 
 # ---- keywords ------------------------------------------------------------------------------------

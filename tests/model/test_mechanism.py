@@ -437,3 +437,57 @@ def test_forces_of_one_frequency_are_one_line_on_a_moving_base() -> None:
 def test_a_mistake_in_the_motion_of_a_base_is_named(given: dict[str, Any], said: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=said):
         twin_dampers().on_moving_base(**given)
+
+
+# ---- matrices that are singular to rounding ------------------------------------------------------
+
+
+def sprung(masses: Any, *rows: tuple[float, ...], **more: Any) -> vi.Mechanism:
+    """Masses on equal springs per mass, and one with a constant force on each, on plastic stops at 0."""
+    mass = np.array(masses) if np.ndim(masses) == 2 else np.diag(masses)
+    own = np.diag(np.diag(mass))
+    return vi.Mechanism(
+        mass=mass, damping=0.0 * mass, stiffness=own, constant_force=tuple(-np.diag(mass)),
+        contacts=tuple(vi.Contact(row, lower=0.0, restitution=0.0) for row in rows), **more,
+    )  # fmt: skip
+
+
+@given(lost=st.floats(12.5, 17.0), units=st.lists(st.floats(-140.0, 140.0), min_size=3, max_size=3))
+def test_a_mass_matrix_without_inertia_of_a_coordinate_is_refused_in_all_units(
+    lost: float, units: list[float]
+) -> None:
+    """Coordinates 0 and 2 are tied to 10^-lost; 2^-40 = 10^-12.04 of an entry is the least that counts."""
+    beside = 1.0 - 10.0**-lost
+    tied = np.array([[1.0, 0.3, beside], [0.3, 1.0, 0.3 * beside], [beside, 0.3 * beside, 1.0]])
+    scale = 10.0 ** np.array(units)
+    with pytest.raises(
+        vi.InvalidParameterError,
+        match=r"mass: is singular .*condition number (\d\.\de\+\d\d|inf).* coordinate 2",
+    ):
+        sprung(scale[:, None] * tied * scale, (1.0, 0.0, 0.0))
+
+
+@given(st.lists(st.floats(-300.0, 300.0), min_size=1, max_size=4))
+def test_masses_of_any_sizes_are_no_singular_matrix(exponents: list[float]) -> None:
+    row = (1.0,) + (0.0,) * (len(exponents) - 1)
+    sprung(10.0 ** np.array(exponents), row)
+
+
+@pytest.mark.parametrize("elements", [(), (vi.Friction((1.0, 0.0), 1e-30),)])
+def test_contacts_that_coincide_for_the_masses_are_refused_by_name(elements: Any) -> None:
+    """x1 +- x2 with masses 1 and 1e-25: their impulses are told apart by one part in 10^25."""
+    tied = sprung((1.0, 1e-25), (1.0, 1.0), (1.0, -1.0), elements=elements)
+    with pytest.raises(vi.InvalidParameterError, match=r"mobility of .*contacts.*condition number"):
+        vi.simulate(tied, vi.State((1.0, 0.0), (0.0, 0.0)), impacts=5, t_max=9.0)
+
+
+def test_the_order_of_heavy_and_light_masses_does_not_matter() -> None:
+    """On x1 + x2 + x3 >= 0 with one of 10^25: a light one passes momentum to the other light one only."""
+    at_rest = vi.State((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    times = [
+        vi.simulate(sprung(np.roll((1e25, 1.0, 1.0), k), (1.0, 1.0, 1.0)), at_rest, t_max=3.0).time
+        for k in range(3)
+    ]  # fmt: skip
+    np.testing.assert_allclose(times[0][0], math.pi / 3.0, rtol=1e-14)  # 3 (2 cos t - 1) = 0
+    np.testing.assert_allclose(times[1], times[0], rtol=1e-12)
+    np.testing.assert_allclose(times[2], times[0], rtol=1e-12)

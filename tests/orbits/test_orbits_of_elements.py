@@ -16,6 +16,7 @@ from support.exact_chain import DIGITS, Flight, flights, follow, start_of
 
 import vibroimpact as vi
 from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.orbits.closing_segment import ClosingLoop, closing_loop
 from vibroimpact.orbits.find import solve
 from vibroimpact.orbits.problem import Signature
 
@@ -430,3 +431,40 @@ def test_two_free_bodies_that_do_not_advance_have_an_orbit_at_every_place(omega:
     orbit = vi.find_orbit(m, vi.State((0.1, 0.0), (0.0, 0.0)))
     assert orbit.converged
     assert orbit.family_dimension == 1
+
+
+@pytest.mark.parametrize("start", [0.0, 0.01])
+def test_a_body_that_friction_holds_while_its_force_switches_has_no_orbit_and_says_why(
+    start: float,
+) -> None:
+    """At x = 0 nothing moves at all; warnings are errors, so that no size of 0 divides."""
+    switch = vi.PhaseSwitch(omega=1.0, phases=(0.0, 2.0), forces=((0.1,), (-0.1,)))
+    held = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
+        elements=(vi.Friction((1.0,), 1.0), switch),
+    )  # fmt: skip
+    orbit = vi.find_orbit(held, vi.State((start,), (0.0,)))
+    assert not orbit.converged
+    assert "sticks all the time" in orbit.status
+
+
+@pytest.mark.parametrize("length", [2.0**-40, 1.0, 2.0**40])
+@pytest.mark.parametrize("time", [2.0**-30, 1.0, 2.0**20])
+def test_the_closing_loop_of_a_motion_is_the_same_in_all_units(length: float, time: float) -> None:
+    """Sizes of lengths and of speeds are not compared: x is L x, v is L/T v, omega is omega/T."""
+
+    def loop_in(length: float, time: float) -> ClosingLoop:
+        m = vi.Mechanism(
+            mass=[[1.0]], damping=[[0.1 / time]], stiffness=[[1.0 / time**2]],
+            contacts=(vi.Contact((1.0,), upper=0.5 * length, restitution=0.5),),
+            forces=(vi.Harmonic(1.3 / time, (length / time**2,)),),
+        )  # fmt: skip
+        found = closing_loop(vi.simulate(m, REST, t_max=300.0 * time), None, None)
+        assert not isinstance(found, str)
+        return found
+
+    loop, first = loop_in(length, time), loop_in(1.0, 1.0)
+    assert (loop.impacts, loop.cycles, loop.settled) == (first.impacts, first.cycles, first.settled)
+    # of settled motions, which agree to rounding times their impacts
+    np.testing.assert_allclose(loop.states[:, 0] / length, first.states[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(loop.durations / time, first.durations, rtol=1e-12)

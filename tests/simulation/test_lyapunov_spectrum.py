@@ -10,7 +10,8 @@ import pytest
 
 import vibroimpact as vi
 from vibroimpact.machines.published import parameter_sets
-from vibroimpact.simulation.lyapunov_spectrum import _last_part, errors_of, weighted_ratio
+from vibroimpact.simulation.lyapunov import errors_of, weighted_ratio
+from vibroimpact.simulation.lyapunov_spectrum import _last_part
 from vibroimpact.simulation.simulate import RunEnd
 
 SETS = parameter_sets()
@@ -452,3 +453,24 @@ def test_bad_starts_and_systems_are_refused() -> None:
         vi.lyapunov_spectrum(CHAOS, vi.State((0.0,), (0.0,)))
     with pytest.raises(vi.InvalidParameterError, match="system"):
         vi.lyapunov_spectrum(3.0, PLAIN)
+
+
+@pytest.mark.parametrize(
+    ("length", "time"), [(1.0, 1.0), (1e-6, 1e-3), (2.0**20, 2.0**-10), (1e6, 1.0), (1.0, 1e5)]
+)
+def test_the_exponent_of_a_stable_orbit_is_that_of_its_multiplier_in_all_units(
+    length: float, time: float
+) -> None:
+    """A soft oscillator with complex multipliers, whose modulus is exp(-damping period / 2), Liouville:
+
+    the stop has the same damping rate as the mass beside it, in all.
+    """
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1 / time]], stiffness=[[1.0 / time**2]],
+        elements=(vi.SoftStop((1.0,), upper=0.5 * length, stiffness=29.0 / time**2),),
+        forces=(vi.Harmonic(0.8 / time, (length / time**2,)),),
+    )  # fmt: skip
+    found = vi.lyapunov_exponent(m, vi.State((0.0,), (0.0,)))
+    assert abs(found.value * time + 0.05) <= 3.0 * found.error * time
+    # errors of plain means are 1 / 8000 periods of some e-folds, 2e-4 here and more
+    assert found.error * time < 2e-5

@@ -276,9 +276,27 @@ def check_stop_name(value: object) -> None:
 
 
 def path_of(name: str, value: object) -> Path:
-    """Return a name of a file or a folder as a path, or raise naming the argument."""
-    check_kind(name, value, (str, os.PathLike), "the name of a file or a folder")
-    return Path(cast(str, value))
+    """Return a name of a file or a folder as a path, or raise naming the argument.
+
+    A name that no file system could hold is refused, and one that may not be looked up; whether
+    something of that name is there, and of which kind, is left to the caller.
+    """
+    allowed = "the name of a file or a folder"
+    check_kind(name, value, (str, os.PathLike), allowed)
+    text = os.fspath(cast(Any, value))
+    if not isinstance(text, str) or not text:
+        raise refusal(name, value, allowed, "Give a text that is not empty.")
+    try:
+        os.stat(text)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except ValueError:  # a null byte, half of a surrogate pair
+        raise refusal(
+            name, value, allowed, "It holds a character that no name of a file can hold; remove it."
+        ) from None
+    except OSError as error:  # too long, no permission, a loop of links
+        raise refusal(name, value, allowed, f"{error.strerror}: name another.") from None
+    return Path(text)
 
 
 def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> None:
@@ -296,8 +314,10 @@ def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> No
     Raises
     ------
     InvalidParameterError
-        Another suffix, a folder of that name, a folder around it that is missing or unwritable.
+        A name that no file can have, another suffix, a folder of that name, a folder around it that
+        is missing or unwritable.
     """
+    path_of(name, path)
     if path.suffix.lower() not in suffixes:
         raise InvalidParameterError(
             f"{name} = {path}: must end in {', '.join(suffixes)}. The suffix decides the format."

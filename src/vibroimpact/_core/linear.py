@@ -7,13 +7,19 @@ rows of floats, or of other numbers (scalars.py); sizes are those of mechanisms,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import (
     above,
     anywhere,
     choose,
     greatest,
+    numeric_value,
     rounded_down,
     sign_of,
     square_root,
@@ -97,6 +103,57 @@ def cholesky(a: Matrix) -> Matrix | None:
     return low
 
 
+def dependent(a: Matrix, low: Matrix | None) -> int | None:
+    """First coordinate that A cannot tell from those before it, to rounding; None where there is none.
+
+    A pivot of Cholesky's L, if there is one, is the diagonal entry less a sum of squares: the part
+    that the coordinates before leave of it, the same in any units of the coordinates. None too where
+    A is not even semidefinite to rounding.
+    """
+    if low is None:
+        return _fails_by_rounding(a)
+    for i in range(len(a)):
+        if anywhere(above(ROUNDED * a[i][i], low[i][i] * low[i][i])):
+            return i
+    return None
+
+
+def _fails_by_rounding(a: Matrix) -> int | None:
+    for i in range(len(a)):
+        block = [row[: i + 1] for row in a[: i + 1]]
+        if cholesky(block) is None:
+            values = _eigenvalues(block)
+            return i if values is not None and values[0] > -ROUNDED * values[-1] else None
+    return None
+
+
+def condition_number(a: Matrix) -> float:
+    """Condition number of a symmetric matrix in balanced units, for messages: no unit takes part.
+
+    Infinite where A is not positive definite; of systems together, that of the first.
+    """
+    values = _eigenvalues(a)
+    return math.inf if values is None or values[0] <= 0.0 else float(values[-1] / values[0])
+
+
+def balancing(a: Matrix) -> list[int]:
+    """Exponents of the powers of two D for which the diagonal of D A D is within 1/2 and 2."""
+    return [-(math.frexp(numeric_value(a[i][i]))[1] // 2) for i in range(len(a))]
+
+
+def _eigenvalues(a: Matrix) -> NDArray[np.float64] | None:
+    """Eigenvalues of D A D, D of powers of two, with a diagonal within 1/2 and 2; None if none is."""
+    rows = [[numeric_value(x) for x in row] for row in a]
+    if min(rows[i][i] for i in range(len(a))) <= 0.0:
+        return None
+    units = balancing(a)
+    both = [
+        [math.ldexp(math.ldexp(x, p), q) for x, q in zip(row, units, strict=True)]
+        for row, p in zip(rows, units, strict=True)
+    ]
+    return np.linalg.eigvalsh(np.array(both))
+
+
 def solve_lower(low: Matrix, b: Matrix) -> Matrix:
     """L^-1 B by forward substitution."""
     out: Matrix = []
@@ -120,9 +177,9 @@ def solve_upper(low: Matrix, b: Matrix) -> Matrix:
     return out
 
 
-def solve_definite(a: Matrix, b: Matrix) -> Matrix:
-    """A^-1 B for positive definite A."""
-    return solver_of_definite(a)(b)
+def solve_definite(a: Matrix, b: Matrix, what: str = "mass") -> Matrix:
+    """A^-1 B for positive definite A; ``what`` names it in an error."""
+    return solver_of_definite(a, what)(b)
 
 
 def unit_of(a: Matrix) -> float:
@@ -136,8 +193,8 @@ def over(a: Matrix, unit: float) -> Matrix:
     return [[x / unit for x in row] for row in a]
 
 
-def solver_of_definite(a: Matrix) -> Callable[[Matrix], Matrix]:
-    """B -> A^-1 B for positive definite A = L D L^T, L with unit diagonal.
+def solver_of_definite(a: Matrix, what: str = "mass") -> Callable[[Matrix], Matrix]:
+    """B -> A^-1 B for positive definite A = L D L^T, L with unit diagonal; ``what`` names it in an error.
 
     Without roots: in units of the rows that are powers of two the digits are the same.
     """
@@ -149,7 +206,7 @@ def solver_of_definite(a: Matrix) -> Callable[[Matrix], Matrix]:
         parts = [x * d for x, d in zip(low[i][:i], pivots, strict=True)]
         pivots.append(a[i][i] - dot(parts, low[i][:i]))
         if not pivots[i] > 0.0:
-            raise ArithmeticError("matrix is not positive definite")
+            raise _singular(a, what)
 
     def solve(b: Matrix) -> Matrix:
         inside = solve_lower(low, b)
@@ -158,6 +215,22 @@ def solver_of_definite(a: Matrix) -> Callable[[Matrix], Matrix]:
         )
 
     return solve
+
+
+def lower_triangle(a: Matrix, what: str = "mass") -> Matrix:
+    """L with A = L L^T, or raise naming A, with its condition number."""
+    low = cholesky(a)
+    if low is None:
+        raise _singular(a, what)
+    return low
+
+
+def _singular(a: Matrix, what: str) -> InvalidParameterError:
+    return InvalidParameterError(
+        f"{what}: is singular to rounding (condition number {condition_number(a):.1e} in balanced "
+        "units). Move masses or rows of contacts and friction that nearly coincide apart, or join "
+        "them."
+    )
 
 
 def solve_regular(a: Matrix, b: Matrix) -> Matrix:
@@ -236,12 +309,17 @@ def _rotate(a: Matrix, v: Matrix, p: int, q: int) -> bool:
     return True
 
 
-def null_space(rows: Matrix) -> Matrix | None:
+def null_space(rows: Matrix, units: Sequence[int] = ()) -> Matrix | None:
     """Columns spanning {x: rows x = 0}, by Gauss-Jordan elimination with pivoting.
 
-    Returns None where the rows are linearly dependent.
+    Returns None where the rows are linearly dependent. With units, exponents of two, entries are
+    compared as if coordinate j were measured in 2^units[j].
     """
-    work, n = [list(row) for row in rows], len(rows[0])
+    n = len(rows[0])
+    if units:
+        found = null_space([[x * 2.0**u for x, u in zip(row, units, strict=True)] for row in rows])
+        return found and [[x * 2.0**u for x in row] for row, u in zip(found, units, strict=True)]
+    work = [list(row) for row in rows]
     if len(rows) > n:
         return None
     pivots: list[int] = []

@@ -9,10 +9,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TextIO, TypeVar
 
+from vibroimpact._core.errors import warn
+
 Item = TypeVar("Item")
 
+UNITS = (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
 BAR = 24  # characters
 REDRAW = 0.1  # seconds between two drawings of the bar
+MEASURED = 0.5  # seconds of work from which the rest is estimated
+LONG = 60.0  # seconds of work that are announced
+PROBED = (
+    2**22
+)  # impacts that no kernel does in less than a second: of more a part is measured first
 LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal
 
 
@@ -130,6 +138,59 @@ class Sentences:
     def close(self) -> None:
         """Remove the live line."""
         self._bar.close()
+
+
+class Announcement:
+    """Warns once of a counted work whose rest will take above a minute, from the time of what is done.
+
+    Parameters
+    ----------
+    name, count
+        Name of the count, and the count.
+    """
+
+    def __init__(self, name: str, count: int) -> None:
+        self.name, self.count, self._begin = name, count, time.monotonic()
+        self.measured = False
+
+    def after(self, done: int) -> None:
+        """Estimate the rest, if enough is done for it."""
+        if self.measured or done <= 0 or (spent := time.monotonic() - self._begin) < MEASURED:
+            return
+        self.measured = True
+        self.say(spent * (self.count - done) / done)
+
+    def say(self, left: float) -> None:
+        """Warn if so many seconds are long."""
+        if left > LONG:
+            unit, size = next((u, s) for u, s in UNITS if left >= s)
+            warn(
+                f"{self.name} = {self.count}: will take some {left / size:.3g} {unit}. Ctrl-C ends it."
+            )
+
+
+def announce_measured(name: str, count: int, work: Callable[[int], object]) -> None:
+    """Announce a long work that is one call, from the time that a beginning of it takes.
+
+    Done in parts it would have other last bits. The beginning is repeated, a quarter of a second.
+    """
+    part = 2**12 if count >= PROBED else count
+    while part < count:
+        begin = time.monotonic()
+        work(part)
+        spent = time.monotonic() - begin
+        if spent > MEASURED / 4.0:
+            Announcement(name, count).say(spent * count / part)
+            return
+        part *= 2
+
+
+def counting(name: str, count: int) -> Iterator[int]:
+    """Yield 0, 1, ... below the count, and announce a long work."""
+    announcement = Announcement(name, count)
+    for number in range(count):
+        announcement.after(number)
+        yield number
 
 
 @contextmanager

@@ -104,6 +104,11 @@ def _extreme(numbers: Iterable[Any], default: float, of_one: Any, of_each: Any) 
     return cast(float, functools.reduce(of_each, found))
 
 
+def numeric_value(x: Any) -> float:
+    """Value of a number; of a column that of the first system."""
+    return float(np.ravel(_values(x))[0])
+
+
 def _values(x: Any) -> Any:
     if isinstance(x, Jet):
         return x.value

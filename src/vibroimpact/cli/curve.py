@@ -11,7 +11,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice
+from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
@@ -138,6 +138,7 @@ def _followed(
 
 def plane_in(path: Path, names: Sequence[str]) -> xr.Dataset:
     """Plane of motions of a file or a store."""
+    path_of("behind", path)
     try:
         store = path.suffix.lower() != PLANES[0]
         data = xr.open_zarr(path) if store else xr.open_dataset(path, engine="h5netcdf")

@@ -16,7 +16,7 @@ from vibroimpact._core.errors import ResonanceError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import above, choose, greatest, rounded_down, square_root
 from vibroimpact.compile.decoupling import Decoupled
-from vibroimpact.compile.reduction import Closed, Reduced
+from vibroimpact.compile.reduction import Closed, Reduced, mobility_of
 from vibroimpact.compile.vibrations import Vibrations
 from vibroimpact.model.elements import Friction
 from vibroimpact.model.harmonic import Harmonic
@@ -240,7 +240,7 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
     n, free, lines = m.degrees, len(r.mass), len(m.forces)
     b, constant = linear.zeros(size, size), [0.0] * size
     columns = [r.stiffness, r.damping, transpose(r.sines), transpose(r.cosines)]
-    solve = linear.solver_of_definite(r.mass)
+    solve = linear.solver_of_definite(r.mass, "mass of the motions that closed contacts allow")
     inverse = [solve(a) if free and a else [] for a in columns]
     drift = solve([[f] for f in r.constant]) if free else []
     for i in range(free):
@@ -325,5 +325,5 @@ def force_rows(m: Mechanism, c: ModeCoordinates, closed: Closed, kappas: Vector)
     rows = [[-side * x for x in m.contacts[i].row] for i, side in closed]  # gap directions
     lift = linear.solve_definite(m.mass, transpose(rows))
     accelerations = product(transpose(lift), pull)
-    forces = linear.solve_definite(product(rows, lift), accelerations)
+    forces = linear.solve_definite(product(rows, lift), accelerations, mobility_of(closed))
     return [[-x for x in row] for row in forces]

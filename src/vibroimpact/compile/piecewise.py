@@ -79,6 +79,7 @@ from vibroimpact.model.stop import Stop
 
 RADIX = 7  # states of an element in a code
 FEW = 32  # modes: up to this number, all are built at first
+HELD_TOGETHER = "mobility of the contacts that are closed and the friction that sticks"
 Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
 LIMITED = (SoftStopState.LIMITED_UPPER, SoftStopState.LIMITED_LOWER)
 
@@ -528,7 +529,7 @@ class Piecewise:
         free = product(transpose(lift), pull)
         wanted = [self._waves(c.acceleration) for c in constraints]
         missing = [_sum(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
-        return linear.solve_definite(self._mobility(rows, lift), missing)
+        return linear.solve_definite(self._mobility(rows, lift), missing, HELD_TOGETHER)
 
     def _mobility(self, rows: Matrix, lift: Matrix) -> Matrix:
         mobility = product(rows, lift)
@@ -565,7 +566,9 @@ class Piecewise:
         """(3)."""
         rows = [c.row for c in constraints]
         lift = self._accelerations(transpose(rows))
-        inverse = linear.solve_definite(self._mobility(rows, lift), linear.identity(len(rows)))
+        inverse = linear.solve_definite(
+            self._mobility(rows, lift), linear.identity(len(rows)), HELD_TOGETHER
+        )
         push = product(lift, inverse)
         for i in range(self.degrees):
             change = apply(transpose(rows), push[i])
@@ -666,7 +669,7 @@ class Piecewise:
         if not rows or linear.null_space([*rows, row]) is not None:
             return False
         across = [[dot(row, other)] for other in rows]
-        shares = linear.solve_definite(product(rows, transpose(rows)), across)
+        shares = linear.solve_definite(product(rows, transpose(rows)), across, HELD_TOGETHER)
         size = linear.largest([speed])
         for (share,), c in zip(shares, constraints, strict=True):
             part = [share * x for x in c.speed]

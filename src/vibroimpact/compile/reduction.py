@@ -18,6 +18,11 @@ from vibroimpact.model.stop import Stop
 Closed = tuple[Stop, ...]  # stops at which contacts are closed
 
 
+def mobility_of(closed: Closed) -> str:
+    """Name of the matrix rows M^-1 rows^T of closed contacts, for errors."""
+    return f"mobility of contacts {', '.join(str(i) for i, _ in closed)}, closed together"
+
+
 @dataclass(frozen=True)
 class Reduced:
     """Motion allowed by a closed set: x = offset + basis xi; ``inertia`` is all of M."""
@@ -41,14 +46,17 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
     offset, basis = [0.0] * n, linear.identity(n)
     if closed:
         rows = [list(m.contacts[i].row) for i, _ in closed]
-        found = linear.null_space(rows)
+        found = _allowed(m, rows)
         if found is None:
             return None
         basis = found
         lift = linear.solve_definite(m.mass, transpose(rows))
         limits = [[stop.limit(m.contacts)] for stop in closed]
         offset = [
-            row[0] for row in product(lift, linear.solve_definite(product(rows, lift), limits))
+            row[0]
+            for row in product(
+                lift, linear.solve_definite(product(rows, lift), limits, mobility_of(closed))
+            )
         ]
     unit = linear.unit_of(m.mass)
     mass, damping, stiffness = (linear.over(a, unit) for a in (m.mass, m.damping, m.stiffness))
@@ -70,3 +78,18 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
         [apply(down, sine) for sine in lines[::2]],
         [apply(down, cosine) for cosine in lines[1::2]],
     )
+
+
+def _allowed(m: Mechanism, rows: Matrix) -> Matrix | None:
+    """Basis of the motions that these rows leave; None where the rows are dependent.
+
+    Where masses of very different sizes hide the motions of the light coordinates behind that of a
+    heavy one, it is chosen in balanced units: those in which the coordinates' own masses are about 1.
+    """
+    basis = linear.null_space(rows)
+    if not basis or not basis[0]:
+        return basis
+    mass = product(transpose(basis), product(m.mass, basis))
+    if linear.dependent(mass, linear.cholesky(mass)) is None:
+        return basis
+    return linear.null_space(rows, linear.balancing(m.mass))

@@ -100,10 +100,7 @@ def rayleigh_modes(r: Reduced, damping: Proportion) -> Vibrations:
 
 
 def _lower(r: Reduced) -> Matrix:
-    low = linear.cholesky(r.mass)
-    if low is None:
-        raise ArithmeticError("reduced mass matrix is not positive definite")
-    return low
+    return linear.lower_triangle(r.mass, "mass of the motions that closed contacts allow")
 
 
 def _normal(low: Matrix, a: Matrix) -> Matrix:

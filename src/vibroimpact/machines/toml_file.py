@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vibroimpact._core.checks import names_arguments, shown, unknown_keyword
+from vibroimpact._core.checks import names_arguments, path_of, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
@@ -75,7 +75,7 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
     InvalidParameterError
         No such file, no TOML, an unknown or missing table or name, a value out of range.
     """
-    tables = _read_toml(Path(path))
+    tables = _read_toml(path_of("config", path))
     systems = sorted(set(tables) & set(TABLES))
     unknown = sorted(set(tables) - set(TABLES) - {"start"})
     if len(systems) != 1 or unknown:
@@ -95,7 +95,7 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
 def machine_in(path: str | os.PathLike[str]) -> str | None:
     """Name of the machine in a file; None if there is none, or if the file cannot be read."""
     try:
-        tables = _read_toml(Path(path))
+        tables = _read_toml(path_of("config", path))
     except InvalidParameterError:
         return None
     names = (SHORT_TABLES.get(table, table).partition(".")[0] for table in tables)

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core import linear
 from vibroimpact._core.checks import (
     check_choice,
+    check_flag,
     fraction,
     names_arguments,
     nonnegative,
@@ -103,6 +104,7 @@ class Contact:
     active: bool = False
 
     def __post_init__(self) -> None:
+        check_flag("active", self.active)
         object.__setattr__(self, "row", nonzero_row(self.row, "a contact"))
         for name in ("lower", "upper"):
             value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
@@ -216,7 +218,14 @@ class Mechanism:
             raise InvalidParameterError(f"mass has {n} coordinates: must be 1 to {MAX_DEGREES}.")
         heavy = [i for i in range(n) if any(mass[i])]
         moved = [[mass[i][j] for j in heavy] for i in heavy]
-        if not heavy or linear.cholesky(moved) is None or not symmetric(mass):
+        low = linear.cholesky(moved)
+        if symmetric(mass) and (last := linear.dependent(moved, low)) is not None:
+            raise InvalidParameterError(
+                f"mass: is singular to rounding (condition number "
+                f"{linear.condition_number(moved):.1e} in balanced units): coordinate {heavy[last]} has "
+                "no inertia of its own beside the coordinates before it. Give it some, or remove it."
+            )
+        if not heavy or low is None or not symmetric(mass):
             raise InvalidParameterError(
                 "mass: must be positive definite and symmetric, but for coordinates without mass "
                 "(row and column zero). Remove negative masses."
@@ -296,7 +305,9 @@ class Mechanism:
         both = linear.plus(self.damping, linear.transpose(self.damping))
         groups = loose_groups(both, held_last(self))
         loose = next((sorted(groups[i]) for i in free if i in groups), [])
-        if loose or linear.cholesky([[both[i][j] for j in free] for i in free]) is None:
+        own = [[both[i][j] for j in free] for i in free]
+        low = linear.cholesky(own)
+        if loose or low is None or linear.dependent(own, low) is not None:
             raise InvalidParameterError(
                 f"mass: coordinate {(loose or free)[0]} is massless, and neither a dashpot nor friction "
                 "holds it (damping between massless coordinates must be positive definite). Give it a "

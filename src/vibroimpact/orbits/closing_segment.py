@@ -30,6 +30,7 @@ from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
 CLOSED = 1e-5  # the same for a settled periodic motion
 LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop, at most
+ROUNDED = 1e-9  # of the size of a motion: a coordinate that moves less stands still
 TOUCHING = 1e-6  # of its terms: a guard this near to its limit is at it
 EVENTS = (Status.IMPACT, Status.ENGAGE, Status.CHANGE)  # which end a flight
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
@@ -292,12 +293,14 @@ def _nearest_loop(
     omega, last = mechanism_of(run.system).omega, len(stops) - 1
     if last < 1:
         return None
-    spread = np.ptp(states[:, :-1], axis=0) + np.abs(states[:, :-1]).max() * 1e-9
+    rate = omega or 1.0 / float(times[-1] - times[0])
+    spread = np.ptp(states[:, :-1], axis=0) + ROUNDED * _sizes(states[:, :-1], rate)
     best: tuple[float, int] | None = None
     for first in range(last - 1, max(-1, last - LONGEST - 1), -1):
         if stops[first] != stops[last]:
             continue
-        distance = float(np.abs((states[last] - states[first])[:-1] / spread).max())
+        away = np.abs((states[last] - states[first])[:-1])
+        distance = float(np.divide(away, spread, out=np.zeros_like(away), where=away > 0.0).max())
         span = float(times[last] - times[first])
         whole = cycles_of(run.system, span) if cycles is None else cycles
         distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
@@ -307,6 +310,13 @@ def _nearest_loop(
         if near and (best is None or distance < best[0]):
             best = distance, first
     return (best[1], last, False) if best else None
+
+
+def _sizes(states: Floats, rate: float) -> Floats:
+    """Size of the motion by coordinate of (x, v): one length, and the speed that it has at this rate."""
+    places, speeds = np.split(np.abs(states), 2, axis=1)
+    length = max(float(places.max()), float(speeds.max()) / rate)
+    return np.repeat([length, rate * length], places.shape[1])
 
 
 def _last_time(stops: list[Stop], sequence: tuple[Stop, ...]) -> Found | None:

@@ -33,7 +33,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_kind
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import Progress, counting
 from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
@@ -133,9 +133,10 @@ def find_orbits(
     check_count("seed", seed, 0, LARGEST_SEED)
     check_kind("progress", progress, (Progress, type(None)), "a Progress, or None")
     sweep = _Sweep(system, cycles, impacts, _starts_of(system))
+    order = range(starts) if progress else counting("starts", starts)
     progress = progress or Progress(1, quiet=True)
     sweep.try_closed_forms()
-    for number in progress.track("searching from random starts", range(starts), starts):
+    for number in progress.track("searching from random starts", order, starts):
         sweep.try_motion(np.random.default_rng([seed, number]), number)
     progress.close()
     orbits, mirror_of = _sorted(sweep.orbits, sweep.mirror_of)

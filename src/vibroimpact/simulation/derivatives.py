@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import announce_measured
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import compile_mechanism
 from vibroimpact.model.state import State
@@ -93,12 +95,17 @@ def map_derivative(
         raise InvalidParameterError(
             f"directions has shape {seeds.shape}; expected ({rows}, columns)."
         )
-    while True:
-        out = compiled.kernel.tangents(
+
+    def derivative(impacts: int) -> Any:
+        return compiled.kernel.tangents(
             list(state.position), list(state.velocity), phases_of(mechanism, state.phase),
             np.ascontiguousarray(seeds), t_max, flight_limit_of(compiled),
-            events_for(mechanism, int(impacts)), int(impacts),
+            events_for(mechanism, impacts), impacts,
         )  # fmt: skip
+
+    announce_measured("impacts", int(impacts), derivative)
+    while True:
+        out = derivative(int(impacts))
         end = RunEnd(out["why"])
         if end is not RunEnd.MISSING or not compiled.add_code(out["code"]):
             return MapDerivative(out["columns"], out["durations"], out["events"], end)

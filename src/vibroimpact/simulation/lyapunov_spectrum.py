@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory, refusal
+from vibroimpact._core.progress import Announcement, announce_measured
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import Piecewise
@@ -47,7 +48,9 @@ from vibroimpact.simulation.lyapunov import (
     BLOCKS,
     ERRORS,
     FEWEST_BLOCKS,
+    errors_of,
     parts_of,
+    weighted_ratio,
 )
 from vibroimpact.simulation.simulate import (
     COUNTED,
@@ -65,7 +68,6 @@ from vibroimpact.simulation.simulator import CHUNK, Simulator
 NOT_OWN = 1e-6  # of a rate: farther from it is no estimate of it
 VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
 LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
-ROUNDING = 2.0**-48  # of a growth: some ulp for every product
 TANGENTS = 6  # that the kernel carries at once
 FREE = 0  # code of the mode without closed contacts
 NEVER_FREE = (
@@ -299,6 +301,10 @@ def _from_events(
     wanted, events = min(wanted, TANGENTS), events_for(m, impacts)
     tangents = min(wanted + len(m.massless), TANGENTS)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
+    announce_measured(
+        "impacts", impacts,
+        lambda n: kernel.spectrum(motion.at, math.inf, limit, events, n, n, tangents),
+    )  # fmt: skip
     part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
     while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
         part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
@@ -365,34 +371,6 @@ def _without(count: int, end: RunEnd, reason: str) -> LyapunovSpectrum:
 
 
 # ---- means and errors ----------------------------------------------------------------------------
-
-
-def weights(count: int) -> Floats:
-    """Smooth weights (2) of so many terms."""
-    s = (np.arange(count) + 0.5) / count
-    found: Floats = np.exp(-0.25 / (s * (1.0 - s)))
-    return found
-
-
-def weighted_ratio(growth: Floats, duration: Floats) -> Floats:
-    """Growth per duration with smooth weights (2), shape (m,) from (N, m) and (N,)."""
-    w = weights(len(duration))
-    ratio: Floats = (w @ growth) / (w @ duration)
-    return ratio
-
-
-def errors_of(growth: Floats, duration: Floats) -> Floats:
-    """Errors (4) of the weighted ratios."""
-
-    def parts(number: int) -> Floats:
-        pieces = zip(np.array_split(growth, number), np.array_split(duration, number), strict=True)
-        return np.array([weighted_ratio(*piece) for piece in pieces])
-
-    scatter = parts(FEWEST_BLOCKS).std(axis=0, ddof=1) / math.sqrt(FEWEST_BLOCKS)
-    first, second = parts(2)
-    rounding = ROUNDING * (1.0 + np.abs(growth).mean(axis=0)) / duration.mean()
-    errors: Floats = np.maximum(np.maximum(scatter, 0.5 * np.abs(second - first)), rounding)
-    return errors
 
 
 def _last_part(growth: Floats, duration: Floats) -> int:
@@ -511,7 +489,9 @@ class _Growth:
         """Follow the tangents through so many impacts; why that ended."""
         events: _Events | None = None
         left, room = impacts, events_for(self.mechanism, impacts)
+        announcement = Announcement("impacts", impacts)
         while left > 0 and room > 0:
+            announcement.after(impacts - left)
             part = self.motion.events(min(left, CHUNK))
             end = RunEnd(part["why"])
             if end not in GOES_ON:

@@ -18,6 +18,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_count, check_memory, check_stop_name, real, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import announce_measured
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, kind_of
 from vibroimpact.model.state import State
@@ -346,7 +347,10 @@ def stroboscopic_section(
             + ("vi.impact_section, or " if stops else "")
             + "vi.state_section, where an element changes its state."
         )
-    motion = Simulator(system, state)
+    motion, period = Simulator(system, state), 2.0 * math.pi / mechanism.omega
+    announce_measured(
+        "settle", settle, lambda count: Simulator(system, state).advance_to(count * period)
+    )
     times = strobe_times(mechanism, state.phase, phase, settle, points)
     rows, end = motion.states_at(times)
     return strobe_of(motion, rows, times, phase, end)

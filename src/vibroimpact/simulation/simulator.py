@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.progress import announce_measured
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
@@ -85,9 +86,19 @@ class Simulator:
                 return result
 
     def settle(self, impacts: int) -> RunEnd:
-        """Advance by so many impacts without a record."""
+        """Advance by so many impacts without a record; of a long time a warning says how long."""
         if impacts == 0:
             return RunEnd.IMPACTS
+        begin = self.at
+
+        def beginning(count: int) -> None:
+            self._advance(count)
+            self.at = begin
+
+        announce_measured("settle", impacts, beginning)
+        return self._advance(impacts)
+
+    def _advance(self, impacts: int) -> RunEnd:
         limit, events = flight_limit_of(self.compiled), events_for(self.compiled.mechanism, impacts)
         kernel = self.compiled.kernel
         result = self._call(lambda at: kernel.advance(at, math.inf, limit, events, impacts))

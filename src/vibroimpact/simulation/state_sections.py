@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, refusal
+from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes
 from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
 from vibroimpact.model.state import State
@@ -183,8 +184,9 @@ def take_changes(
     parts: list[Any] = []
     rows: list[tuple[Any, NDArray[np.intp], Codes]] = []
     found, spent, end = -discard, 0, RunEnd.EVENTS
-    before = motion.at.mode
+    before, announcement = motion.at.mode, Announcement("settle + points", discard + points)
     while found < points and end in GOES_ON:
+        announcement.after(found + discard)
         at, missing = motion.at, points - found
         part = motion.next_events(CHUNK)
         chosen, states = changes_in(motion, part, before, element, takes)

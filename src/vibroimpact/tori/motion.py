@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.progress import counting
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.point_sets import InvariantSet, Kind, classify_points
 from vibroimpact.attractors.rotation import weights
@@ -223,7 +224,7 @@ def from_iterates(formula: ExplicitMap, x: Floats, p: float, settle: int, points
     found = nothing("")
     for _ in range(SETTLINGS):
         orbit = np.empty((points, formula.dimension))
-        for _ in range(settle):
+        for _ in counting("settle", settle):
             x = formula(x, p)
         for i in range(points):
             orbit[i] = x = formula(x, p)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibroimpact._core.checks import path_of
+from vibroimpact._core.checks import path_of, refusal
 from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError, StoreError
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
@@ -37,7 +37,13 @@ PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
 
 def store_path(store: str | os.PathLike[str]) -> Path:
     """The folder that a user names, ``~`` replaced."""
-    return path_of("store", store).expanduser()
+    path = path_of("store", store)
+    try:
+        return path.expanduser()
+    except RuntimeError:
+        raise refusal(
+            "store", store, "the name of a folder", f"{path.parts[0]} is no user's home."
+        ) from None
 
 
 class Store:

@@ -1,0 +1,113 @@
+"""Counts that take long are announced, and end at once at Ctrl-C."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact._core import progress
+from vibroimpact.simulation.simulator import Simulator
+
+DAMPER = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
+)
+STATE = vi.State((0.0, 0.0), (0.0, 1.0))
+
+CALLS = [
+    "vi.impact_section(damper, state, points=3, settle=10**9)",
+    "vi.stroboscopic_section(damper, state, points=3, settle=10**9)",
+    "vi.state_section(rubbing, vi.State((1.0,), (0.0,)), element=0, points=3, settle=10**9)",
+    "vi.classify(damper, state, settle=10**9, max_settle=10**9)",
+    "vi.lyapunov_exponent(damper, state, impacts=10**9)",
+    "vi.lyapunov_exponent(damper, state, settle=10**9)",
+    "vi.lyapunov_spectrum(damper, state, impacts=10**7)",
+    "vi.lyapunov_spectrum(damper, state, settle=10**9)",
+    "vi.map_derivative(damper, state, impacts=10**9)",
+    "vi.sweep_attractor(damper, 'omega', [1.2], state=state, settle=10**9)",
+    "vi.find_orbits(damper, cycles=1, impacts=2, starts=10**9)",
+    "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle=10**9)",
+]
+SCRIPT = """
+import math, sys, warnings
+import vibroimpact as vi
+
+damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                         half_clearance=5.0, omega=1.2)
+state = vi.State((0.0, 0.0), (0.0, 1.0))
+rubbing = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
+                       elements=(vi.Friction((1.0,), 0.1),), forces=(vi.Harmonic(0.7, (1.0,)),))
+
+def turn(x, p):
+    grow = 1.2 - 0.2 * (x[0] ** 2 + x[1] ** 2)
+    return [grow * (0.28 * x[0] - 0.96 * x[1]), grow * (0.96 * x[0] + 0.28 * x[1])]
+
+def say(text, *_, **__):
+    print(text, flush=True)
+
+warnings.showwarning = say
+try:
+    CALL
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("call", CALLS)
+def test_a_long_count_is_announced_within_seconds_and_ends_within_one_at_an_interruption(
+    call: str,
+) -> None:
+    run = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(SCRIPT).replace("CALL", call)],
+        stdout=subprocess.PIPE, text=True, env=os.environ,
+    )  # fmt: skip
+    assert run.stdout is not None
+    said = run.stdout.readline()
+    assert "will take some" in said, said
+    assert "Ctrl-C ends it" in said
+    time.sleep(0.5)
+    begin = time.monotonic()
+    run.send_signal(signal.SIGINT)
+    try:
+        out, _ = run.communicate(timeout=10.0)
+    finally:
+        run.kill()
+    assert out.strip().endswith("interrupted")
+    assert time.monotonic() - begin < 1.0
+
+
+def test_what_takes_less_than_a_minute_is_not_announced() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        vi.impact_section(DAMPER, STATE, points=3, settle=200_000)
+        vi.lyapunov_exponent(DAMPER, STATE, impacts=20_000)
+
+
+def test_a_transient_that_is_measured_first_has_the_bits_of_one_that_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    plain, measured = Simulator(DAMPER, STATE), Simulator(DAMPER, STATE)
+    plain.settle(60_000)
+    monkeypatch.setattr(progress, "PROBED", 1)
+    measured.settle(60_000)
+    np.testing.assert_array_equal(plain.at.y, measured.at.y)
+
+
+def test_the_duration_said_is_that_of_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second for each of 10^6: 11.6 days, announced once."""
+    clock = itertools.count()
+    monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
+    with pytest.warns(UserWarning, match=r"settle = 1000000: will take some 11\.6 days") as said:
+        numbers = list(itertools.islice(progress.counting("settle", 10**6), 4))
+    assert numbers == [0, 1, 2, 3]
+    assert len(said) == 1
