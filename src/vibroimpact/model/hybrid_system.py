@@ -113,7 +113,8 @@ class HybridSystem:
         :class:`Transition` of every mode, at most 24 each. While a mode lasts, a guard with a
         rising transition is at or below its level, one with a falling transition at or above;
         one that lies beyond it where the mode begins is crossed at once. Where several of a mode
-        are due at one instant, the one given first happens.
+        are due at one instant, the one given first happens. Two that would undo each other at
+        once, without resets, make the motion slide on their guard (:class:`~vibroimpact.HybridRun`).
     omegas
         Angular frequencies of the forcing lines, at most 12. Phases run in proportion to these.
 

@@ -16,7 +16,7 @@ LIGHT = 0.75  # share of white in the shade of a mode
 
 
 def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
-    """Draw the states of a hybrid system over time, on the shade of the mode that lasts.
+    """Draw the states of a hybrid system over time, on the shade of the mode that lasts, or that slides.
 
     Parameters
     ----------
@@ -34,6 +34,7 @@ def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
     last = float(run.time[-1]) if len(run) else 0.0
     t = np.union1d(np.linspace(0.0, last, POINTS), run.time)
     names = [name for name in run.system.modes if name in run.modes]
+    names += sorted(set(run.modes) - set(names))  # those that slide
     shades = {
         name: style.mixed(colour, "#FFFFFF", LIGHT)
         for name, colour in zip(names, style.series(len(names)), strict=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,15 +21,25 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.scalars import rounded_down
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.modes import FASTEST, SLOWEST, STEP_BITS
-from vibroimpact.model.hybrid_system import HybridSystem, LinearMode
+from vibroimpact.compile.sliding import GivenSystem
+from vibroimpact.compile.units import units_of
+from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
 
 if TYPE_CHECKING:
     import xarray as xr
+
+KEPT = (
+    "high",
+    "low",
+    "status",
+    "contact",
+    "mode",
+    "before",
+    "after",
+    "y",
+)  # of what the kernel records
 
 
 @dataclass(frozen=True)
@@ -46,11 +56,14 @@ class HybridRun:
     guard
         Name of the guard at each event, empty at the horizon.
     modes
-        Name of the mode at the start, and after each event: n_event + 1 names.
+        Name of the mode at the start, and after each event: n_event + 1 names. ``"A|B"`` is sliding
+        on the guard at which A is left for B as it rises, and B for A as it falls.
     before, after
         States before and after each event, shape (n_event, n).
     end
         :class:`RunEnd`, why the run ended.
+    reason
+        The same in words, with the names of modes and guards where they matter.
     system, start
         The system, and the state at the start.
     """
@@ -64,7 +77,8 @@ class HybridRun:
     before: Floats
     after: Floats
     end: RunEnd
-    _kernel: Any = field(repr=False)
+    reason: str
+    _given: GivenSystem = field(repr=False)
     _y: Floats = field(repr=False)
     _mode: Codes = field(repr=False)
     _low: Floats = field(repr=False)
@@ -75,7 +89,7 @@ class HybridRun:
     def __repr__(self) -> str:
         changes = int(np.sum(self.status == Status.CHANGE))
         span = self.time[-1] if len(self) else 0.0
-        return f"HybridRun: {changes} transitions up to t = {span:.6g}; {self.end.sentence}"
+        return f"HybridRun: {changes} transitions up to t = {span:.6g}; {self.reason}"
 
     def at(self, t: ArrayLike) -> Floats:
         """States at any times of the run, exact to rounding; after an event at its time.
@@ -96,7 +110,9 @@ class HybridRun:
             A time outside the run.
         """
         times, flights = flights_at(t, self.time, self._low, self._y, self._mode)
-        rows = flights.at(np.ravel(times), self._kernel)
+        unit = self._given.units.time
+        flights = flights._replace(begin=flights.begin / unit, low=flights.low / unit)
+        rows = flights.at(np.ravel(times) / unit, self._given.kernel)
         return _states(rows, self.system.states).reshape(*times.shape, self.system.states)
 
     def to_dataset(self) -> xr.Dataset:
@@ -114,7 +130,7 @@ class HybridRun:
                 "after": (both, self.after),
             },
             attrs={
-                "system": repr(self.system), "end": self.end.name, "end_reason": self.end.sentence,
+                "system": repr(self.system), "end": self.end.name, "end_reason": self.reason,
                 "mode_at_start": self.modes[0], "version": _kernel.version(),
             },
         )  # fmt: skip
@@ -171,30 +187,29 @@ def simulate_hybrid(
     y = numbers("state", state)
     if y.shape != (system.states,) or y.dtype != float:
         raise InvalidParameterError(f"state has shape {y.shape}; expected ({system.states},).")
-    kernel, step = _compiled(system)
-    at = _start(system, kernel, mode, y, real("phase", phase))
-    first, first_mode = np.array(at.y), at.mode
-    horizon = t_max if t_max < math.inf else 1e9 * step
-    part = kernel.simulate(at, float(t_max), horizon, int(events), int(events))
-    time, low = rounded_times(part["high"], part["low"])
-    names, guards = list(system.modes), list(system.guards)
-    n = system.states
-    arrays = [time, part["status"], _states(part["before"], n), _states(part["after"], n)]
-    for array in arrays:
+    given = GivenSystem(system, units_of(system, mode, y, t_max))
+    at = _start(given, mode, y, real("phase", phase))
+    raw = _Raw(given, at, t_max / given.units.time)
+    part = raw.run(int(events))
+    time, low = rounded_times(part.high, part.low)
+    time, low = time * given.units.time, low * given.units.time
+    names = given.names
+    for array in (time, part.status, part.before, part.after):
         array.flags.writeable = False
     return HybridRun(
         system=system,
         start=y,
         time=time,
-        status=part["status"],
-        guard=tuple(guards[c] if c >= 0 else "" for c in part["contact"].tolist()),
-        modes=tuple(names[m] for m in [first_mode, *part["mode"].tolist()]),
-        before=arrays[2],
-        after=arrays[3],
-        end=RunEnd(part["why"]),
-        _kernel=kernel,
-        _y=np.concatenate([first[None, :], part["y"]]),
-        _mode=np.concatenate([[first_mode], part["mode"]]).astype(np.int32),
+        status=part.status,
+        guard=tuple(given.watches[c].guard if c >= 0 else "" for c in part.watch.tolist()),
+        modes=tuple(names[m] for m in part.modes.tolist()),
+        before=part.before,
+        after=part.after,
+        end=part.end,
+        reason=part.reason,
+        _given=given,
+        _y=part.y,
+        _mode=part.modes,
         _low=low,
     )
 
@@ -205,80 +220,130 @@ def _states(rows: Floats, n: int) -> Floats:
     return np.stack([rows[:, :pairs], rows[:, pairs:]], axis=2).reshape(len(rows), 2 * pairs)[:, :n]
 
 
-def _start(system: HybridSystem, kernel: Any, mode: str, y: Floats, phase: float) -> Any:
-    pairs = (system.states + 1) // 2
-    whole = np.zeros(2 * pairs)
-    whole[: system.states] = y
-    phases = [phase * (w / system.omegas[0]) for w in system.omegas]
-    at = kernel.start(whole[::2].tolist(), whole[1::2].tolist(), phases)["at"]
-    at.mode = at.states = list(system.modes).index(mode)
-    kernel.settle(at)
+def _start(given: GivenSystem, mode: str, y: Floats, phase: float) -> Any:
+    whole, omegas = np.zeros(2 * given.pairs), given.system.omegas
+    whole[: given.n] = y
+    phases = [phase * (w / omegas[0]) for w in omegas]
+    at = given.kernel.start(whole[::2].tolist(), whole[1::2].tolist(), phases)["at"]
+    at.mode = at.states = given.code(mode)
+    given.kernel.settle(at)
     return at
 
 
-def _compiled(system: HybridSystem) -> tuple[Any, float]:
-    """The system in the kernel: entries of y in pairs, then the forcing pairs."""
-    pairs, lines = (system.states + 1) // 2, len(system.omegas)
-    size = 2 * (pairs + lines)
-    flows = [_flow(mode, system.omegas, size) for mode in system.modes.values()]
-    rates = [float(np.abs(b).sum(axis=1).max()) for b, _ in flows]
-    rate = max(rates) or 1.0
-    if not SLOWEST <= rate <= FASTEST:
-        raise InvalidParameterError(
-            f"fastest rate = {rate!r}: must be in [{SLOWEST}, {FASTEST}]. Choose another unit of time."
+class _Events(NamedTuple):
+    """Events as arrays; y and modes with those of the start before them."""
+
+    high: Floats
+    low: Floats
+    status: Codes
+    watch: Codes
+    before: Floats
+    after: Floats
+    y: Floats
+    modes: Codes
+    end: RunEnd
+    reason: str
+
+
+class _Raw:
+    """The events of the kernel, those of one instant on one surface made one."""
+
+    def __init__(self, given: GivenSystem, at: Any, t_max: float) -> None:
+        self.given, self.at, self.t_max = given, at, t_max
+        self.horizon = t_max if t_max < math.inf else 1e9 * max(given.steps)
+        self.parts: list[dict[str, Any]] = []
+        self.start = np.array(at.y)[None, :], np.array([at.mode])
+
+    def run(self, events: int) -> _Events:
+        """Simulate so many events of the run."""
+        asked = events
+        while True:
+            part = self.given.kernel.simulate(self.at, self.t_max, self.horizon, asked, asked)
+            self.parts.append(part)
+            found = self._merged(RunEnd(part["why"]), events)
+            if found.end != RunEnd.EVENTS or len(found.status) == events:
+                return found
+            asked = 2 * (events + 1 - len(found.status)) + 2
+
+    def _merged(self, end: RunEnd, events: int) -> _Events:
+        given = self.given
+        whole = {k: np.concatenate([p[k] for p in self.parts]) for k in KEPT}
+        y = np.concatenate([self.start[0], whole["y"]])
+        modes = np.concatenate([self.start[1], whole["mode"]]).astype(np.int32)
+        on = np.array(
+            [given.watches[c].surface if c >= 0 else -1 for c in whole["contact"].tolist()],
+            dtype=int,
         )
-    step = rounded_down(STEP_ANGLE / rate, STEP_BITS)
-    kernel = _kernel.System(
-        dense=True, mixed=False, dimension=size, degrees=pairs, omegas=list(system.omegas),
-        kappas=[1.0] * lines, step=step, laws=[], elements=[(1, False, False)], given=True,
-        sequential=False,
-    )  # fmt: skip
-    names, guards = list(system.modes), list(system.guards)
-    to_x, to_v = np.zeros((pairs, size)), np.zeros((pairs, size))
-    for i in range(pairs):
-        to_x[i, 2 * i] = to_v[i, 2 * i + 1] = 1.0
-    for code, (name, (b, constant)) in enumerate(zip(names, flows, strict=True)):
-        watches = []
-        for t in system.transitions:
-            if t.mode != name:
-                continue
-            guard = system.guards[t.guard]
-            row = np.zeros(size)
-            row[: system.states], row[2 * pairs :] = guard.row, guard.waves
-            limits = (
-                (-math.inf, guard.level) if t.direction == "rising" else (guard.level, math.inf)
-            )
-            reset = _reset(kernel, t.matrix, t.shift, size)
-            target = names.index(t.to)
-            watches.append(
-                (row.tolist(), 0.0, *limits, guards.index(t.guard), False, reset, target)
-            )
-        kernel.add_mode(
-            code=code, flow={"b": b.tolist(), "constant": constant.tolist(), "step": [step]},
-            guards=[], watches=watches, to_x=to_x, to_v=to_v, offset=[0.0] * pairs,
-            from_x=np.ascontiguousarray(to_x.T), from_v=np.ascontiguousarray(to_v.T),
-            particular=np.zeros((size, 2 * lines)), shift=[],
+        span = whole["high"] + whole["low"]
+        taken, firsts, reason = list[int](), list[int](), ""
+        for k in range(len(on)):
+            at_once = k > 0 and on[k] >= 0 and on[k] == on[k - 1] and span[k] == span[k - 1]
+            if (
+                at_once
+                and whole["status"][k] == whole["status"][k - 1] == Status.CHANGE
+                and taken[-1:] == [k - 1]
+            ):
+                taken[-1] = k
+            else:
+                taken.append(k)
+                firsts.append(k)
+            if reason := self._stops(k, len(on), whole, modes, y, span):
+                end = RunEnd.SLIDING
+                break
+        kept = [
+            i
+            for i, (first, last) in enumerate(zip(firsts, taken, strict=True))
+            if on[first] < 0
+            or whole["status"][first] != Status.CHANGE
+            or given.names[modes[first]] != given.names[modes[last + 1]]
+        ]
+        first, last = np.array(firsts, dtype=int)[kept], np.array(taken, dtype=int)[kept]
+        if len(first) > events or (
+            end == RunEnd.EVENTS and len(first) == events and last[-1] < len(on) - 1
+        ):
+            first, last, end, reason = first[:events], last[:events], RunEnd.EVENTS, ""
+        elif end == RunEnd.EVENTS:
+            first = (
+                first[: events - 1] if given.surfaces else first
+            )  # more of its instant may follow
+            last = last[: len(first)]
+        if end == RunEnd.STALLED:
+            reason = self._stalled(whole, modes)
+        after = np.concatenate([[0], last + 1])
+        n = given.n
+        return _Events(
+            whole["high"][first], whole["low"][first], whole["status"][first], whole["contact"][first],
+            _states(whole["before"][first], n), _states(whole["after"][last], n), y[after], modes[after], end,
+            reason or end.sentence,
         )  # fmt: skip
-    return kernel, step
 
+    def _stops(
+        self, k: int, count: int, whole: dict[str, Any], modes: Codes, y: Floats, span: Floats
+    ) -> str:
+        """Why the motion cannot go on from an event, or nothing."""
+        given, watch = self.given, int(whole["contact"][k])
+        if watch >= 0 and whole["status"][k] == Status.CHANGE and given.watches[watch].unclear:
+            return given.watches[watch].unclear
+        number = given.slides(int(modes[k + 1]))
+        if number < 0 or given.surfaces[number].flow or k + 1 == count or span[k + 1] == span[k]:
+            return ""
+        s = given.surfaces[number]
+        share = s.share(y[k + 1])
+        return (
+            f"it slides on {s.guard!r} between {s.below!r} and {s.above!r}: what holds there is "
+            f"{1.0 - share:.6g} of {s.below!r} and {share:.6g} of {s.above!r} at this state, which is not linear in "
+            "it, as their rates do not differ by a constant"
+        )
 
-def _flow(mode: LinearMode, omegas: tuple[float, ...], size: int) -> tuple[Floats, Floats]:
-    n, first = len(mode.matrix), size - 2 * len(omegas)
-    b, constant = np.zeros((size, size)), np.zeros(size)
-    b[:n, :n], b[:n, first:], constant[:n] = mode.matrix, mode.waves, mode.constant
-    for line, omega in enumerate(omegas):
-        at = first + 2 * line
-        b[at, at + 1], b[at + 1, at] = omega, -omega
-    return b, constant
-
-
-def _reset(kernel: Any, matrix: Floats | None, shift: Floats | None, size: int) -> int:
-    """Number of the reset in the kernel, -1 for none."""
-    assert matrix is not None  # a system fills these in
-    assert shift is not None
-    n = len(matrix)
-    if np.array_equal(matrix, np.eye(n)) and not shift.any():
-        return -1
-    whole, more = np.eye(size), np.zeros(size)
-    whole[:n, :n], more[:n] = matrix, shift
-    return int(kernel.add_reset(matrix=whole, shift=more.tolist()))
+    def _stalled(self, whole: dict[str, Any], modes: Codes) -> str:
+        """The modes and guards that follow one another at one instant."""
+        given, last = self.given, slice(-64, None)
+        names = sorted({given.names[m] for m in modes[last].tolist()})
+        found = {given.watches[c].guard for c in whole["contact"][last].tolist() if c >= 0}
+        on = {given.slides(m) for m in modes[last].tolist()} - {-1}
+        guards = sorted(found | {given.surfaces[number].guard for number in on})
+        both = ": it slides on several at once, and what holds there is not determined"
+        return (
+            f"{RunEnd.STALLED.sentence}: modes {', '.join(map(repr, names))} undo one another at "
+            f"{', '.join(map(repr, guards))}{both if on and len(guards) > 1 else ''}"
+        )

@@ -86,6 +86,7 @@ class RunEnd(IntEnum):
     DIVERGED = 9
     STEPS = 10
     POINTS = 11
+    SLIDING = 12
 
     @property
     def sentence(self) -> str:
@@ -108,6 +109,7 @@ _SENTENCES = {
     RunEnd.INTERRUPTED: "it was interrupted",
     RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
     "rounding",
+    RunEnd.SLIDING: "a hybrid system slides on a guard, and its modes do not say how",
     RunEnd.POINTS: "the requested number of points was reached",
     RunEnd.STEPS: "one flight took more than 2^22 steps of the search",
     RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest does not depend on its start",
