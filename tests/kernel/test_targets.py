@@ -279,11 +279,11 @@ GOLDEN = {
     "chatter": "6dd43f28f0f63170",
     "two contacts": "5fa995d99522fee3",
     "coupled": "65b49d2c245fd6e1",
-    "dense": "69c992e7abb824f7",
-    "soft stop": "8611254c6c4cd33f",
-    "friction": "c238710c7dde4349",
-    "moving stop": "36300ac005f16ac1",
-    "gyroscopic": "d71ea8ea5dd087a9",
+    "dense": "aba7fda5e7c3f2cf",
+    "soft stop": "c5b2b2d5f9302f8b",
+    "friction": "4cbda3cb15445131",
+    "moving stop": "4857e43446c6ad08",
+    "gyroscopic": "b49c3e6b88113ff9",
 }
 
 
