@@ -36,7 +36,7 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
@@ -796,7 +796,7 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
         pull[i] = _sum(pull[i], force, sign * x)
 
 
-def _cleared(row: Vector, terms: Vector) -> Vector:
+def _cleared(row: list[Any], terms: Vector) -> Vector:
     """A row of sums with zeros where rounding of terms of these sizes left something.
 
     A speed or force that cannot change is then constant to the bit, and no rounding decides what it does. Jets keep
