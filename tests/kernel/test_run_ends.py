@@ -182,12 +182,12 @@ def test_a_weak_constant_force_brings_a_free_mass_to_its_stop(pull: float) -> No
 
 def test_a_free_mass_meets_its_stop_after_whatever_time() -> None:
     m = one_body(0.0, 0.0, lower=-1.0, upper=1.0)
-    for exponent in range(3, 14, 2):
+    for exponent in range(3, 16, 2):
         run = vi.simulate(m, vi.State((0.0,), (10.0**-exponent,)), impacts=1)
         assert run.end is RunEnd.IMPACTS
         assert run.time[0] == pytest.approx(10.0**exponent, rel=1e-12)
-    run = vi.simulate(m, vi.State((0.0,), (1e-15,)), impacts=1)
-    assert run.end is RunEnd.SILENT
+    run = vi.simulate(m, vi.State((0.0,), (1e-17,)), impacts=1)
+    assert run.end is RunEnd.QUIET  # it would take more steps than a time has digits
 
 
 def test_a_mass_at_rest_between_its_stops_is_silent() -> None:
@@ -265,8 +265,13 @@ def test_strides_meet_the_impacts_that_blocks_meet(seed: int, top: float) -> Non
         assert compile_mechanism(m).dense is bool(far)
         runs.append(vi.simulate(m, start, impacts=4))
     blocks, strides = runs
-    assert strides.end is blocks.end
     assert strides.status.tolist() == blocks.status.tolist()
+    if (
+        blocks.end is RunEnd.SILENT
+    ):  # proofs without blocks need damping beside the growth of the norm
+        assert strides.end in (RunEnd.SILENT, RunEnd.QUIET)
+        return
+    assert strides.end is blocks.end
     tolerance = 1e-11 + 64 * 2.0**-53 * top**2  # the slow rate is what is left of fast ones
     assert np.allclose(strides.time, blocks.time, rtol=0, atol=tolerance)
     assert np.allclose(strides.position, blocks.position, rtol=0, atol=tolerance)

@@ -265,10 +265,12 @@ fly_to_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type
             }
         memory.forget();
         auto e = continue_certified(system, at, flown, earlier, horizon);
+        if (e.what == status::horizon) e.code += searched * steps_in_a_row;
         if (!is_unfinished(e.what)) return e;
         if (e.what == status::searching) {
             if (interrupted && interrupted()) return e;
-            if (!is_modal<Flow> && ++searched == most_searched) {
+            searched += searched < most_counted / steps_in_a_row / 2;
+            if (!is_modal<Flow> && searched == most_searched) {
                 e.what = status::steps;
                 return e;
             }

@@ -22,10 +22,11 @@ struct clock {
 };
 
 struct limits {
-    double t_max;                    // of the whole run
-    double flight_limit;             // longest flight without an event that is not sure to come
-    long events;                     // records
-    long impacts;                    // of status impact, simultaneous or chatter
+    double t_max; // of the whole run
+    double
+        flight_limit; // with t_max infinite: flights this long are asked whether an event is to come
+    long events;      // records
+    long impacts;     // of status impact, simultaneous or chatter
     bool (*interrupted)() = nullptr; // called now and then; true ends the run
 };
 inline constexpr long between_interrupt_checks = 4096; // events, and steps of certified flights
@@ -38,7 +39,7 @@ enum class run_end : int {
     none = -1,       // not ended
     impacts = 0,     // the requested number of impacts was reached
     horizon = 1,     // t_max was reached
-    silent = 2,      // no event within flight_limit, nor known to come
+    silent = 2,      // no event is to come, which is proved; t_max is infinite
     undecided = 3,   // an event could not be decided
     stalled = 4,     // time does not advance
     missing = 5,     // the host has to build a mode
@@ -47,6 +48,7 @@ enum class run_end : int {
     interrupted = 8, // from outside
     diverged = 9,    // the state is so large that nothing can be decided
     steps = 10,      // a flight took more steps than are allowed
+    quiet = 12, // no event in a long flight, nor proof that one comes or none; t_max is infinite
 };
 
 struct run_result {
@@ -81,22 +83,25 @@ VI_HD inline void count(run_progress& p, const event<T, Shape>& e) {
     ++p.events;
 }
 
-// The reason to end a run after an event that was counted; `to_the_end`: it was searched for up to t_max.
+// The reason to end a run after an event that was counted; `quietly`: where there was none.
 template <class T, class Shape>
 VI_HD inline run_end end_of_run(const run_progress& p, const event<T, Shape>& e,
-                                const limits& limit, bool to_the_end) {
+                                const limits& limit, run_end quietly) {
     if (e.what == status::undecided) return run_end::undecided;
     if (e.what == status::diverged) return run_end::diverged;
     if (e.what == status::steps) return run_end::steps;
-    if (e.what == status::horizon) return to_the_end ? run_end::horizon : run_end::silent;
+    if (e.what == status::horizon) return quietly;
     if (p.at_once > most_events_at_once) return run_end::stalled;
     return p.impacts >= limit.impacts ? run_end::impacts : run_end::none;
 }
 
 namespace detail {
 
+// Steps that may be examined in a flight of which nothing is proved: a tenth of a second or so.
+inline constexpr long most_examined = 1 << 17;
+
 // After what time there is surely an event, as some contact drifts towards a stop; infinite where that
-// is not known, or is so long that the phase would be lost: to 1/50 in 2^47 steps.
+// is not known, or is so long that the phase would be lost, to 1/50 in 2^47 steps, or the time.
 template <class T, class Flow>
 VI_HD inline double surely_over(const hybrid<Flow>& system,
                                 const trajectory<T, typename Flow::shape_type>& at) {
@@ -106,27 +111,34 @@ VI_HD inline double surely_over(const hybrid<Flow>& system,
         const auto y = plain_state(at.y, m.flow.dimension());
         for (int i = 0; i < m.flow.contacts(); ++i)
             soonest = min(soonest, surely_met(m.guards[i], m.flow, y));
-        if (soonest > 0x1p47 * m.flow.step) return infinity();
+        if (soonest > (system.lines() > 0 ? 0x1p47 : most_steps) * m.flow.step) return infinity();
     }
     return soonest;
 }
 
-// The next event within `left`, and whether it was searched for up to there: no further than flight_limit,
-// unless it is sure to come.
+// The next event within `left`. Without an end to the run it is searched for as long as one may come at a
+// small cost, twice as long from time to time; `quietly` says why there is none.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 next_within(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
-            const limits& limit, flight_memory<Flow>& memory, bool& to_the_end) {
-    const double first = min(left, limit.flight_limit);
+            const limits& limit, flight_memory<Flow>& memory, run_end& quietly) {
+    quietly = run_end::horizon;
+    const double first = left < infinity() ? left : limit.flight_limit;
     auto e = step(system, at, first, memory, limit.interrupted);
-    to_the_end = first == left;
-    if (e.what != status::horizon || to_the_end) return e;
-    const T flown = e.duration;
-    const double rest = left - plain(flown), sure = surely_over(system, at);
-    if (!(sure < infinity())) return e;
-    to_the_end = rest <= sure;
-    e = step(system, at, min(rest, sure), memory, limit.interrupted);
-    e.duration = flown + e.duration;
+    if (left < infinity()) return e;
+    const double longest = 0.5 * most_steps * system.modes[at.mode].flow.step;
+    for (long examined = e.code; e.what == status::horizon; examined += e.code) {
+        quietly = run_end::silent;
+        if (is_silent(system.modes[at.mode], at.y, at)) return e;
+        quietly = run_end::quiet;
+        const T flown = e.duration;
+        const double sure = surely_over(system, at);
+        const bool goes_on = examined < most_examined && plain(flown) < longest;
+        if (!(sure < infinity()) && !goes_on) return e;
+        e = step(system, at, sure < infinity() ? sure : plain(flown), memory, limit.interrupted);
+        e.duration = flown + e.duration;
+        if (sure < infinity()) return e;
+    }
     return e;
 }
 
@@ -134,10 +146,10 @@ next_within(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,
-            const limits& limit, flight_memory<Flow>& memory, bool& to_the_end) {
-    if (at.held == 0) return next_within(system, at, left, limit, memory, to_the_end);
+            const limits& limit, flight_memory<Flow>& memory, run_end& quietly) {
+    if (at.held == 0) return next_within(system, at, left, limit, memory, quietly);
     const auto start = at;
-    const auto e = next_within(system, at, left, limit, memory, to_the_end);
+    const auto e = next_within(system, at, left, limit, memory, quietly);
     if (e.what == status::missing_mode) at = start;
     return e;
 }
@@ -159,8 +171,8 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
     }
     while (so_far.events < limit.events) {
         const double left = limit.t_max - so_far.now.time();
-        bool to_the_end = true;
-        const auto e = detail::next_of_run(system, at, left, limit, memory, to_the_end);
+        run_end quietly = run_end::horizon;
+        const auto e = detail::next_of_run(system, at, left, limit, memory, quietly);
         if (e.what == status::missing_mode) return {run_end::missing, e.code};
         if (e.what == status::searching) {
             so_far.now.add(plain(e.duration));
@@ -168,7 +180,7 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
         }
         count(so_far, e);
         const bool go_on = observer.see(e, at, so_far.now);
-        const run_end why = end_of_run(so_far, e, limit, to_the_end);
+        const run_end why = end_of_run(so_far, e, limit, quietly);
         if (why != run_end::none) return {why, 0};
         if (!go_on) return {run_end::observer, 0};
         work += 1 + e.code;

@@ -1,15 +1,17 @@
 // Flow of any linear mechanism: y' = B y + b with a full matrix B.
 //
-// Method      exp(B s) by its Taylor series for |B| s <= 7/10, longer times by squaring:
+// Method      exp(B s) - 1 by its Taylor series for |B| s <= 7/10, longer times by squaring:
 //             exp(B step 2^n), n = 0, ..., 10, are stored, and a flight of any length applies those
-//             named by the binary digits of t / step, squared anew beyond, then one Taylor flight. No eigenvector
+//             named by the binary digits of t / step, squared anew beyond, then one Taylor flight. What is kept
+//             is D = exp(B t) - 1, y -> y + D y, squared as 2 D + D^2: a step that is short for a slow mode
+//             moves it by little, which would be lost beside 1, 2^n times over after n squares. No eigenvector
 //             is formed, so repeated and defective eigenvalues, free masses and exact resonance
 //             are ordinary points, and no library decides the bits. R may be a jet: B, b and the
 //             time then carry derivatives, and at_time gives those of exp(B t), which no
 //             decomposition of B has at repeated frequencies.
 // Assumes     finite B, b; |B| in the maximum row sum.
 // Accuracy    relative to |exp(B t)| |y|: about (number of digits + 18) ulp, that of (B, t)
-//             perturbed by a few ulp
+//             perturbed by a few ulp, in each mode by what it moves
 // Reference   theory.md, "Flight"; Higham, Functions of Matrices (2008), ch. 10 (scaling and squaring)
 #pragma once
 
@@ -26,8 +28,12 @@ struct linear_field : sizes<Shape> {
     using matrix = vec<vec<R, max_dimension>, max_dimension>;
 
     struct propagator {
-        matrix e;
+        matrix change; // exp(B t) - 1
         vec<R, max_dimension> shift;
+
+        VI_HD constexpr R entry(int i, int j) const { // of exp(B t)
+            return i == j ? R(1.0) + change[i][j] : change[i][j];
+        }
     };
 
     matrix b;
@@ -39,7 +45,7 @@ struct linear_field : sizes<Shape> {
         const int n = this->dimension();
         state<T> out = y;
         for (int i = 0; i < n; ++i)
-            out[i] = dot(p.e[i], y, n) + p.shift[i];
+            out[i] = y[i] + (dot(p.change[i], y, n) + p.shift[i]);
         return out;
     }
 
@@ -99,7 +105,7 @@ struct linear_field : sizes<Shape> {
                 column[i] = b[i][j];
             const state<R> sum = mean_rate<taylor_order>(column, s);
             for (int i = 0; i < n; ++i)
-                p.e[i][j] = R(i == j ? 1.0 : 0.0) + sum[i] * s;
+                p.change[i][j] = sum[i] * s;
         }
         return p;
     }
@@ -110,10 +116,10 @@ struct linear_field : sizes<Shape> {
         p.shift = apply(second, first.shift);
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
-                R sum = second.e[i][0] * first.e[0][j];
+                R sum = second.change[i][0] * first.change[0][j];
                 for (int m = 1; m < n; ++m)
-                    sum = sum + second.e[i][m] * first.e[m][j];
-                p.e[i][j] = sum;
+                    sum = sum + second.change[i][m] * first.change[m][j];
+                p.change[i][j] = (second.change[i][j] + first.change[i][j]) + sum;
             }
         return p;
     }

@@ -5,7 +5,8 @@
 //             excluded by first_root.hpp. The earliest over all guards ends the flight.
 //             Where nothing that moves can reach a stop (search/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march, but where 2^15 or more are. Flows without
-//             blocks take strides of 2^n steps (system/stride.hpp).
+//             blocks take strides of 2^n steps (system/stride.hpp). After a while it is asked whether
+//             anything can happen at all (search/silence.hpp): where not, the horizon is reached at once.
 //             A micro-bounce, back on its stop long before the first step is over, is searched for up to
 //             a quarter beyond its return alone, with polynomials of lower order, at all guards. A root
 //             there ends the flight; without one, or where that is not decided, it is marched.
@@ -19,18 +20,20 @@
 //             relative accuracy down to the smallest speeds.
 // Assumes     a state that has not diverged
 // Fails       horizon: no event up to the given time; paused, searching: none yet; undecided: see
-//             first_root.hpp; steps: none in 2^51 steps; diverged: see has_diverged
+//             first_root.hpp; steps: none in 2^51 steps, or after 2^22 that were examined in one leg;
+//             diverged: see has_diverged
 // Reference   theory.md, "First contact"
 #pragma once
 
 #include "vibroimpact/search/first_root.hpp"
-#include "vibroimpact/search/reach.hpp"
+#include "vibroimpact/search/silence.hpp"
 #include "vibroimpact/system/refreshed_march.hpp"
 
 namespace vi {
 
-inline constexpr double most_steps = 0x1p51; // of one flight: the time is known to a step's part
-inline constexpr int steps_in_a_row = 4096;  // leaps and strides are one: some milliseconds
+inline constexpr double most_steps = 0x1p51;  // of one flight: the time is known to a step's part
+inline constexpr int steps_in_a_row = 4096;   // leaps and strides are one: some milliseconds
+inline constexpr int most_in_a_row = 1 << 22; // while it is on a stop that it started on
 inline constexpr int longer_leap = 5; // doublings: then the states are not those of the march
 
 enum class flight_end { contact, grazing, horizon, paused, searching, undecided, steps, diverged };
@@ -302,14 +305,6 @@ VI_HD inline flight_end end_of(finding what) {
 
 } // namespace detail
 
-// Guard of a mode by its number: those of contacts first, then the watches of elements.
-template <class Mode>
-VI_HD inline const auto& guard_of(const Mode& m, int number) {
-    if constexpr (Mode::flow_type::shape_type::max_watches > 0)
-        if (number >= m.flow.contacts()) return m.watched.at[number - m.flow.contacts()].row;
-    return m.guards[number];
-}
-
 // Give x another value and keep its derivatives, which may be infinite.
 template <class T>
 VI_HD inline T with_value(const T& x, const real_t<T>& v) {
@@ -421,21 +416,44 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
         return {why,     -1, 0, T(at.steps() * flow.step + s), T(0.0), at.y, at.applications(),
                 examined};
     };
-    int waiting = 0, wait = 0; // until a stride is tried
+    const auto skips = [&](int i) {
+        if constexpr (Shape::max_watches > 0)
+            if (const int j = i - flow.contacts(); j >= 0)
+                return m.watched.at[j].held ||
+                       (still[Shape::max_contacts + j] && start.elements.stays_on(j));
+        return false;
+    };
+    const auto leave = [&] { // all guards that a stride has looked at are off their limits
+        for (int i = 0; i < flow.contacts(); ++i)
+            still[i] = false;
+        for (int j = 0; j < m.watched.count; ++j)
+            still[Shape::max_contacts + j] = skips(flow.contacts() + j);
+    };
+    int waiting = 0, wait = 0, asked = steps_in_a_row; // until a stride is tried, or silence proved
     for (;; ++examined, at.advance(flow)) {
+        if (examined >= asked && !may_pause && horizon < infinity()) {
+            asked = examined + examined;
+            if (is_silent(m, at.y, start)) {
+                const double s = max(horizon - at.steps() * flow.step, 0.0);
+                auto out = stop(flight_end::horizon, s);
+                out.y = flow.flight(at.y, s);
+                return out;
+            }
+        }
         const bool off = at.steps() > 0.0 && (may_pause || examined >= steps_in_a_row) &&
                          has_left(m, at.y, start);
         if (off) return stop(may_pause ? flight_end::paused : flight_end::searching, 0.0);
         if (at.steps() > 0.0 && has_diverged(m, at.y)) return stop(flight_end::diverged, 0.0);
-        if (!(at.steps() < most_steps)) return stop(flight_end::steps, 0.0);
+        if (!(at.steps() < most_steps && examined < most_in_a_row))
+            return stop(flight_end::steps, 0.0);
         if constexpr (is_modal<typename Mode::flow_type>) {
             while (leap(m, horizon, at))
                 ++examined;
-        } else if (m.watched.count == 0 && waiting-- == 0) {
-            for (; examined < steps_in_a_row && stride(m, horizon, earlier, at); ++examined) {
+        } else if (flow.growth < infinity() && waiting-- == 0) {
+            for (; examined < steps_in_a_row && stride(m, horizon, earlier, skips, at);
+                 ++examined) {
                 wait = 0;
-                for (bool& s : still)
-                    s = false;
+                leave();
                 if (has_diverged(m, at.y)) return stop(flight_end::diverged, 0.0);
             }
             wait = 2 * wait + 1 < most_waiting ? 2 * wait + 1 : most_waiting;

@@ -2,9 +2,11 @@
 //
 // Method      A block's share of u = row . y + gain, w = r q + s q', has (w - r a / k)^2 + w'^2 / k not
 //             growing where k > 0, c >= 0 (theory T16e): it stays within the root of that around its
-//             rest.                                                                      (1)
-//             Where k = 0, q' goes no further from 0 than by |a| t: the share follows r q' t one way,
-//             and is off by (|r| t + |s|) |a| t + |s q'| at most.                        (2)
+//             rest. As w' and w'' are motions of the same kind, with a = 0, so do they around zero: the
+//             share goes no further than by |w'| t, nor from w + w' t than by |w''| t^2 / 2.       (1)
+//             Where k = 0, q'' = (a - c q') exp(-c t) of the present one: q' changes one way, by
+//             (a - c q') min(t, 1 / c) at most, and q by t times what lies between the two; where
+//             a = 0, one way by q' min(t, 1 / c) at most.                                          (2)
 //             Where k = 0, q' tends to a / c if c > 0, and q' = v + a t if c = 0: in the end the share
 //             is straight, or a parabola, but for what is bounded.                       (3)
 //             A parabola that rises by b t + p t^2 / 2, p > 0, is so high from a root of it on.  (4)
@@ -19,28 +21,59 @@ namespace vi {
 namespace detail {
 
 struct extent {
-    double low, high;
+    double low, high, terms; // terms: what rounding is relative to
 };
+
+// x t, where no time is long for what stands still.
+VI_HD inline double way_in(double x, double time) {
+    return x == 0.0 ? 0.0 : x * time;
+}
 
 template <class Guard, class Flow, int D>
 VI_HD inline extent share_of_block(const Guard& g, const Flow& flow, const vec<double, D>& y, int j,
                                    double time) {
     const double r = g.rows[0][2 * j], s = g.rows[0][2 * j + 1], q = y[2 * j], v = y[2 * j + 1];
-    const double k = flow.k[j], a = flow.a[j];
+    const double k = flow.k[j], c = flow.c[j], a = flow.a[j], now = r * q + s * v;
     if (k > 0.0) { // (1)
-        const double rest = r * (a / k), from_rest = (r * q + s * v) - rest;
-        const double speed = r * v + s * ((a - k * q) - flow.c[j] * v);
+        const double rest = r * (a / k), from_rest = now - rest;
+        const double speed = r * v + s * ((a - k * q) - c * v);
         const double size = sqrt(from_rest * from_rest + speed * speed / k);
-        return {rest - size, rest + size};
+        const double bend = -(k * from_rest + c * speed), turn = -(k * speed + c * bend);
+        const double way = way_in(speed, time);
+        const double most = way_in(sqrt(speed * speed + bend * bend / k), time);
+        const double off = way_in(0.5 * sqrt(bend * bend + turn * turn / k), time) * time;
+        const double below = min(most, off - min(way, 0.0)), above = min(most, off + max(way, 0.0));
+        return {max(rest - size, now - below), min(rest + size, now + above), abs(rest) + size};
     }
-    const double way = r * v * time; // (2)
-    const double off = (abs(r) * time + abs(s)) * (abs(a) * time) + abs(s * v);
-    return {r * q + (min(way, 0.0) - off), r * q + (max(way, 0.0) + off)};
+    const double lasts = c > 0.0 ? min(time, 1.0 / c) : time; // (2)
+    const double change = way_in(a - c * v, lasts);
+    double ahead, back;
+    if (a == 0.0) {
+        const double way = way_in(v, lasts);
+        ahead = max(way, 0.0);
+        back = min(way, 0.0);
+    } else {
+        ahead = way_in(max(max(v, v + change), 0.0), time);
+        back = way_in(min(min(v, v + change), 0.0), time);
+    }
+    extent e{now, now, 0.0};
+    if (r != 0.0) {
+        e.low = e.low + (r > 0.0 ? r * back : r * ahead);
+        e.high = e.high + (r > 0.0 ? r * ahead : r * back);
+    }
+    if (s != 0.0) {
+        e.low = e.low + min(s * change, 0.0);
+        e.high = e.high + max(s * change, 0.0);
+    }
+    const double low = abs(e.low), high = abs(e.high);
+    e.terms = max(abs(r * q) + abs(s * v),
+                  max(low < infinity() ? low : 0.0, high < infinity() ? high : 0.0));
+    return e;
 }
 
 } // namespace detail
 
-// Whether the contact of g stays between its limits, from the state y on, for so long.
+// Whether the contact of g stays between its limits, from the state y on, for so long, for ever perhaps.
 template <class Guard, class Flow, int D>
 VI_HD inline bool stays_clear(const Guard& g, const Flow& flow, const vec<double, D>& y,
                               double time) {
@@ -49,10 +82,11 @@ VI_HD inline bool stays_clear(const Guard& g, const Flow& flow, const vec<double
         const auto w = detail::share_of_block(g, flow, y, j, time);
         low = low + w.low;
         high = high + w.high;
-        terms = terms + max(abs(w.low), abs(w.high));
+        terms = terms + w.terms;
     }
     const double margin = proof_margin * terms;
-    return low - margin > g.lower && high + margin < g.upper;
+    return (g.lower == -infinity() || low - margin > g.lower) &&
+           (g.upper == infinity() || high + margin < g.upper);
 }
 
 // After what time the contact of g has surely met a limit: what no spring holds drifts, the rest stays
@@ -64,7 +98,7 @@ VI_HD inline double surely_met(const Guard& g, const Flow& flow, const vec<doubl
         const double r = g.rows[0][2 * j], s = g.rows[0][2 * j + 1], q = y[2 * j], v = y[2 * j + 1];
         const double k = flow.k[j], c = flow.c[j], a = flow.a[j];
         if (k > 0.0) {
-            const auto w = detail::share_of_block(g, flow, y, j, 0.0);
+            const auto w = detail::share_of_block(g, flow, y, j, infinity());
             low = low + w.low;
             high = high + w.high;
             continue;

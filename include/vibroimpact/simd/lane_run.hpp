@@ -111,7 +111,7 @@ protected:
         const auto& [at, so_far] = *slot.run;
         const bool shown = so_far.now.time() >= slot.shown_from;
         const bool goes_on = !shown || host_->see(first_ + i, e, at, so_far.now);
-        const run_end why = end_of_run(so_far, e, slot.limit, true);
+        const run_end why = end_of_run(so_far, e, slot.limit, run_end::horizon);
         if (why == run_end::none && !goes_on) return run_end::observer;
         if (why == run_end::none && so_far.events >= slot.limit.events) return run_end::events;
         return why;

@@ -219,7 +219,7 @@ VI_HD inline double row_before(const Propagator& p, int n, double gain, vec<doub
     for (int i = 0; i < n; ++i) {
         gain = gain + row[i] * p.shift[i];
         for (int j = 0; j < n; ++j)
-            out[j] = out[j] + row[i] * p.e[i][j];
+            out[j] = out[j] + row[i] * p.entry(i, j);
     }
     row = out;
     return gain;
@@ -344,8 +344,12 @@ VI_HD inline void prepare_quick_mode(quick_mode<double, Shape>& to, const Mode& 
     const double h = flow.step;
     const auto once = from.at_time(h), narrow = from.at_time(h / narrower);
     auto power = once;
-    for (int i = 0; i < longest_powers; ++i, power = from.after(power, power))
-        flow.powers[i] = {power.e, power.shift};
+    for (int k = 0; k < longest_powers; ++k, power = from.after(power, power)) {
+        flow.powers[k].shift = power.shift;
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                flow.powers[k].e[i][j] = power.entry(i, j);
+    }
     for (int i = 0; i < grids; ++i) {
         const double apart = i == wide_grid ? h : h / narrower;
         flow.spacing[i] = i == wide_grid ? parts_of_step : parts_of_step / narrower;

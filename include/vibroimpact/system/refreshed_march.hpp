@@ -3,7 +3,7 @@
 // Method      y_{n+1} = exp(B step) y_n. After 32 steps the state is taken anew by one step 32 times
 //             as long, and after 32 of those by one 1024 times as long, so at most
 //             31 + 31 + n / 1024 applications lie between a state and the start of its flight.
-//             Longer leaps are by squares of that last step, and count as often as it is in them.
+//             Longer leaps, by one step as long, count as often as that last one is in them.
 // Accuracy    each application adds at most 4 ulp of the amplitude; applications() counts them
 #pragma once
 
@@ -51,7 +51,8 @@ struct refreshed_march {
     // As often doubled.
     VI_HD void leap_farther(const Flow& flow, int doublings) {
         by_1024_ = by_1024_ + two_to(doublings);
-        y = by_32 = by_1024 = flow.apply(flow.squared(flow.refresh[1], doublings), by_1024);
+        const double steps = refresh_interval * refresh_interval * two_to(doublings);
+        y = by_32 = by_1024 = flow.apply(flow.at_time(steps * flow.step), by_1024);
     }
     // To a state so many steps from here, by one application: it begins anew there.
     VI_HD void stride(const state& to, double steps_on) {

@@ -10,7 +10,8 @@
 //             by the dual norm of the row. All is clear for a time t if the gap g keeps
 //               g(0) > t max|u'|,   or   g(0) and g(t) > t^2/8 max|u''|                        (3)
 //             beyond rounding. The longest such stride of 2^n steps is taken.
-// Assumes     a norm and its growth; |w| = 1
+//             Watches of elements are guards as contacts are; what is not searched is left out.
+// Assumes     a norm and its growth, infinite where none is known; |w| = 1
 // Accuracy    |z^(m)| includes what rounding may hide of it; the other terms a margin of 2^-30
 // Fails       no stride: the step is marched
 // Reference   theory.md, "First contact"
@@ -33,9 +34,24 @@ struct row_size {
 // Sizes of the rows of a mode, and of what forces add to the motion.
 template <class R, class Flow>
 struct stride_view {
-    row_size<R> rows[Flow::max_contacts];
+    row_size<R> rows[Flow::max_contacts + Flow::shape_type::max_watches];
     R push[stride_orders]; // of (1), per unit of time
 };
+
+// Guard of a mode by its number: those of contacts first, then the watches of elements.
+template <class Mode>
+VI_HD inline const auto& guard_of(const Mode& m, int number) {
+    if constexpr (Mode::flow_type::shape_type::max_watches > 0)
+        if (number >= m.flow.contacts()) return m.watched.at[number - m.flow.contacts()].row;
+    return m.guards[number];
+}
+template <class Mode>
+inline constexpr int most_guards =
+    Mode::flow_type::max_contacts + Mode::flow_type::shape_type::max_watches;
+template <class Mode>
+VI_HD inline int guards_of(const Mode& m) {
+    return m.flow.contacts() + m.watched.count;
+}
 
 namespace detail {
 
@@ -80,12 +96,12 @@ template <class Mode, class View>
 VI_HD inline void prepare_strides(View& to, const Mode& m) {
     const auto& flow = m.flow;
     const int n = flow.dimension(), first = n - 2 * flow.lines();
-    for (int i = 0; i < flow.contacts(); ++i)
+    for (int i = 0; i < guards_of(m); ++i)
         for (int k = 0; k < stride_orders; ++k) {
-            const auto& row = m.guards[i].rows[k];
+            const auto& row = guard_of(m, i).rows[k];
             auto& size = to.rows[i];
             size.mechanical[k] = detail::dual_norm(flow, row);
-            size.gain[k] = abs(m.guards[i].gains[k]);
+            size.gain[k] = abs(guard_of(m, i).gains[k]);
             size.line[k] = 0.0;
             for (int at = first; at < n; ++at)
                 size.line[k] = size.line[k] + abs(row[at]);
@@ -134,7 +150,7 @@ public:
         for (int l = 0; l < flow.lines(); ++l)
             fastest_ = max(fastest_, rate_of_line(flow, first + 2 * l));
     }
-    // |u^(order)| of contact i for a time t.
+    // |u^(order)| of guard i for a time t.
     VI_HD double most(int i, int order, double t) const {
         const auto& rows = m_.view.rows[i];
         double least = infinity();
@@ -178,20 +194,23 @@ VI_HD inline double room_of(const Guard& g, const Flow& flow, const vec<double, 
 
 } // namespace detail
 
-// Stride, if one is clear; `applications` are those before the march began. A flight that is next to a
-// stop waits longer and longer before it tries one again.
-template <class Mode, class March>
-VI_HD inline bool stride(const Mode& m, double horizon, double applications, March& at) {
+// Stride, if one is clear; `applications` are those before the march began, and skips(i) says that guard i is not
+// searched. A flight that is next to a stop waits longer and longer before it tries one again.
+template <class Mode, class March, class Skips>
+VI_HD inline bool stride(const Mode& m, double horizon, double applications, const Skips& skips,
+                         March& at) {
     using vector = vec<double, Mode::dimension_limit>;
     const auto& flow = m.flow;
-    const int n = flow.dimension(), contacts = flow.contacts();
+    const int n = flow.dimension(), guards = guards_of(m);
     const vector y = values_of(at.y, n);
     const detail::pace<Mode> now(m, y);
     const auto room = [&](const vector& z, int i) {
-        return detail::room_of(m.guards[i], flow, z, applications + at.applications() + 1.0);
+        return skips(i) ? infinity()
+                        : detail::room_of(guard_of(m, i), flow, z,
+                                          applications + at.applications() + 1.0);
     };
-    vec<double, Mode::flow_type::max_contacts> rooms{};
-    for (int i = 0; i < contacts; ++i)
+    vec<double, most_guards<Mode>> rooms{};
+    for (int i = 0; i < guards; ++i)
         rooms[i] = room(y, i);
     const auto length = [&](int k) { return two_to(k) * flow.step; };
     const auto within = [&](int k) {
@@ -200,7 +219,7 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Mar
     };
     const auto keeps = [&](int k, int order, const auto& rooms_there) { // (3)
         const double t = length(k);
-        for (int i = 0; i < contacts; ++i) {
+        for (int i = 0; i < guards; ++i) {
             const double way = now.most(i, order, t) * (order == 1 ? t : t * t / 8.0);
             if (!(rooms_there[i] > way)) return false;
         }
@@ -214,8 +233,8 @@ VI_HD inline bool stride(const Mode& m, double horizon, double applications, Mar
         ++bent;
     for (; bent > slow; --bent) {
         const auto there = flow.apply(flow.power(bent), at.y);
-        vec<double, Mode::flow_type::max_contacts> then{};
-        for (int i = 0; i < contacts; ++i)
+        vec<double, most_guards<Mode>> then{};
+        for (int i = 0; i < guards; ++i)
             then[i] = room(values_of(there, n), i);
         if (!keeps(bent, 2, then)) continue;
         at.stride(there, two_to(bent));

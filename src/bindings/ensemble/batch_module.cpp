@@ -103,10 +103,8 @@ public:
         if (dense_) {
             parts.push_back({"b", &fields::b, of_flow("b"), d * d});
             parts.push_back({"constant", &fields::constant, of_flow("constant"), d});
-            if (!piecewise_) {
-                parts.push_back({"norm", &fields::norm, of_flow("norm"), d * d});
-                parts.push_back({"growth", &fields::growth, of_flow("growth"), 1});
-            }
+            parts.push_back({"norm", &fields::norm, of_flow("norm"), d * d});
+            parts.push_back({"growth", &fields::growth, of_flow("growth"), 1});
         } else {
             parts.push_back({"k", &fields::k, of_flow("k"), d / 2});
             parts.push_back({"c", &fields::c, of_flow("c"), d / 2});

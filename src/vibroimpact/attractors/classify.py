@@ -57,7 +57,7 @@ from vibroimpact.simulation.sections import (
     check_stop,
     scale_of,
 )
-from vibroimpact.simulation.simulate import RunEnd, Status
+from vibroimpact.simulation.simulate import ENDS_QUIETLY, RunEnd, Status
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact.simulation.state_sections import AnySection, check_change
 
@@ -350,9 +350,9 @@ def _classified(sampler: Sampler, window: Window) -> Attractor:
         first = (*exponent.earlier, exponent)[0]  # the points come before the exponent
         shape = classify_points(iterates, first)
     else:
-        if window.end is RunEnd.SILENT:
+        if window.end in ENDS_QUIETLY:
             rest = rest_on_stops(motion.system, motion.position[None])[0]
-        kinds = {RunEnd.SILENT: Kind.SILENT, RunEnd.DIVERGED: Kind.DIVERGED}
+        kinds = {RunEnd.DIVERGED: Kind.DIVERGED} | dict.fromkeys(ENDS_QUIETLY, Kind.SILENT)
         shape = InvariantSet(kinds.get(window.end, Kind.UNDECIDED), reason=window.end.sentence)
     omega = mechanism_of(section.system).omega
     elapsed = np.diff(section.time) * (omega / (2.0 * np.pi))

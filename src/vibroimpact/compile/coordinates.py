@@ -270,30 +270,38 @@ def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:
 
 
 def with_energy(c: ModeCoordinates, r: Reduced, rate: float) -> ModeCoordinates:
-    """Dense coordinates with a norm of z = (xi, xi' / rate), and a bound of its growth rate.
+    """Dense coordinates with the norm of :func:`energy_norm`."""
+    norm, growth = energy_norm(len(c.to_x[0]), r.mass, r.stiffness, r.damping, rate)
+    return dataclasses.replace(c, flow={**c.flow, "norm": norm, "growth": [growth]})
+
+
+def energy_norm(
+    size: int, mass: Matrix, stiffness: Matrix, damping: Matrix, rate: float
+) -> tuple[Matrix, float]:
+    """Norm of z = (xi, xi' / rate), among ``size`` coordinates y, and a bound of its growth rate.
 
     Its square is z^T P z = xi^T (K + 4 s M) xi + xi'^T M xi', with K + s M >= 0 and C + g M >= 0.
     As K + 4 s M >= 3 s M, motion without forcing has
 
         d/dt |z| <= (2 s / sqrt(3 s) + g) |z|,
 
-    and s and g are the least of 4^n times (2^-20 rate)^2 and 2^-20 rate that satisfy this: small
-    against the rates of oscillation, large against rounding. The norm is |N z|, N upper
-    triangular, P = N^T N.
+    and s and g are the least of 4^n times 2^-40 |M^-1 K| and 2^-40 |M^-1 C| that satisfy this: small
+    against K and C, large against rounding, n^2 2^-53 of these. Where K is zero any s > 0 will do. The norm is
+    |N z|, N upper triangular, P = N^T N.
     """
-    size, free = len(c.to_x[0]), len(r.mass)
-    norm = linear.zeros(size, size)
-    slow = rate * 2.0**-20
-    s = _least_shift(r.stiffness, r.mass, slow * slow)
-    g = _least_shift(r.damping, r.mass, slow)
-    spring = linear.cholesky(linear.plus(r.stiffness, r.mass, 4.0 * s)) or []
-    inertia = linear.cholesky(r.mass) or []
+    norm, free = linear.zeros(size, size), len(mass)
+    solve = linear.solver_of_definite(mass)
+    stiff, damp = (linear.row_sum_norm(solve(a)) if free else 0.0 for a in (stiffness, damping))
+    tiny = rate * 2.0**-60
+    s = _least_shift(stiffness, mass, greatest([stiff * 2.0**-40, tiny * tiny]))
+    g = _least_shift(damping, mass, greatest([damp * 2.0**-40, tiny]))
+    spring = linear.cholesky(linear.plus(stiffness, mass, 4.0 * s)) or []
+    inertia = linear.cholesky(mass) or []
     for i in range(free):
         for j in range(i + 1):
             norm[2 * j][2 * i] = spring[i][j]
             norm[2 * j + 1][2 * i + 1] = rate * inertia[i][j]
-    growth = 2.0 * s / square_root(3.0 * s) + g
-    return dataclasses.replace(c, flow={**c.flow, "norm": norm, "growth": [growth]})
+    return norm, 2.0 * s / square_root(3.0 * s) + g
 
 
 def _least_shift(a: Matrix, mass: Matrix, least: float) -> float:

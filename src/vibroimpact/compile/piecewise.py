@@ -36,22 +36,23 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
     ROUNDING,
+    above,
+    choose,
     greatest,
     is_infinite,
-    is_number,
     least,
     rounded_down,
     square_root,
 )
-from vibroimpact._kernel import sincos
-from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, units_of
+from vibroimpact._kernel import Jet, sincos
+from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, energy_norm, units_of
 from vibroimpact.compile.modes import (
     STEP_BITS,
     Guard,
@@ -583,9 +584,12 @@ class Piecewise:
     def _flow(self, forces: Forces) -> dict[str, object]:
         n, size = self.degrees, self.size
         total = [list(row) for row in forces.pull]
+        terms = linear.absolute(total)
         for c, mu in zip(forces.constraints, forces.multipliers, strict=True):
             for i in range(n):
                 total[i] = _sum(total[i], mu, c.row[i])
+                terms[i] = _sum(terms[i], list(map(abs, mu)), abs(c.row[i]))
+        total = list(map(_cleared, total, terms)) if forces.constraints else total
         acceleration = self._accelerations(total)
         b, constant = linear.zeros(size, size), [0.0] * size
         for i, speed in forces.light.speeds.items():
@@ -603,7 +607,30 @@ class Piecewise:
         if self.light and norm > 2.0 * (other := self._norm(self._in_own_units(b))):
             norm = other
         step = rounded_down(STEP_ANGLE / norm, STEP_BITS)
-        return {"b": b, "constant": constant, "step": [step]}
+        energy, growth = self._energy(forces)
+        return {
+            "b": b, "constant": constant, "step": [step], "norm": energy, "growth": [growth],
+        }  # fmt: skip
+
+    def _energy(self, forces: Forces) -> tuple[Matrix, float]:
+        """Norm of a mode and its growth rate; infinite where none is known.
+
+        What holds contacts and friction does no work on a motion that keeps their constraints at rest.
+        """
+        n, pull = self.degrees, forces.pull
+        none = linear.zeros(self.size, self.size), math.inf
+        if self.light or any(any(map(bool, c.speed)) for c in forces.constraints):
+            return none
+        k, c = ([[-x for x in row[at : 2 * n : 2]] for row in pull] for at in (0, 1))
+        sizes = linear.plus(linear.absolute(k), linear.absolute(transpose(k)))
+        if any(map(any, map(_cleared, linear.plus(k, transpose(k), -1.0), sizes))):
+            return none  # a load of friction that depends on positions
+        k, c = (linear.plus(a, transpose(a)) for a in (k, c))
+        unit = linear.unit_of(self.mass)  # roots of masses have the same bits in every unit then
+        stiffness, damping = linear.over(k, 2.0 * unit), linear.over(c, 2.0 * unit * self.scale)
+        return energy_norm(
+            self.size, linear.over(self.mass, unit), stiffness, damping, self.scale
+        )
 
     def _norm(self, b: Matrix) -> float:
         """Row sum norm of a flow with velocities in the best scale, but not below half of its own.
@@ -784,12 +811,13 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
         pull[i] = _sum(pull[i], force, sign * x)
 
 
-def _cleared(row: Vector, terms: Vector) -> Vector:
+def _cleared(row: list[Any], terms: Vector) -> Vector:
     """A row of sums with zeros where rounding of terms of these sizes left something.
 
-    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does.
+    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does. Jets keep
+    what is left: their derivatives count.
     """
     return [
-        0.0 if not is_number(x) and abs(x) <= ROUNDING * size else x
+        x if isinstance(x, Jet) else choose(above(abs(x), ROUNDING * size), x, 0.0)
         for x, size in zip(row, terms, strict=True)
     ]

@@ -94,7 +94,7 @@ class FreeDecay:
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended: HORIZON at ``t_max``, SILENT where no impact is to come."""
+        """Why the simulation ended: HORIZON at ``t_max``."""
         return self.run.end
 
     @property

@@ -25,7 +25,7 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
 from vibroimpact.orbits.problem import Flight
-from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status
+from vibroimpact.simulation.simulate import COUNTED, ENDS_QUIETLY, Run, Status
 
 NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
 CLOSED = 1e-5  # the same for a settled periodic motion
@@ -129,7 +129,7 @@ def closing_loop(
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
-        why = "" if run.end is RunEnd.SILENT else _without_signature(run, since, math.inf)
+        why = "" if run.end in ENDS_QUIETLY else _without_signature(run, since, math.inf)
         return why or f"the run has no loop {wanted}: {run.end.sentence}"
     first, last, settled = found
     whole = cycles_of(run.system, times[last] - times[first]) if cycles is None else cycles

@@ -55,7 +55,7 @@ from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.orbits.starts import Starts, starts_of
 from vibroimpact.orbits.starts_between import StartsBetween, starts_between
-from vibroimpact.simulation.simulate import COUNTED, Run, RunEnd, Status, simulate
+from vibroimpact.simulation.simulate import COUNTED, ENDS_QUIETLY, Run, RunEnd, Status, simulate
 
 CHANGES = (Status.CHANGE, Status.NON_UNIQUE)
 BEYOND = "it settled on an orbit of more than {self.cycles} cycles or {self.impacts} impacts"
@@ -267,7 +267,7 @@ def _end_of(run: Run) -> MotionEnd:
             return MotionEnd.IMPACTS
         if np.isin(late, CHANGES).any():
             return MotionEnd.CHANGING
-    silent = run.end in (RunEnd.HORIZON, RunEnd.SILENT)
+    silent = run.end in (RunEnd.HORIZON, *ENDS_QUIETLY)
     return MotionEnd.SILENT if silent else MotionEnd.BROKEN
 
 

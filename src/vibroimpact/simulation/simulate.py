@@ -41,8 +41,10 @@ if TYPE_CHECKING:
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
-SILENT_PERIODS = 10_000  # forcing periods without an event after which a run is called silent
-SILENT_STEPS = 100_000  # the same in steps of the march, where there is no forcing
+LONG_PERIODS = (
+    10_000  # forcing periods without an event after which it is asked whether one is to come
+)
+LONG_STEPS = 100_000  # the same in steps of the march, where there is no forcing
 EVENTS_BETWEEN = 64  # events from impact to impact, at most, of a machine with elements
 
 
@@ -86,7 +88,8 @@ class RunEnd(IntEnum):
     DIVERGED = 9
     STEPS = 10
     POINTS = 11
-    SLIDING = 12
+    QUIET = 12
+    SLIDING = 13
 
     @property
     def sentence(self) -> str:
@@ -95,12 +98,14 @@ class RunEnd(IntEnum):
 
 
 GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)  # by friction, say, without an impact
+ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # only without t_max
 
 _SENTENCES = {
     RunEnd.IMPACTS: "the requested number of impacts was reached",
     RunEnd.HORIZON: "t_max was reached",
-    RunEnd.SILENT: "no contact within flight_limit, and none is sure to come: the motion may have "
-    "stopped impacting",
+    RunEnd.SILENT: "no contact, and no change of an element, will come any more: this is proved",
+    RunEnd.QUIET: "no contact in a long flight, and neither that one will come nor that none will "
+    "could be proved: the motion may have stopped impacting; t_max takes it further",
     RunEnd.UNDECIDED: "the next event could not be decided at double precision",
     RunEnd.STALLED: "time does not advance: more than 4096 events at one instant",
     RunEnd.MISSING: "a set of closed contacts, and of friction that sticks, could not be compiled: "
@@ -441,9 +446,9 @@ def settled(compiled: Compiled, at: Any) -> Any:
 
 
 def flight_limit_of(compiled: Compiled) -> float:
-    """Longest flight without an event before a run is called silent."""
+    """Flight after which, without t_max, it is asked whether an event is to come."""
     omega = compiled.mechanism.omega
-    return SILENT_PERIODS * 2.0 * math.pi / omega if omega else SILENT_STEPS * compiled.step
+    return LONG_PERIODS * 2.0 * math.pi / omega if omega else LONG_STEPS * compiled.step
 
 
 def check_counts(impacts: Any, t_max: float) -> None:
@@ -482,7 +487,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     impacts
         Stop after so many impacts (completed chatter counts as one, meeting a soft stop as one).
     t_max
-        Stop at this time.
+        Stop at this time. Without it a run in which no impact is to come ends as ``RunEnd.SILENT`` where
+        that is proved, as ``RunEnd.QUIET`` where it is not; with it neither occurs.
 
     Returns
     -------
