@@ -18,9 +18,8 @@ from vibroimpact._core.scalars import above, choose, greatest, rounded_down, squ
 from vibroimpact.compile.decoupling import Decoupled
 from vibroimpact.compile.reduction import Closed, Reduced, mobility_of
 from vibroimpact.compile.vibrations import Vibrations
-from vibroimpact.model.elements import Friction
-from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import STOP_KINDS, Contact, Mechanism, stop_sizes
+from vibroimpact.model.elements import PhaseSwitch
+from vibroimpact.model.mechanism import Contact, Mechanism, stop_sizes
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
@@ -76,7 +75,7 @@ def units_of(m: Mechanism, flow: dict[str, Any], rate: float) -> Vector:
 
     The kernel takes rounding relative to the largest entry of y. Sines and cosines, and the entry 1 of a
     coordinate without mass, have no unit, so lengths are put beside them in that of what they add to
-    the motion within the time of its fastest rate, or to the place of a stop: a power of two, which
+    the motion within the time of its fastest rate, or of how far stops and belts move: a power of two, which
     changes no digit. Where they add nothing, a length of the machine serves.
     """
     b, constant = flow["b"], flow["constant"]
@@ -84,19 +83,13 @@ def units_of(m: Mechanism, flow: dict[str, Any], rate: float) -> Vector:
     moved = [i for i in range(2 * m.degrees) if i not in ones]
     pushes = [abs(b[i][j]) / rate for i in moved for j in (*ones, *range(2 * m.degrees, len(b)))]
     for part in m.numbered:
-        if isinstance(part, STOP_KINDS):
-            pushes += _amplitudes(part.motion)
-        elif isinstance(part, Friction):
-            pushes += [x / rate for x in _amplitudes(part.belt_motion)]
+        if not isinstance(part, PhaseSwitch):
+            pushes += [abs(x) for line in part.motion for x in (*line.sine, *line.cosine)]
     pushed = greatest(pushes)
     resting = greatest([*stop_sizes(m), *(abs(constant[i]) / rate for i in moved)])
     length = choose(above(pushed, 0.0), pushed, choose(above(resting, 0.0), resting, 1.0))
     unit = rounded_down(length, 1)
     return [unit if i in moved else 1.0 for i in range(len(b))]
-
-
-def _amplitudes(lines: tuple[Harmonic, ...]) -> Vector:
-    return [abs(x) for line in lines for x in (*line.sine, *line.cosine)]
 
 
 class Blocks(NamedTuple):
