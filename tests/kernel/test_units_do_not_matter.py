@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from support.random_machines import (
+    CHANGE,
     KINDS,
+    changed,
     mirrored,
     random_machine,
     random_start,
@@ -29,7 +30,7 @@ import vibroimpact as vi
 
 QUICK, MANY = 7, 70  # machines of each kind: some 200, some 2000
 IMPACTS, PERIODS = 150, 6.0
-CHANGE, GAIN = 1e-12, 1e3
+GAIN = 1e3
 CLOSE = CHANGE * GAIN  # of the scale of the motion; rounding, 1e-16 a step, is far below CHANGE
 SLOW = pytest.mark.slow
 COUNTS = [pytest.param(0, QUICK, id="quick"), pytest.param(QUICK, MANY, id="many", marks=SLOW)]
@@ -115,21 +116,6 @@ def test_units_that_are_powers_of_two_change_no_bit(kind: str, first: int, last:
 
 
 # ---- to rounding ------------------------------------------------------------------------------------
-
-
-def changed(m: vi.Mechanism, state: vi.State) -> tuple[vi.Mechanism, vi.State]:
-    """Forces, stiffnesses, speeds changed by CHANGE of themselves: starts stay on their stops."""
-    more = 1.0 + CHANGE
-    forces = tuple(
-        vi.Harmonic(f.omega, tuple(x * more for x in f.sine), tuple(x * more for x in f.cosine))
-        for f in m.forces
-    )
-    stiffness = [[x / more for x in row] for row in m.stiffness]
-    still = not any(contact.motion for contact in m.contacts)
-    velocity = tuple(x * more for x in state.velocity) if still else state.velocity
-    return replace(m, forces=forces, stiffness=stiffness), vi.State(
-        state.position, velocity, state.phase
-    )
 
 
 Told = tuple[int, int, int]

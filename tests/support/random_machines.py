@@ -178,6 +178,26 @@ def reordered(m: vi.Mechanism, contacts: Sequence[int], elements: Sequence[int])
     )
 
 
+# ---- nearby ----------------------------------------------------------------------------------------
+
+CHANGE = 1e-12
+
+
+def changed(m: vi.Mechanism, state: vi.State) -> tuple[vi.Mechanism, vi.State]:
+    """Forces, stiffnesses, speeds changed by CHANGE of themselves: starts stay on their stops."""
+    more = 1.0 + CHANGE
+    forces = tuple(
+        vi.Harmonic(f.omega, tuple(x * more for x in f.sine), tuple(x * more for x in f.cosine))
+        for f in m.forces
+    )
+    stiffness = [[x / more for x in row] for row in m.stiffness]
+    still = not any(contact.motion for contact in m.contacts)
+    velocity = tuple(x * more for x in state.velocity) if still else state.velocity
+    return replace(m, forces=forces, stiffness=stiffness), vi.State(
+        state.position, velocity, state.phase
+    )
+
+
 # ---- random machines --------------------------------------------------------------------------------
 
 KINDS: dict[str, tuple[str, ...]] = {  # elements of each, and words about its matrices
