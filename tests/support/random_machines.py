@@ -243,8 +243,12 @@ def random_machine(
     Rayleigh's; a quarter have free masses. A coordinate without mass comes last.
     """
     light = "massless" in kinds or "slider" in kinds
-    least = max(1 + light, sum("friction" in kind or "belt" in kind for kind in kinds))
-    n = degrees or int(rng.integers(min(3, least), 4))  # joints are not all on one coordinate
+    joints = sum("friction" in kind or "belt" in kind for kind in kinds)
+    rigid = any(word in kind for kind in kinds for word in ("rigid", "plastic", "floor"))
+    least = max(
+        1 + light, joints + (joints > 0 and rigid)
+    )  # on one coordinate forces are shared anyhow
+    n = degrees or int(rng.integers(min(3, least), 4))
     a, b, c, d = (rng.normal(size=(n, n)) for _ in range(4))
     rank = n - int(rng.random() < 0.25 and not light)
     mass = a @ a.T / n + np.eye(n)

@@ -317,6 +317,12 @@ class Machine:
             raise UndecidedError("too many states")
         found = [chosen for chosen in itertools.product(*options) if self.lasts(chosen, forced)]
         best = [c for c in found if not any(self.beats(other, c) for other in found)]
+        if (
+            number >= 0
+            and self.kinds[number] == "friction"
+            and len({self.closed(c) for c in best}) > 1
+        ):
+            raise UndecidedError("a contact opens as a joint sticks, or stays closed as it slips")
         kept = {c: {j for j, q in enumerate(c) if q == states[j] and j != number} for c in best}
         best = [c for c in best if not any(kept[other] > kept[c] for other in best)]
         if len(best) > 1 and self.alike(best):
@@ -331,6 +337,9 @@ class Machine:
             lift = self.inverse @ R.T
             self.y[self.n : 2 * self.n] -= lift @ np.linalg.solve(R @ lift, held.held @ self.y)
         return best[0]
+
+    def closed(self, states: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(q for q, kind in zip(states, self.kinds, strict=True) if kind == "rigid")
 
     def alike(self, several: list[tuple[int, ...]]) -> bool:
         """Whether they are one motion: of joints without speed on a contact that is at rest."""
