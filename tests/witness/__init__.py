@@ -12,6 +12,7 @@ so that an error would have to be made twice to go unseen.
     misprints   the paper's equations as printed and as they hold, with residuals
     normal_form_slips  the same for the appendix
     multilinear derivatives of maps by differences at high precision, and their normal forms
+    grid        rigid and soft stops, friction, belts, phase switches: matrix exponentials on a fine grid
     periodic    periodic orbits of any mechanism, by segments
     periodic_damper, periodic_one_sided, periodic_torus, periodic_cases
                 the orbits that tests/reference/periodic.toml lists
