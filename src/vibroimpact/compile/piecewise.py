@@ -27,6 +27,9 @@ the forces g on all these z balance, and
 
 gives v_z: from g = 0, where slipping begins, g stays zero, and what rounding leaves of it dies out.
 
+Frictions on the same line (model/friction_lines.py) are one: the first of them holds it, up to the sum of
+the levels, and all have its limits and states. A mode in which they have others does not occur.
+
 (theory.md, "Elements").
 """
 
@@ -74,6 +77,7 @@ from vibroimpact.model.elements import (
     SoftStop,
     SoftStopState,
 )
+from vibroimpact.model.friction_lines import friction_lines
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
@@ -85,6 +89,9 @@ SIDES = {
     SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
 }  # fmt: skip
 Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
+NEARLY = (
+    2.0**-26
+)  # sine squared of the angle of two lines: forces of each are good to half the digits
 PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
 
 
@@ -155,6 +162,8 @@ class Piecewise:
         self.size = 2 * (self.degrees + self.lines)
         self.light = m.massless
         self.sliders = m.sliders
+        self.shared = friction_lines(m.elements, [*self.sliders])
+        self.first_on_line = {i: first for first, line in self.shared.items() for i in line}
         self.heavy = with_mass(m)
         self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
         self._by_mass = linear.solver_of_definite(self.mass)
@@ -163,6 +172,7 @@ class Piecewise:
         self.rate = self._rate()
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
+        self._check_lines()
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
@@ -181,6 +191,48 @@ class Piecewise:
                 f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
                 "Choose another unit of time."
             )
+
+    def _check_lines(self) -> None:
+        """Refuse frictions on nearly the same line: by what holds one, the other is not determined."""
+        frictions = [
+            (number, e) for number, e in enumerate(self.mechanism.elements)
+            if isinstance(e, Friction) and number not in self.sliders
+        ]  # fmt: skip
+        for (i, one), (j, other) in itertools.combinations(frictions, 2):
+            rows = [list(one.row), list(other.row)]
+            if linear.null_space(rows) is None:
+                continue  # the same
+            (a, b), (_, c) = product(rows, self._accelerations(transpose(rows)))
+            if a * c - b * b <= NEARLY * (a * c):
+                raise InvalidParameterError(
+                    f"elements[{i}] and elements[{j}]: frictions on nearly the same line (rows "
+                    f"{one.row} and {other.row}), so that the force of each is not determined while both "
+                    "stick. Make one row a multiple of the other, or let them differ more."
+                )
+
+    def _is_parted(self, states: tuple[int, ...]) -> bool:
+        """Whether frictions on the same line have states that cannot be together."""
+        return any(
+            states[i] != _along_line(states[first], factor)
+            for first, line in self.shared.items()
+            for i, factor in line.items()
+        )
+
+    def _static(self, number: int) -> float:
+        """Level up to which a friction holds its line, those of others on it included."""
+        elements = self.mechanism.elements
+        return sum(
+            abs(factor) * elements[i].static
+            for i, factor in self.shared.get(number, {number: 1.0}).items()
+        )
+
+    def _share(self, number: int) -> float:
+        """Part of the force that holds its line, along the row of the first on it, that a friction carries."""
+        first = self.first_on_line.get(number, number)
+        if (first == number and number not in self.shared) or not (level := self._static(first)):
+            return float(number == first)
+        own = self.mechanism.elements[number].static
+        return own / level if self.shared[first][number] > 0.0 else -own / level
 
     def _rate(self) -> float:
         """Rate of the motion with all soft stops pressed, as a scale."""
@@ -358,7 +410,7 @@ class Piecewise:
             pull[i][-1] = m.constant_force[i]
         constraints: list[Constraint] = []
         held: dict[int, Friction] = {}
-        never = None
+        never = len(m.elements) if self._is_parted(states) else None
         for contact, _ in closed:
             c = m.contacts[contact]
             speed, change = (self._motion(c.motion, d) for d in (1, 2))
@@ -370,6 +422,8 @@ class Piecewise:
             elif isinstance(e, Friction) and state == FrictionState.STICK:
                 if number in self.sliders:
                     held[number] = e
+                    continue
+                if self.first_on_line.get(number, number) != number:
                     continue
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     never = number
@@ -499,12 +553,16 @@ class Piecewise:
         """Force of every element along its row, and the speed at which it works, as rows on (y, 1)."""
         nothing = [0.0] * (self.size + 1)
         held = iter(forces.multipliers[closed:])
+        on_line: dict[int, Vector] = {}  # what holds a line, by the first on it
         out = []
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
             if isinstance(e, Friction) and state == FrictionState.STICK:
                 force = forces.light.held.get(number)
                 if force is None:
-                    force = nothing if number == forces.never else next(held, nothing)
+                    first = self.first_on_line.get(number, number)
+                    if first == number and number != forces.never:
+                        on_line[number] = next(held, nothing)
+                    force = [self._share(number) * x for x in on_line.get(first, nothing)]
                 out.append((force, nothing))
             elif isinstance(e, PhaseSwitch) or (law := self._law(e, state)) is None:
                 out.append((nothing, nothing))
@@ -671,10 +729,14 @@ class Piecewise:
         if forces.never is not None:  # 0 >= 1: of two constraints alike one slips at speed zero
             return [([0.0] * self.size, 0.0, 1.0, math.inf, forces.never, False, -1, -1)]
         watches: list[Watch] = []
+        on_line: dict[int, list[Row]] = {}  # limits of frictions that share one, by the first
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
             found: list[Row] = []
-            if isinstance(e, SoftStop):
+            first = self.first_on_line.get(number, number)
+            if first != number:
+                found = on_line[first]
+            elif isinstance(e, SoftStop):
                 found = self._soft_watches(e, SoftStopState(state))
             elif isinstance(e, PhaseSwitch):
                 late, early = (self._from_phase(e, phase) for phase in e.arcs[state][:2])
@@ -688,7 +750,7 @@ class Piecewise:
                     watches.append(self._watch(g, 0.0, 0.0, number, forces, held=True))
             elif state == FrictionState.STICK:
                 watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
-                found = self._sticking_watches(e, forces.multipliers[stuck])
+                found = self._sticking_watches(number, forces.multipliers[stuck])
                 stuck += 1
             elif state != FrictionState.LIFTED and self._moves_along(
                 list(e.row), self._belt(e), forces.constraints
@@ -697,6 +759,7 @@ class Piecewise:
                 found = [(self._load(e), 0.0, math.inf)] if e.load else []
             else:
                 found = self._slipping_watches(e, FrictionState(state))
+            on_line[number] = found
             watches += [self._watch(row, low, high, number, forces) for row, low, high in found]
         return watches
 
@@ -711,14 +774,15 @@ class Piecewise:
         e = self.mechanism.elements[number]
         assert isinstance(e, Friction)
         if state is FrictionState.STICK:
-            return self._sticking_watches(e, forces.light.held[number])
+            return self._sticking_watches(number, forces.light.held[number])
         return self._slipping_watches(e, state)
 
-    def _sticking_watches(self, e: Friction, force: Vector) -> list[Row]:
-        assert e.static is not None
+    def _sticking_watches(self, number: int, force: Vector) -> list[Row]:
+        e, static = self.mechanism.elements[number], self._static(number)
+        assert isinstance(e, Friction)
         if e.load is None:
-            return [(force, -e.static, e.static)]
-        most = [e.static * x for x in self._load(e)]
+            return [(force, -static, static)]
+        most = [static * x for x in self._load(e)]
         return [(_sum(most, force, -1.0), 0.0, math.inf), (_sum(most, force), 0.0, math.inf)]
 
     def _slipping_watches(self, e: Friction, state: FrictionState) -> list[Row]:
@@ -763,6 +827,13 @@ class Piecewise:
 
 def _sum(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
     return [x + factor * y for x, y in zip(a, b, strict=True)]
+
+
+def _along_line(state: int, factor: float) -> int:
+    """State of a friction on the line of another, by the state of that and the factor of their rows."""
+    if state == FrictionState.STICK or factor > 0.0:
+        return state
+    return FrictionState.BACKWARD if state == FrictionState.FORWARD else FrictionState.FORWARD
 
 
 def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -> None:
