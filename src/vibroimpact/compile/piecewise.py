@@ -220,18 +220,21 @@ class Piecewise:
 
     def _static(self, number: int) -> float:
         """Level up to which a friction holds its line, those of others on it included."""
-        elements = self.mechanism.elements
-        return sum(
-            abs(factor) * elements[i].static
-            for i, factor in self.shared.get(number, {number: 1.0}).items()
-        )
+        line = self.shared.get(number, {number: 1.0})
+        return sum(abs(factor) * self._own_static(i) for i, factor in line.items())
+
+    def _own_static(self, number: int) -> float:
+        e = self.mechanism.elements[number]
+        assert isinstance(e, Friction)
+        assert e.static is not None
+        return e.static
 
     def _share(self, number: int) -> float:
         """Part of the force that holds its line, along the row of the first on it, that a friction carries."""
         first = self.first_on_line.get(number, number)
         if (first == number and number not in self.shared) or not (level := self._static(first)):
             return float(number == first)
-        own = self.mechanism.elements[number].static
+        own = self._own_static(number)
         return own / level if self.shared[first][number] > 0.0 else -own / level
 
     def _rate(self) -> float:

@@ -38,7 +38,8 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
         if not isinstance(e, Friction):
             continue
         line = lines.get(number, {number: 1.0})  # all on it stick together
-        if all(one.static == one.kinetic for one in (m.elements[i] for i in line)):
+        parts = [one for i in line if isinstance(one := m.elements[i], Friction)]
+        if all(one.static == one.kinetic for one in parts):
             continue
         before, after = (
             states_from_code(mode, contacts, count) for mode in (end.mode, ends[following].mode)
