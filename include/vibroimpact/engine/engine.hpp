@@ -180,7 +180,7 @@ continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shap
                     may_go_on(quick.flow, plain(flown) + quick.flow.step, horizon);
     }
     for (int i = 0; plain(flown) > 0.0 && at.held == 0 && i < system.contacts(); ++i)
-        at.touching[i] = 0.0;
+        if (!keeps_gap(system.modes[at.mode], i)) at.touching[i] = 0.0;
     if (plain(flown) > 0.0) earlier += applications_of_round; // of a scan that came nearer
     auto e = certified_step(system, at, horizon - plain(flown), may_pause, earlier);
     if (is_unfinished(e.what))
@@ -190,7 +190,7 @@ continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shap
 }
 
 // Where a motion with elements stands, its guards counting as contacts; those that do not leave their limit at some
-// rate have the rate zero.
+// rate have the rate zero. Gaps that the mode keeps meet nothing.
 template <class T, class Mode, class Shape, class Guarded>
 VI_HD inline void stand(const Mode& m, const trajectory<T, Shape>& at, trajectory<T, Guarded>& to) {
     const auto& quick = m.quick;
@@ -200,7 +200,7 @@ VI_HD inline void stand(const Mode& m, const trajectory<T, Shape>& at, trajector
     for (int i = 0; i < quick.flow.contacts(); ++i) {
         const int number = quick.number[i];
         if (number < contacts) {
-            to.touching[i] = at.touching[number];
+            to.touching[i] = keeps_gap(m, number) ? 0.0 : at.touching[number];
             to.rate[i] = at.rate[number];
         } else {
             const int zeros = at.elements.zeros[number - contacts];

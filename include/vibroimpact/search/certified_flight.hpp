@@ -109,7 +109,7 @@ namespace detail {
 template <int N>
 struct earliest {
     finding what = finding::none;
-    double s = 0.0;
+    double s = 0.0, latest = infinity(); // when; what is due with it is so by `latest`
     int contact = -1, side = 0;
     taylor<N> gap{};
 };
@@ -157,11 +157,25 @@ VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
         if (abs(g.d[m]) <= 64.0 * unit_roundoff * plain(magnitude(guard, m, y, flow))) g.d[m] = 0.0;
 }
 
+// Of guards that are due within rounding of one another the one with the smallest number is taken, so that no last
+// bit decides. A root may wait for `late`, in which its g falls by twice the rounding of u at most, g' late and
+// g'' late^2 / 2: what is due with the one that is taken touches then (transition.hpp), and so its `rounding` is eps,
+// or what counts as touching if that is less; zero where g is exact.
 template <int N>
 VI_HD inline void take_first(const window_verdict& v, int number, int side, const taylor<N>& g,
-                             earliest<N>& first) {
+                             double rounding, earliest<N>& first) {
     if (v.what == finding::none) return;
-    if (first.what == finding::none || v.s < first.s) first = {v.what, v.s, number, side, g};
+    double late = 0.0;
+    if (v.what == finding::root) {
+        const double speed = abs(evaluate(g, 1, v.s)), bend = abs(evaluate(g, 2, v.s));
+        const double pace = max(speed, sqrt(0.5 * rounding * bend));
+        if (pace > 0.0) late = rounding / pace;
+    }
+    const double latest = min(first.latest, v.s + late);
+    if (first.what == finding::none || first.s > latest)
+        first = {v.what, v.s, latest, number, side, g};
+    else
+        first.latest = latest;
 }
 
 // Whether a guard of a flow without blocks need not be looked at: the verdict would be none.
@@ -202,7 +216,8 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
         const bool no_force = start.flat[i] > 0.0 || (start.flat[i] < 0.0 && abs(g.d[0]) <= eps);
         if (guard.closed && applications == 0 && no_force) g.d[0] = 0.0;
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
-        take_first(first_root(g, span, eps, leaving), i, side, g, first);
+        const double rounding = leaving ? 0.0 : min(eps, rounding_at(limit, terms));
+        take_first(first_root(g, span, eps, leaving), i, side, g, rounding, first);
     }
 }
 
@@ -236,7 +251,9 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
         for (int k = 0; leaving && applications == 0 && k < zeros * side; ++k)
             g.d[k] = 0.0;
         if (leaving) g.d[0] = 0.0;
-        take_first(first_root(g, span, eps, leaving), m.flow.contacts() + j, side, g, first);
+        const double rounding = leaving ? 0.0 : min(eps, rounding_at(limit, terms));
+        take_first(first_root(g, span, eps, leaving), m.flow.contacts() + j, side, g, rounding,
+                   first);
     }
 }
 
@@ -280,7 +297,7 @@ VI_HD inline bool has_left(const Mode& m, const vec<T, Shape::max_dimension>& y,
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const double side = plain(start.touching[i]);
         const auto& g = m.guards[i];
-        if (side == 0.0 || g.closed) continue;
+        if (side == 0.0 || g.closed || keeps_gap(m, i)) continue;
         const double limit = side > 0.0 ? g.upper : g.lower;
         const double gap = side * (limit - guard_value(g, 0, z, m.flow.dimension()));
         if (!(gap > proof_margin * (magnitude(g, 0, z, m.flow) + abs(limit)))) return false;

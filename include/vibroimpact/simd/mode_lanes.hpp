@@ -158,7 +158,7 @@ public:
         if (scans()) round_.template land<false>(end, y);
         end.landed = end.landed & going_;
         go_on(end.moved & going_, end, y);
-        const mask wanted = end.landed & (end.duration > 0.0);
+        const mask wanted = end.landed & (end.duration > 0.0) & !kept_;
         const mask taken = any(wanted) ? take_states(wanted, end, y) : wanted;
         const mask others = busy_ & !taken & !(end.moved & going_) & (going_ | !quick_);
         if (any(others)) handle(others, end, y);
@@ -392,6 +392,10 @@ private:
         mode_[i] = at.mode;
         set_lane(quick_, i, able);
         set_lane(changed_, i, false);
+        bool kept = false;
+        for (int k = 0; k < contacts_; ++k)
+            kept = kept || is_kept(system, at, k);
+        set_lane(kept_, i, kept);
         if (able) {
             trajectory<double, guarded_of<Shape>> there;
             detail::stand(system.modes[at.mode], at, there);
@@ -414,6 +418,11 @@ private:
         set_lane(impacts_, i, static_cast<double>(so_far.impacts));
     }
 
+    // Whether a contact touches its stop while the mode of a motion keeps its gap; the slot says so as long as that lasts.
+    static bool is_kept(const hybrid<Flow>& system, const scalar& at, int k) {
+        return at.touching[k] != 0.0 && keeps_gap(system.modes[at.mode], k);
+    }
+
     // From the lane into the slot.
     void suspend(int i) {
         auto& [at, so_far] = *slots_[i].run;
@@ -432,12 +441,12 @@ private:
         at.elements = {codes_[at.mode] / closed_sets_, true, 0, lane(size_, i)};
         const auto& quick = system.modes[at.mode].quick;
         for (int k = 0; k < contacts_; ++k)
-            at.touching[k] = 0.0;
+            if (!(lane(kept_, i) && is_kept(system, at, k))) at.touching[k] = 0.0;
         for (int g = 0; g < quick.flow.contacts() && !flies; ++g) {
             const int number = quick.number[g], j = number - contacts_;
             const double side = lane(at_.touching[g], i);
             if (j < 0) {
-                at.touching[number] = side;
+                if (side != 0.0) at.touching[number] = side;
             } else if (side != 0.0) {
                 at.elements.zeros[j] = static_cast<int>(side);
                 at.elements.offset[j] = lane(offset_[j], i);
@@ -533,6 +542,8 @@ private:
     int mode_[N] = {};
     mask in_[most_lane_modes] = {}; // lanes whose flights in this mode may be quick
     mask quick_{}, changed_{};      // whether that is so in any; what the slot does not know of
+    mask
+        kept_{}; // a stop is touched that the mode keeps: what follows is left to the scalar engine
 
     int now_ = 0; // the mode of this round, and its lanes
     mask going_;

@@ -74,6 +74,13 @@ struct mode {
     [[no_unique_address]] typename quick_of<R, Flow>::type quick; // where there are elements
 };
 
+// Whether the constraints of a mode keep the gap of a contact as it is, which needs no limits there.
+template <class Mode>
+VI_HD inline bool keeps_gap(const Mode& m, int contact) {
+    const auto& g = m.guards[contact];
+    return g.closed == no_side && !(g.lower > -infinity()) && !(g.upper < infinity());
+}
+
 inline constexpr double liveliest = 0.07; // as measured: more, and the wider spacing costs time
 
 // What the search for events reads, once flow and guards have their numbers: rounds are of the free mode.

@@ -234,6 +234,18 @@ VI_HD inline bool resolve_impact(const hybrid<Flow>& system,
     return true;
 }
 
+namespace detail {
+
+// Of coordinates that were `before`, and are only rounding of that now, nothing is left: no force that is nothing else
+// decides what follows.
+template <class T, int D>
+VI_HD inline void drop_rounding(vec<T, D>& y, const vec<T, D>& before, int n) {
+    for (int j = 0; j < n; ++j)
+        if (abs(plain(y[j])) <= tie_margin * abs(plain(before[j]))) y[j] = with_value(y[j], 0.0);
+}
+
+} // namespace detail
+
 // Put all touching contacts on their stops exactly, at the rates that the law gave them: what rounding
 // has moved in y must not add up over many micro-bounces. All at once, as one moves the others; those that
 // depend on others follow these. Free coordinates.
@@ -256,6 +268,7 @@ VI_HD inline void set_on_stops(const hybrid<Flow>& system,
             side * ((side > 0.0 ? guard.upper : guard.lower) - guard_value(guard, 0, at.y, n));
     }
     detail::active_impulses(problem, all, behind, p);
+    const auto before = at.y;
     for (int i = 0; i < list.count; ++i)
         for (int j = 0; j < n; ++j) {
             const auto& law = system.laws[list.index[i]];
@@ -269,6 +282,7 @@ VI_HD inline void set_on_stops(const hybrid<Flow>& system,
     detail::active_impulses(problem, all, slow, p);
     for (int i = 0; i < list.count; ++i)
         push_away(at.y, n, system.laws[list.index[i]], plain(at.touching[list.index[i]]), p[i]);
+    detail::drop_rounding(at.y, before, n);
 }
 
 } // namespace vi

@@ -74,6 +74,15 @@ VI_HD inline trajectory<double, Shape> values(const trajectory<T, Shape>& at, in
     return out;
 }
 
+// The same with all contacts that touch on their stops exactly: what is to be known of forces that vanish there.
+template <class T, class Flow>
+VI_HD inline auto on_stops(const hybrid<Flow>& system,
+                           const trajectory<T, typename Flow::shape_type>& at) {
+    auto out = values(at, system.dimension(), system.contacts());
+    set_on_stops(system, out);
+    return out;
+}
+
 } // namespace detail
 
 // The contacts of a code, at rest on their stops.
@@ -131,6 +140,12 @@ VI_HD inline bool states_last(const hybrid<Flow>& system, const State& at, doubl
     return true;
 }
 
+// Whether the constraints of the mode keep the gap of j, which impulses at i do not move.
+template <class Flow, class State>
+VI_HD inline bool stays_in_place(const hybrid<Flow>& system, const State& at, int i, int j) {
+    return keeps_gap(system.modes[at.mode], j) && system.laws[i].mobility[j] == 0.0;
+}
+
 // Whether all other contacts stay away from their stops for a time t, or where they are, if it is so short
 // that nothing moves beyond rounding.
 template <class Flow, class State>
@@ -138,6 +153,7 @@ VI_HD inline bool others_stay_open(const hybrid<Flow>& system, const State& at, 
                                    double t) {
     for (int j = 0; j < system.contacts(); ++j) {
         if (j == chattering || side_in_code(at.held, j) != 0.0) continue;
+        if (stays_in_place(system, at, chattering, j)) continue;
         const auto motion = motion_of(system, at, j, t);
         if (motion.lost) continue;
         if (at.touching[j] != 0.0) {
@@ -192,7 +208,8 @@ VI_HD inline T sum_impacts(const hybrid<Flow>& system, trajectory<T, typename Fl
     for (int j = 0; j < system.contacts(); ++j) {
         if (side_in_code(at.held, j) != 0.0)
             pressed[j] = plain(t) * plain(guard_value(mode.guards[j], 0, at.y, system.dimension()));
-        else if (j != i && !motion_of(system, at, j, plain(t)).lost)
+        else if (j != i && !stays_in_place(system, at, i, j) &&
+                 !motion_of(system, at, j, plain(t)).lost)
             at.touching[j] = 0.0; // it has left; the others are where they were
     }
     at.y = mode.flow.template short_flight<taylor_order>(at.y, t);
@@ -238,7 +255,7 @@ VI_HD inline closing enter_closed(const hybrid<Flow>& system,
         at.held = 0;
         return {0, true};
     }
-    auto plain = values(at, system.dimension(), system.contacts());
+    auto plain = on_stops(system, at);
     auto next = closed_set(system, plain);
     next.decided = next.decided && next.code >= 0 && enter_mode(system, at, next.code);
     if (next.decided)

@@ -92,14 +92,19 @@ VI_HD inline void set_rate(const hybrid<Flow>& system, trajectory<T, typename Fl
     if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at, i, 1)) at.rate[i] = T(0.0);
 }
 
-// Which other stops are reached within rounding at the moment of an event, or not left yet.
+// Which other stops are reached within rounding at the moment of an event, or not left yet. A gap that the
+// mode `flown` keeps has no rate: what rounding has made of its velocity in y says nothing. Where one was
+// touching, it is.
 template <class T, class Flow>
 VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
-                                   trajectory<T, typename Flow::shape_type>& at, int hit) {
+                                   trajectory<T, typename Flow::shape_type>& at, int hit,
+                                   const typename hybrid<Flow>::mode_type& flown) {
     const auto& free = system.modes[0];
     const int n = system.dimension();
     for (int i = 0; i < system.contacts(); ++i) {
         if (i == hit || side_in_code(at.held, i) != 0.0) continue;
+        const bool kept = keeps_gap(flown, i);
+        if (kept && at.touching[i] != 0.0) continue;
         at.touching[i] = 0.0;
         const auto& g = free.guards[i];
         const double u = plain(guard_value(g, 0, at.y, n));
@@ -107,7 +112,8 @@ VI_HD inline void touch_neighbours(const hybrid<Flow>& system,
         if (side == 0.0) continue;
         at.touching[i] = side;
         at.flat[i] = 0.0;
-        set_rate(system, at, i);
+        at.rate[i] = T(0.0);
+        if (!kept) set_rate(system, at, i);
     }
 }
 
@@ -128,7 +134,7 @@ template <class T, class Flow>
 VI_HD inline void open_unpressed(const hybrid<Flow>& system,
                                  trajectory<T, typename Flow::shape_type>& at) {
     if (!any_at_rest(at, system.contacts())) return;
-    const auto resting = find_resting(system, values(at, system.dimension(), system.contacts()));
+    const auto resting = find_resting(system, on_stops(system, at));
     const auto pressed = solve_with_ties(resting.problem);
     for (int i = 0; pressed.closed >= 0 && i < resting.others.count; ++i)
         if (!((pressed.closed | pressed.tied) >> i & 1))
@@ -196,7 +202,7 @@ end_without_transition(const hybrid<Flow>& system, trajectory<T, typename Flow::
                        const landing<T, typename Flow::shape_type>& end) {
     for (int i = 0; i < system.contacts() && plain(end.duration) > 0.0; ++i) {
         const bool held = side_in_code(at.held, i) != 0.0;
-        if (!held) at.touching[i] = 0.0;
+        if (!held && !keeps_gap(system.modes[at.mode], i)) at.touching[i] = 0.0;
         if (!(held && plain(at.flat[i]) < 0.0)) at.flat[i] = 0.0; // closed without force it stays
     }
     if constexpr (Flow::shape_type::max_watches > 0)
@@ -221,7 +227,8 @@ release(const hybrid<Flow>&, trajectory<T, typename Flow::shape_type>& at,
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 reach_watch(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
-            const landing<T, typename Flow::shape_type>& end) {
+            const landing<T, typename Flow::shape_type>& end,
+            const typename hybrid<Flow>::mode_type& flown) {
     at.flat = {};
     touch_held(system, at, at.held);
     const status what = end.end == flight_end::grazing ? status::grazing : status::change;
@@ -233,15 +240,21 @@ reach_watch(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
         e.contact = system.contacts() + w.element;
         const bool crossed = what == status::change;
         if (crossed && w.reset >= 0) {
-            at.y = system.resets[w.reset](at.y, system.dimension());
-            for (int i = 0; i < system.contacts(); ++i) // may be thrown off, or pressed
-                if (at.touching[i] != 0.0) set_rate(system, at, i);
+            const auto before = at.y;
+            const int n = system.dimension();
+            at.y = system.resets[w.reset](before, n);
+            for (int i = 0; i < system.contacts(); ++i) { // may be thrown off, or pressed
+                const auto& gap = system.modes[0].guards[i];
+                const bool moved =
+                    plain(guard_value(gap, 1, at.y, n)) != plain(guard_value(gap, 1, before, n));
+                if (at.touching[i] != 0.0 && moved) set_rate(system, at, i);
+            }
         }
         if (crossed && w.target >= 0) {
             at.elements.code = w.target;
             at.mode = system.find_mode(w.target);
         }
-        touch_neighbours(system, at, end.contact);
+        touch_neighbours(system, at, end.contact, flown);
     }
     return e;
 }
@@ -308,13 +321,14 @@ cross_guard(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
     at.y = end.y;
     renormalise_forcing(at.y, system.dimension(), system.lines(), system.inverse_omega_squared);
     if (what == transition::none) return detail::end_without_transition(system, at, end);
+    const auto& flown = system.modes[at.mode];
     leave_mode(system, at);
     const int c = end.contact;
-    if (what == transition::change) return detail::reach_watch(system, at, end);
+    if (what == transition::change) return detail::reach_watch(system, at, end, flown);
     const bool from_rest = at.touching[c] == end.side && plain(at.rate[c]) == 0.0;
     at.flat = {};
     touch_held(system, at, at.held);
-    detail::touch_neighbours(system, at, c);
+    detail::touch_neighbours(system, at, c, flown);
     if (what == transition::release) return detail::release(system, at, end);
     if (what == transition::grazing) return detail::graze(system, at, end, from_rest);
     return detail::arrive(system, at, end, from_rest);
@@ -325,7 +339,7 @@ template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 impact_at_once(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
                int contact) {
-    detail::touch_neighbours(system, at, contact);
+    detail::touch_neighbours(system, at, contact, system.modes[at.mode]);
     return detail::impact_at(system, at, contact, T(0.0));
 }
 

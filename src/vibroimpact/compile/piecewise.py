@@ -27,6 +27,9 @@ the forces g on all these z balance, and
 
 gives v_z: from g = 0, where slipping begins, g stays zero, and what rounding leaves of it dies out.
 
+Frictions on the same line (model/friction_lines.py) are one: the first of them holds it, up to the sum of
+the levels, and all have its limits and states. A mode in which they have others does not occur.
+
 (theory.md, "Elements").
 """
 
@@ -36,24 +39,25 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
     ROUNDING,
-    above,
-    choose,
     greatest,
     is_infinite,
+    is_number,
     least,
     rounded_down,
     square_root,
 )
-from vibroimpact._kernel import Jet, sincos
-from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, energy_norm, units_of
+from vibroimpact._kernel import sincos
+from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
 from vibroimpact.compile.modes import (
+    FASTEST,
+    SLOWEST,
     STEP_BITS,
     Guard,
     Law,
@@ -63,7 +67,6 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
-from vibroimpact.compile.pace import FASTER, own_rate, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.elements import (
@@ -74,15 +77,22 @@ from vibroimpact.model.elements import (
     SoftStop,
     SoftStopState,
 )
+from vibroimpact.model.friction_lines import friction_lines
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
-RADIX = 7  # states of an element in a code
+RADIX = 5  # states of an element in a code
 FEW = 32  # modes: up to this number, all are built at first
-HELD_TOGETHER = "mobility of the contacts that are closed and the friction that sticks"
+SIDES = {
+    SoftStopState.UPPER: 1, SoftStopState.LOWER: -1,
+    SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
+}  # fmt: skip
 Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
-LIMITED = (SoftStopState.LIMITED_UPPER, SoftStopState.LIMITED_LOWER)
+NEARLY = (
+    2.0**-26
+)  # sine squared of the angle of two lines: forces of each are good to half the digits
+PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
 
 
 def code_of_states(states: tuple[int, ...], contacts: int) -> int:
@@ -142,36 +152,27 @@ class Forces:
 
 
 class Piecewise:
-    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py).
-
-    Where events are searched for (``searched``), modes are in units of their own (``units_of``), and the
-    step is that of the pace of the motions, where it is given (pace.py).
-    """
+    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py)."""
 
     dense, mixed = True, False
 
-    def __init__(self, mechanism: Mechanism, *, searched: bool = False, pace: float = 0.0) -> None:
+    def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = m = mechanism
         self.lines, self.degrees = len(m.forces), m.degrees
         self.size = 2 * (self.degrees + self.lines)
         self.light = m.massless
         self.sliders = m.sliders
+        self.shared = friction_lines(m.elements, [*self.sliders])
+        self.first_on_line = {i: first for first, line in self.shared.items() for i in line}
         self.heavy = with_mass(m)
         self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
         self._by_mass = linear.solver_of_definite(self.mass)
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
-        own = self._rate()
-        self.most_pace, self.rate = 0.0, own or 1.0
-        if searched:
-            self.most_pace = FASTER * own_rate([own])
-            self.rate = paced_rate(own_rate([own]), pace)
+        self.rate = self._rate()
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
-        self.units = list[float]()
-        if searched:
-            flow = self._flow(self._forces((), tuple(0 for _ in m.elements)))
-            self.units = units_of(m, flow, self.scale)
+        self._check_lines()
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
@@ -183,6 +184,59 @@ class Piecewise:
         """Whether an element acts on a coordinate without mass, whose speed depends on the others."""
         return not isinstance(e, PhaseSwitch) and any(e.row[i] for i in self.light)
 
+    def check_rate(self) -> None:
+        """Refuse a unit of time in which an unknown motion cannot be searched for events."""
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise InvalidParameterError(
+                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
+                "Choose another unit of time."
+            )
+
+    def _check_lines(self) -> None:
+        """Refuse frictions on nearly the same line: by what holds one, the other is not determined."""
+        frictions = [
+            (number, e) for number, e in enumerate(self.mechanism.elements)
+            if isinstance(e, Friction) and number not in self.sliders
+        ]  # fmt: skip
+        for (i, one), (j, other) in itertools.combinations(frictions, 2):
+            rows = [list(one.row), list(other.row)]
+            if linear.null_space(rows) is None:
+                continue  # the same
+            (a, b), (_, c) = product(rows, self._accelerations(transpose(rows)))
+            if a * c - b * b <= NEARLY * (a * c):
+                raise InvalidParameterError(
+                    f"elements[{i}] and elements[{j}]: frictions on nearly the same line (rows "
+                    f"{one.row} and {other.row}), so that the force of each is not determined while both "
+                    "stick. Make one row a multiple of the other, or let them differ more."
+                )
+
+    def _is_parted(self, states: tuple[int, ...]) -> bool:
+        """Whether frictions on the same line have states that cannot be together."""
+        return any(
+            states[i] != _along_line(states[first], factor)
+            for first, line in self.shared.items()
+            for i, factor in line.items()
+        )
+
+    def _static(self, number: int) -> float:
+        """Level up to which a friction holds its line, those of others on it included."""
+        line = self.shared.get(number, {number: 1.0})
+        return sum(abs(factor) * self._own_static(i) for i, factor in line.items())
+
+    def _own_static(self, number: int) -> float:
+        e = self.mechanism.elements[number]
+        assert isinstance(e, Friction)
+        assert e.static is not None
+        return e.static
+
+    def _share(self, number: int) -> float:
+        """Part of the force that holds its line, along the row of the first on it, that a friction carries."""
+        first = self.first_on_line.get(number, number)
+        if (first == number and number not in self.shared) or not (level := self._static(first)):
+            return float(number == first)
+        own = self._own_static(number)
+        return own / level if self.shared[first][number] > 0.0 else -own / level
+
     def _rate(self) -> float:
         """Rate of the motion with all soft stops pressed, as a scale."""
         m = self.mechanism
@@ -192,16 +246,14 @@ class Piecewise:
             if not isinstance(e, SoftStop):
                 continue
             for side in (1, -1):
-                limit, k, c = e.at_side(side)
+                limit, k, c = e.law(side)
                 if is_infinite(limit):
                     continue
-                if e.law == "limited" and c:
-                    k = 2.0 * k
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
         norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
-        return greatest([*rates, 2.0**-500]) if any(rates) else 0.0
+        return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
 
     def _rate_norm(self, a: Matrix) -> float:
         """Row sum norm, of which massless coordinates, in a unit of their own, may be at most half."""
@@ -257,11 +309,10 @@ class Piecewise:
         closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
         states = states_from_code(code, len(m.contacts), len(m.elements))
         forces = self._forces(closed, states)
-        mode = Mode(
+        return Mode(
             code, self._coordinates(forces), self._guards(closed, forces),
             self._watches(states, forces, len(closed)), self._elements(states, forces, len(closed)),
         )  # fmt: skip
-        return mode.rows_in(self.units) if self.units else mode
 
     def _resets(self) -> list[tuple[Matrix, Vector]]:
         """Maps of y that watches name by their number: the impulses of phase switches."""
@@ -271,8 +322,7 @@ class Piecewise:
                 change = self._accelerations([[x] for x in impulse])
                 shift = [0.0] * self.size
                 for i, (x,) in enumerate(change):
-                    unit = self.units[2 * i + 1] if self.units else 1.0
-                    shift[2 * i + 1] = x / self.scale / unit
+                    shift[2 * i + 1] = x / self.scale
                 out.append((linear.identity(self.size), shift))
         return out
 
@@ -314,11 +364,10 @@ class Piecewise:
         """Row of u', relative to the moving stop."""
         return _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
 
-    def _press(self, e: SoftStop, side: int, share: int = 1) -> Vector:
-        """Row of the force of spring and dashpot, > 0 where it presses; of the latter a share 1, 0, -1."""
-        limit, k, c = e.at_side(side)
+    def _press(self, e: SoftStop, side: int) -> Vector:
+        """Row of the force of a soft stop, > 0 where it presses."""
+        limit, k, c = e.law(side)
         rate = self._press_speed(e)
-        c = share * c
         out = [side * (k * x + c * y) for x, y in zip(self._gap(e), rate, strict=True)]
         out[-1] = out[-1] - side * (k * limit)
         return out
@@ -340,12 +389,12 @@ class Piecewise:
 
     def _belt(self, e: Friction) -> Vector:
         """Speed of the belt."""
-        speed = self._motion(e.motion, 1)
+        speed = self._motion(e.belt_motion)
         speed[-1] = e.belt_speed
         return speed
 
     def _slip(self, e: Friction) -> Vector:
-        out = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
+        out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
         out[-1] = out[-1] - e.belt_speed
         return out
 
@@ -364,7 +413,7 @@ class Piecewise:
             pull[i][-1] = m.constant_force[i]
         constraints: list[Constraint] = []
         held: dict[int, Friction] = {}
-        never = None
+        never = len(m.elements) if self._is_parted(states) else None
         for contact, _ in closed:
             c = m.contacts[contact]
             speed, change = (self._motion(c.motion, d) for d in (1, 2))
@@ -377,10 +426,12 @@ class Piecewise:
                 if number in self.sliders:
                     held[number] = e
                     continue
+                if self.first_on_line.get(number, number) != number:
+                    continue
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     never = number
                     continue
-                change = self._motion(e.motion, 2)
+                change = self._motion(e.belt_motion, 1)
                 constraints.append(Constraint(list(e.row), self._belt(e), change))
             elif (law := self._law(e, state)) is not None:
                 _add_force(pull, e.row, *law)
@@ -480,11 +531,10 @@ class Piecewise:
                 return None
             kinetic = [e.kinetic * x for x in self._load(e)]
             return kinetic, -1 if state == FrictionState.FORWARD else 1
-        if isinstance(e, PhaseSwitch) or not (now := SoftStopState(state)).presses:
+        if isinstance(e, PhaseSwitch) or state not in PRESSED:
             return None
-        if now in LIMITED:  # the damping force is that of the spring
-            return [2.0 * x for x in self._press(e, now.side, 0)], -now.side
-        return self._press(e, now.side), -now.side
+        side = SIDES[SoftStopState(state)]
+        return self._press(e, side), -side
 
     def force_rows(self, code: int) -> Matrix:
         """Force of every contact and element along its row in a mode, as rows on (x, v, w, 1).
@@ -506,12 +556,16 @@ class Piecewise:
         """Force of every element along its row, and the speed at which it works, as rows on (y, 1)."""
         nothing = [0.0] * (self.size + 1)
         held = iter(forces.multipliers[closed:])
+        on_line: dict[int, Vector] = {}  # what holds a line, by the first on it
         out = []
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
             if isinstance(e, Friction) and state == FrictionState.STICK:
                 force = forces.light.held.get(number)
                 if force is None:
-                    force = nothing if number == forces.never else next(held, nothing)
+                    first = self.first_on_line.get(number, number)
+                    if first == number and number != forces.never:
+                        on_line[number] = next(held, nothing)
+                    force = [self._share(number) * x for x in on_line.get(first, nothing)]
                 out.append((force, nothing))
             elif isinstance(e, PhaseSwitch) or (law := self._law(e, state)) is None:
                 out.append((nothing, nothing))
@@ -530,7 +584,7 @@ class Piecewise:
         free = product(transpose(lift), pull)
         wanted = [self._waves(c.acceleration) for c in constraints]
         missing = [_sum(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
-        return linear.solve_definite(self._mobility(rows, lift), missing, HELD_TOGETHER)
+        return linear.solve_definite(self._mobility(rows, lift), missing)
 
     def _mobility(self, rows: Matrix, lift: Matrix) -> Matrix:
         mobility = product(rows, lift)
@@ -558,8 +612,7 @@ class Piecewise:
         if forces.constraints:
             self._project(forces.constraints, from_v, particular, shift)
         flow = self._flow(forces) if forces.pull else {}
-        c = ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
-        return c.in_units(self.units) if self.units else c
+        return ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
 
     def _project(
         self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector
@@ -567,9 +620,7 @@ class Piecewise:
         """(3)."""
         rows = [c.row for c in constraints]
         lift = self._accelerations(transpose(rows))
-        inverse = linear.solve_definite(
-            self._mobility(rows, lift), linear.identity(len(rows)), HELD_TOGETHER
-        )
+        inverse = linear.solve_definite(self._mobility(rows, lift), linear.identity(len(rows)))
         push = product(lift, inverse)
         for i in range(self.degrees):
             change = apply(transpose(rows), push[i])
@@ -584,12 +635,9 @@ class Piecewise:
     def _flow(self, forces: Forces) -> dict[str, object]:
         n, size = self.degrees, self.size
         total = [list(row) for row in forces.pull]
-        terms = linear.absolute(total)
         for c, mu in zip(forces.constraints, forces.multipliers, strict=True):
             for i in range(n):
                 total[i] = _sum(total[i], mu, c.row[i])
-                terms[i] = _sum(terms[i], list(map(abs, mu)), abs(c.row[i]))
-        total = list(map(_cleared, total, terms)) if forces.constraints else total
         acceleration = self._accelerations(total)
         b, constant = linear.zeros(size, size), [0.0] * size
         for i, speed in forces.light.speeds.items():
@@ -607,30 +655,7 @@ class Piecewise:
         if self.light and norm > 2.0 * (other := self._norm(self._in_own_units(b))):
             norm = other
         step = rounded_down(STEP_ANGLE / norm, STEP_BITS)
-        energy, growth = self._energy(forces)
-        return {
-            "b": b, "constant": constant, "step": [step], "norm": energy, "growth": [growth],
-        }  # fmt: skip
-
-    def _energy(self, forces: Forces) -> tuple[Matrix, float]:
-        """Norm of a mode and its growth rate; infinite where none is known.
-
-        What holds contacts and friction does no work on a motion that keeps their constraints at rest.
-        """
-        n, pull = self.degrees, forces.pull
-        none = linear.zeros(self.size, self.size), math.inf
-        if self.light or any(any(map(bool, c.speed)) for c in forces.constraints):
-            return none
-        k, c = ([[-x for x in row[at : 2 * n : 2]] for row in pull] for at in (0, 1))
-        sizes = linear.plus(linear.absolute(k), linear.absolute(transpose(k)))
-        if any(map(any, map(_cleared, linear.plus(k, transpose(k), -1.0), sizes))):
-            return none  # a load of friction that depends on positions
-        k, c = (linear.plus(a, transpose(a)) for a in (k, c))
-        unit = linear.unit_of(self.mass)  # roots of masses have the same bits in every unit then
-        stiffness, damping = linear.over(k, 2.0 * unit), linear.over(c, 2.0 * unit * self.scale)
-        return energy_norm(
-            self.size, linear.over(self.mass, unit), stiffness, damping, self.scale
-        )
+        return {"b": b, "constant": constant, "step": [step]}
 
     def _norm(self, b: Matrix) -> float:
         """Row sum norm of a flow with velocities in the best scale, but not below half of its own.
@@ -696,7 +721,7 @@ class Piecewise:
         if not rows or linear.null_space([*rows, row]) is not None:
             return False
         across = [[dot(row, other)] for other in rows]
-        shares = linear.solve_definite(product(rows, transpose(rows)), across, HELD_TOGETHER)
+        shares = linear.solve_definite(product(rows, transpose(rows)), across)
         size = linear.largest([speed])
         for (share,), c in zip(shares, constraints, strict=True):
             part = [share * x for x in c.speed]
@@ -707,10 +732,14 @@ class Piecewise:
         if forces.never is not None:  # 0 >= 1: of two constraints alike one slips at speed zero
             return [([0.0] * self.size, 0.0, 1.0, math.inf, forces.never, False, -1, -1)]
         watches: list[Watch] = []
+        on_line: dict[int, list[Row]] = {}  # limits of frictions that share one, by the first
         stuck = closed
         for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
             found: list[Row] = []
-            if isinstance(e, SoftStop):
+            first = self.first_on_line.get(number, number)
+            if first != number:
+                found = on_line[first]
+            elif isinstance(e, SoftStop):
                 found = self._soft_watches(e, SoftStopState(state))
             elif isinstance(e, PhaseSwitch):
                 late, early = (self._from_phase(e, phase) for phase in e.arcs[state][:2])
@@ -724,7 +753,7 @@ class Piecewise:
                     watches.append(self._watch(g, 0.0, 0.0, number, forces, held=True))
             elif state == FrictionState.STICK:
                 watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
-                found = self._sticking_watches(e, forces.multipliers[stuck])
+                found = self._sticking_watches(number, forces.multipliers[stuck])
                 stuck += 1
             elif state != FrictionState.LIFTED and self._moves_along(
                 list(e.row), self._belt(e), forces.constraints
@@ -733,6 +762,7 @@ class Piecewise:
                 found = [(self._load(e), 0.0, math.inf)] if e.load else []
             else:
                 found = self._slipping_watches(e, FrictionState(state))
+            on_line[number] = found
             watches += [self._watch(row, low, high, number, forces) for row, low, high in found]
         return watches
 
@@ -747,14 +777,15 @@ class Piecewise:
         e = self.mechanism.elements[number]
         assert isinstance(e, Friction)
         if state is FrictionState.STICK:
-            return self._sticking_watches(e, forces.light.held[number])
+            return self._sticking_watches(number, forces.light.held[number])
         return self._slipping_watches(e, state)
 
-    def _sticking_watches(self, e: Friction, force: Vector) -> list[Row]:
-        assert e.static is not None
+    def _sticking_watches(self, number: int, force: Vector) -> list[Row]:
+        e, static = self.mechanism.elements[number], self._static(number)
+        assert isinstance(e, Friction)
         if e.load is None:
-            return [(force, -e.static, e.static)]
-        most = [e.static * x for x in self._load(e)]
+            return [(force, -static, static)]
+        most = [static * x for x in self._load(e)]
         return [(_sum(most, force, -1.0), 0.0, math.inf), (_sum(most, force), 0.0, math.inf)]
 
     def _slipping_watches(self, e: Friction, state: FrictionState) -> list[Row]:
@@ -783,18 +814,14 @@ class Piecewise:
         gap = self._gap(e)
         if state is SoftStopState.OPEN:
             return [(gap, e.lower, e.upper)]
-        side, positive, negative = state.side, (0.0, math.inf), (-math.inf, 0.0)
+        side = SIDES[state]
         within = (e.upper, math.inf) if side > 0 else (-math.inf, e.lower)
-        if not state.presses:
-            return [(gap, *within), (self._press(e, side), *negative)]
-        if state in LIMITED:
-            return [(gap, *within), (self._press(e, side, -1), *negative)]
-        if e.law == "linear" or not e.at_side(side)[2]:
-            return [(gap, *within)]
-        if e.law == "limited":  # |c s'| <= k s, which has s >= 0 in it
-            return [(self._press(e, side), *positive), (self._press(e, side, -1), *positive)]
-        # it has come beyond the stop: from the other one, too, its law may ask for pressure
-        return [(gap, *within), (self._press(e, side), *positive)]
+        if state in PRESSED:
+            if e.release == "gap" or not e.law(side)[2]:
+                return [(gap, *within)]
+            # it has come beyond the stop: from the other one, too, its law may ask for pressure
+            return [(gap, *within), (self._press(e, side), 0.0, math.inf)]
+        return [(gap, *within), (self._press(e, side), -math.inf, 0.0)]
 
     def laws(self) -> list[Law]:
         """Jump at every contact."""
@@ -805,19 +832,25 @@ def _sum(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
     return [x + factor * y for x, y in zip(a, b, strict=True)]
 
 
+def _along_line(state: int, factor: float) -> int:
+    """State of a friction on the line of another, by the state of that and the factor of their rows."""
+    if state == FrictionState.STICK or factor > 0.0:
+        return state
+    return FrictionState.BACKWARD if state == FrictionState.FORWARD else FrictionState.FORWARD
+
+
 def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -> None:
     """Add sign * force along a row."""
     for i, x in enumerate(row):
         pull[i] = _sum(pull[i], force, sign * x)
 
 
-def _cleared(row: list[Any], terms: Vector) -> Vector:
+def _cleared(row: Vector, terms: Vector) -> Vector:
     """A row of sums with zeros where rounding of terms of these sizes left something.
 
-    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does. Jets keep
-    what is left: their derivatives count.
+    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does.
     """
     return [
-        x if isinstance(x, Jet) else choose(above(abs(x), ROUNDING * size), x, 0.0)
+        0.0 if not is_number(x) and abs(x) <= ROUNDING * size else x
         for x, size in zip(row, terms, strict=True)
     ]

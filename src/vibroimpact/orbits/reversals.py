@@ -17,6 +17,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states, states_from_code
 from vibroimpact.compile.prescribed import End, compile_prescribed
 from vibroimpact.model.elements import Friction, FrictionState
+from vibroimpact.model.friction_lines import friction_lines
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import ON_LIMIT
 
@@ -30,17 +31,22 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
     """
     m = mechanism_of(system)
     contacts, count = len(m.contacts), len(m.elements)
+    lines = friction_lines(m.elements, [*m.sliders])
     for k, end in enumerate(ends):
         number, following = end.contact - contacts, (k + 1) % len(ends)
         e = m.elements[number] if number >= 0 else None
-        if not isinstance(e, Friction) or e.static == e.kinetic:
+        if not isinstance(e, Friction):
+            continue
+        line = lines.get(number, {number: 1.0})  # all on it stick together
+        parts = [one for i in line if isinstance(one := m.elements[i], Friction)]
+        if all(one.static == one.kinetic for one in parts):
             continue
         before, after = (
             states_from_code(mode, contacts, count) for mode in (end.mode, ends[following].mode)
         )
         if {before[number], after[number]} != SLIPPING:
             continue
-        stuck = (*after[:number], int(FrictionState.STICK), *after[number + 1 :])
+        stuck = tuple(int(FrictionState.STICK) if i in line else s for i, s in enumerate(after))
         if _lasts(system, code_of_states(stuck, contacts), end.contact, states[following]):
             return f"friction {end.contact} would stick at the end of flight {k}, where it reverses"
     return ""
