@@ -73,20 +73,20 @@ def random_case(seed: int) -> Case:
             return vi.SoftStop(
                 row(), lower=-flat(0.0, 1.0) if both else -math.inf, upper=flat(0.0, 1.0),
                 stiffness=(flat(5.0, 50.0), flat(5.0, 50.0)), damping=(flat(0.0, 2.0), flat(0.0, 2.0)),
-                release=("gap", "force")[int(rng.integers(2))],
+                law=("linear", "unilateral", "limited")[int(rng.integers(3))],
             )  # fmt: skip
         if kind == "friction":
             kinetic = flat(0.1, 1.5)
             return vi.Friction(
                 row(), kinetic=kinetic, static=kinetic * float(rng.choice([1.0, 1.3])),
                 belt_speed=float(rng.choice([0.0, 0.0, 0.3])),
-                belt_motion=line(0.2) if rng.random() < 0.2 else (),
+                motion=line(0.2) if rng.random() < 0.2 else (),
             )  # fmt: skip
         both = rng.random() < 0.4
         return vi.RigidStop(
             row(), lower=0.0, upper=flat(0.3, 1.5) if both else math.inf,
             restitution=float(rng.choice([0.0, flat(0.2, 0.9)])),
-            lower_motion=line(0.1) if not both and rng.random() < 0.2 else (),
+            motion=line(0.1) if not both and rng.random() < 0.2 else (),
         )  # fmt: skip
 
     kinds = [str(rng.choice(["rigid", "friction", "soft"], p=[0.45, 0.4, 0.15]))
@@ -132,13 +132,14 @@ def mirrored(case: Case) -> Case:
 
     def image(e: Element) -> Element:
         if isinstance(e, vi.Friction):
-            return replace(e, belt_speed=-e.belt_speed, belt_motion=reverse(e.belt_motion))
+            return replace(e, belt_speed=-e.belt_speed, motion=reverse(e.motion))
         limits = {"lower": -e.upper, "upper": -e.lower}
         if isinstance(e, vi.SoftStop):
             return replace(e, **limits, stiffness=both(e.stiffness)[::-1],
                            damping=both(e.damping)[::-1], motion=reverse(e.motion))  # fmt: skip
-        return replace(e, **limits, restitution=both(e.restitution)[::-1],
-                       lower_motion=reverse(e.upper_motion), upper_motion=reverse(e.lower_motion))  # fmt: skip
+        return replace(
+            e, **limits, restitution=both(e.restitution)[::-1], motion=reverse(e.motion)
+        )
 
     parts = case.parts | {"forces": reverse(case.parts["forces"]),
                           "constant_force": minus(case.parts["constant_force"])}  # fmt: skip

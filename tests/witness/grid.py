@@ -165,7 +165,7 @@ class Machine:
         return -k * self.gap(part, side) - c * self.rate(part, side)
 
     def slip(self, part: Any) -> Array:
-        belt = self.waves(part.belt_motion) + self.constant(part.belt_speed)
+        belt = self.waves(part.motion, 1) + self.constant(part.belt_speed)
         return self.along(part.row, speed=True) - belt
 
     def load(self, part: Any) -> Array:
@@ -203,11 +203,11 @@ class Machine:
                 press, inside = self.press(part, side), -self.gap(part, side)
                 if q in (UPPER, LOWER):
                     force -= side * np.outer(row, press)
-                    margins.append((i, press if part.release == "force" else inside))
+                    margins.append((i, press if part.law == "unilateral" else inside))
                 else:
                     margins += [(i, -press), (i, inside)]
             elif q == STICK:
-                held.append((i, row, self.slip(part), self.waves(part.belt_motion, 1)))
+                held.append((i, row, self.slip(part), self.waves(part.motion, 2)))
             else:
                 load, sign = self.load(part), {FORWARD: 1, BACKWARD: -1, LIFTED: 0}[q]
                 force -= sign * part.kinetic * np.outer(row, load)
@@ -278,7 +278,7 @@ class Machine:
                 continue
             if at > 0:
                 continue
-            waits = part.release == "force"
+            waits = part.law == "unilateral"
             force = self.compare(self.press(part, side)) if waits else 1
             found += [pressed] * (force >= 0) + [behind] * (force <= 0 and waits)
             if at < 0:

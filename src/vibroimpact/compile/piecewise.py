@@ -39,25 +39,24 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
     ROUNDING,
+    above,
+    choose,
     greatest,
     is_infinite,
-    is_number,
     least,
     rounded_down,
     square_root,
 )
-from vibroimpact._kernel import sincos
-from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates
+from vibroimpact._kernel import Jet, sincos
+from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, energy_norm, units_of
 from vibroimpact.compile.modes import (
-    FASTEST,
-    SLOWEST,
     STEP_BITS,
     Guard,
     Law,
@@ -67,6 +66,7 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
+from vibroimpact.compile.pace import FASTER, own_rate, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.elements import (
@@ -82,17 +82,13 @@ from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
-RADIX = 5  # states of an element in a code
+RADIX = 7  # states of an element in a code
 FEW = 32  # modes: up to this number, all are built at first
-SIDES = {
-    SoftStopState.UPPER: 1, SoftStopState.LOWER: -1,
-    SoftStopState.BEHIND_UPPER: 1, SoftStopState.BEHIND_LOWER: -1,
-}  # fmt: skip
+HELD_TOGETHER = "mobility of the contacts that are closed and the friction that sticks"
 Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
-NEARLY = (
-    2.0**-26
-)  # sine squared of the angle of two lines: forces of each are good to half the digits
-PRESSED = (SoftStopState.UPPER, SoftStopState.LOWER)
+LIMITED = (SoftStopState.LIMITED_UPPER, SoftStopState.LIMITED_LOWER)
+# Sine squared of the angle of two lines: forces of each are good to half the digits.
+NEARLY = 2.0**-26
 
 
 def code_of_states(states: tuple[int, ...], contacts: int) -> int:
@@ -152,11 +148,15 @@ class Forces:
 
 
 class Piecewise:
-    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py)."""
+    """A mechanism with elements as modes, guards and jumps, in numbers of any kind (scalars.py).
+
+    Where events are searched for (``searched``), modes are in units of their own (``units_of``), and the
+    step is that of the pace of the motions, where it is given (pace.py).
+    """
 
     dense, mixed = True, False
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, *, searched: bool = False, pace: float = 0.0) -> None:
         self.mechanism = m = mechanism
         self.lines, self.degrees = len(m.forces), m.degrees
         self.size = 2 * (self.degrees + self.lines)
@@ -169,10 +169,18 @@ class Piecewise:
         self._by_mass = linear.solver_of_definite(self.mass)
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
-        self.rate = self._rate()
+        own = self._rate()
+        self.most_pace, self.rate = 0.0, own or 1.0
+        if searched:
+            self.most_pace = FASTER * own_rate([own])
+            self.rate = paced_rate(own_rate([own]), pace)
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self._check_lines()
+        self.units = list[float]()
+        if searched:
+            flow = self._flow(self._forces((), tuple(0 for _ in m.elements)))
+            self.units = units_of(m, flow, self.scale)
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
@@ -183,14 +191,6 @@ class Piecewise:
     def _is_joint(self, e: Element) -> bool:
         """Whether an element acts on a coordinate without mass, whose speed depends on the others."""
         return not isinstance(e, PhaseSwitch) and any(e.row[i] for i in self.light)
-
-    def check_rate(self) -> None:
-        """Refuse a unit of time in which an unknown motion cannot be searched for events."""
-        if not SLOWEST <= self.rate <= FASTEST:
-            raise InvalidParameterError(
-                f"fastest rate = {self.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
-                "Choose another unit of time."
-            )
 
     def _check_lines(self) -> None:
         """Refuse frictions on nearly the same line: by what holds one, the other is not determined."""
@@ -246,14 +246,16 @@ class Piecewise:
             if not isinstance(e, SoftStop):
                 continue
             for side in (1, -1):
-                limit, k, c = e.law(side)
+                limit, k, c = e.at_side(side)
                 if is_infinite(limit):
                     continue
+                if e.law == "limited" and c:
+                    k = 2.0 * k
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
         norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
-        return greatest([*rates, 2.0**-500]) if any(rates) else 1.0
+        return greatest([*rates, 2.0**-500]) if any(rates) else 0.0
 
     def _rate_norm(self, a: Matrix) -> float:
         """Row sum norm, of which massless coordinates, in a unit of their own, may be at most half."""
@@ -309,10 +311,11 @@ class Piecewise:
         closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
         states = states_from_code(code, len(m.contacts), len(m.elements))
         forces = self._forces(closed, states)
-        return Mode(
+        mode = Mode(
             code, self._coordinates(forces), self._guards(closed, forces),
             self._watches(states, forces, len(closed)), self._elements(states, forces, len(closed)),
         )  # fmt: skip
+        return mode.rows_in(self.units) if self.units else mode
 
     def _resets(self) -> list[tuple[Matrix, Vector]]:
         """Maps of y that watches name by their number: the impulses of phase switches."""
@@ -322,7 +325,8 @@ class Piecewise:
                 change = self._accelerations([[x] for x in impulse])
                 shift = [0.0] * self.size
                 for i, (x,) in enumerate(change):
-                    shift[2 * i + 1] = x / self.scale
+                    unit = self.units[2 * i + 1] if self.units else 1.0
+                    shift[2 * i + 1] = x / self.scale / unit
                 out.append((linear.identity(self.size), shift))
         return out
 
@@ -364,10 +368,11 @@ class Piecewise:
         """Row of u', relative to the moving stop."""
         return _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
 
-    def _press(self, e: SoftStop, side: int) -> Vector:
-        """Row of the force of a soft stop, > 0 where it presses."""
-        limit, k, c = e.law(side)
+    def _press(self, e: SoftStop, side: int, share: int = 1) -> Vector:
+        """Row of the force of spring and dashpot, > 0 where it presses; of the latter a share 1, 0, -1."""
+        limit, k, c = e.at_side(side)
         rate = self._press_speed(e)
+        c = share * c
         out = [side * (k * x + c * y) for x, y in zip(self._gap(e), rate, strict=True)]
         out[-1] = out[-1] - side * (k * limit)
         return out
@@ -389,12 +394,12 @@ class Piecewise:
 
     def _belt(self, e: Friction) -> Vector:
         """Speed of the belt."""
-        speed = self._motion(e.belt_motion)
+        speed = self._motion(e.motion, 1)
         speed[-1] = e.belt_speed
         return speed
 
     def _slip(self, e: Friction) -> Vector:
-        out = _sum(self._velocity(e.row), self._waves(self._motion(e.belt_motion)), -1.0)
+        out = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
         out[-1] = out[-1] - e.belt_speed
         return out
 
@@ -431,7 +436,7 @@ class Piecewise:
                 if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
                     never = number
                     continue
-                change = self._motion(e.belt_motion, 1)
+                change = self._motion(e.motion, 2)
                 constraints.append(Constraint(list(e.row), self._belt(e), change))
             elif (law := self._law(e, state)) is not None:
                 _add_force(pull, e.row, *law)
@@ -531,10 +536,11 @@ class Piecewise:
                 return None
             kinetic = [e.kinetic * x for x in self._load(e)]
             return kinetic, -1 if state == FrictionState.FORWARD else 1
-        if isinstance(e, PhaseSwitch) or state not in PRESSED:
+        if isinstance(e, PhaseSwitch) or not (now := SoftStopState(state)).presses:
             return None
-        side = SIDES[SoftStopState(state)]
-        return self._press(e, side), -side
+        if now in LIMITED:  # the damping force is that of the spring
+            return [2.0 * x for x in self._press(e, now.side, 0)], -now.side
+        return self._press(e, now.side), -now.side
 
     def force_rows(self, code: int) -> Matrix:
         """Force of every contact and element along its row in a mode, as rows on (x, v, w, 1).
@@ -584,7 +590,7 @@ class Piecewise:
         free = product(transpose(lift), pull)
         wanted = [self._waves(c.acceleration) for c in constraints]
         missing = [_sum(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
-        return linear.solve_definite(self._mobility(rows, lift), missing)
+        return linear.solve_definite(self._mobility(rows, lift), missing, HELD_TOGETHER)
 
     def _mobility(self, rows: Matrix, lift: Matrix) -> Matrix:
         mobility = product(rows, lift)
@@ -612,7 +618,8 @@ class Piecewise:
         if forces.constraints:
             self._project(forces.constraints, from_v, particular, shift)
         flow = self._flow(forces) if forces.pull else {}
-        return ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
+        c = ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
+        return c.in_units(self.units) if self.units else c
 
     def _project(
         self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector
@@ -620,7 +627,9 @@ class Piecewise:
         """(3)."""
         rows = [c.row for c in constraints]
         lift = self._accelerations(transpose(rows))
-        inverse = linear.solve_definite(self._mobility(rows, lift), linear.identity(len(rows)))
+        inverse = linear.solve_definite(
+            self._mobility(rows, lift), linear.identity(len(rows)), HELD_TOGETHER
+        )
         push = product(lift, inverse)
         for i in range(self.degrees):
             change = apply(transpose(rows), push[i])
@@ -635,9 +644,12 @@ class Piecewise:
     def _flow(self, forces: Forces) -> dict[str, object]:
         n, size = self.degrees, self.size
         total = [list(row) for row in forces.pull]
+        terms = linear.absolute(total)
         for c, mu in zip(forces.constraints, forces.multipliers, strict=True):
             for i in range(n):
                 total[i] = _sum(total[i], mu, c.row[i])
+                terms[i] = _sum(terms[i], list(map(abs, mu)), abs(c.row[i]))
+        total = list(map(_cleared, total, terms)) if forces.constraints else total
         acceleration = self._accelerations(total)
         b, constant = linear.zeros(size, size), [0.0] * size
         for i, speed in forces.light.speeds.items():
@@ -655,7 +667,28 @@ class Piecewise:
         if self.light and norm > 2.0 * (other := self._norm(self._in_own_units(b))):
             norm = other
         step = rounded_down(STEP_ANGLE / norm, STEP_BITS)
-        return {"b": b, "constant": constant, "step": [step]}
+        energy, growth = self._energy(forces)
+        return {
+            "b": b, "constant": constant, "step": [step], "norm": energy, "growth": [growth],
+        }  # fmt: skip
+
+    def _energy(self, forces: Forces) -> tuple[Matrix, float]:
+        """Norm of a mode and its growth rate; infinite where none is known.
+
+        What holds contacts and friction does no work on a motion that keeps their constraints at rest.
+        """
+        n, pull = self.degrees, forces.pull
+        none = linear.zeros(self.size, self.size), math.inf
+        if self.light or any(any(map(bool, c.speed)) for c in forces.constraints):
+            return none
+        k, c = ([[-x for x in row[at : 2 * n : 2]] for row in pull] for at in (0, 1))
+        sizes = linear.plus(linear.absolute(k), linear.absolute(transpose(k)))
+        if any(map(any, map(_cleared, linear.plus(k, transpose(k), -1.0), sizes))):
+            return none  # a load of friction that depends on positions
+        k, c = (linear.plus(a, transpose(a)) for a in (k, c))
+        unit = linear.unit_of(self.mass)  # roots of masses have the same bits in every unit then
+        stiffness, damping = linear.over(k, 2.0 * unit), linear.over(c, 2.0 * unit * self.scale)
+        return energy_norm(self.size, linear.over(self.mass, unit), stiffness, damping, self.scale)
 
     def _norm(self, b: Matrix) -> float:
         """Row sum norm of a flow with velocities in the best scale, but not below half of its own.
@@ -721,7 +754,7 @@ class Piecewise:
         if not rows or linear.null_space([*rows, row]) is not None:
             return False
         across = [[dot(row, other)] for other in rows]
-        shares = linear.solve_definite(product(rows, transpose(rows)), across)
+        shares = linear.solve_definite(product(rows, transpose(rows)), across, HELD_TOGETHER)
         size = linear.largest([speed])
         for (share,), c in zip(shares, constraints, strict=True):
             part = [share * x for x in c.speed]
@@ -814,14 +847,18 @@ class Piecewise:
         gap = self._gap(e)
         if state is SoftStopState.OPEN:
             return [(gap, e.lower, e.upper)]
-        side = SIDES[state]
+        side, positive, negative = state.side, (0.0, math.inf), (-math.inf, 0.0)
         within = (e.upper, math.inf) if side > 0 else (-math.inf, e.lower)
-        if state in PRESSED:
-            if e.release == "gap" or not e.law(side)[2]:
-                return [(gap, *within)]
-            # it has come beyond the stop: from the other one, too, its law may ask for pressure
-            return [(gap, *within), (self._press(e, side), 0.0, math.inf)]
-        return [(gap, *within), (self._press(e, side), -math.inf, 0.0)]
+        if not state.presses:
+            return [(gap, *within), (self._press(e, side), *negative)]
+        if state in LIMITED:
+            return [(gap, *within), (self._press(e, side, -1), *negative)]
+        if e.law == "linear" or not e.at_side(side)[2]:
+            return [(gap, *within)]
+        if e.law == "limited":  # |c s'| <= k s, which has s >= 0 in it
+            return [(self._press(e, side), *positive), (self._press(e, side, -1), *positive)]
+        # it has come beyond the stop: from the other one, too, its law may ask for pressure
+        return [(gap, *within), (self._press(e, side), *positive)]
 
     def laws(self) -> list[Law]:
         """Jump at every contact."""
@@ -845,12 +882,13 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
         pull[i] = _sum(pull[i], force, sign * x)
 
 
-def _cleared(row: Vector, terms: Vector) -> Vector:
+def _cleared(row: list[Any], terms: Vector) -> Vector:
     """A row of sums with zeros where rounding of terms of these sizes left something.
 
-    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does.
+    A speed or force that cannot change is then constant to the bit, and no rounding decides what it does. Jets keep
+    what is left: their derivatives count.
     """
     return [
-        0.0 if not is_number(x) and abs(x) <= ROUNDING * size else x
+        x if isinstance(x, Jet) else choose(above(abs(x), ROUNDING * size), x, 0.0)
         for x, size in zip(row, terms, strict=True)
     ]
