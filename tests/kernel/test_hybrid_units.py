@@ -174,3 +174,34 @@ def test_a_mode_that_is_never_entered_does_not_set_the_step_of_a_fall(stiffness:
     np.testing.assert_allclose(
         run.time[1:4], fall + np.cumsum([pressed, 2.0 * fall, pressed]), rtol=2e-13
     )
+
+
+@pytest.mark.parametrize("t_max", [6.0, np.inf])
+@pytest.mark.parametrize("omega", [1e-5, 1e-8, 1e-12, 1e-20, 1e-100])
+def test_a_force_as_slow_as_one_likes_leaves_a_fall_as_it_is(omega: float, t_max: float) -> None:
+    """The force omega t adds omega t^3 / 6 < 0.016 omega to the height: times change by less than omega / 50."""
+    system = vi.HybridSystem(
+        modes={
+            "air": vi.LinearMode([[0.0, 1.0], [0.0, 0.0]], [0.0, -9.8], [[0.0, 0.0], [1.0, 0.0]])
+        },
+        guards={"floor": vi.LinearGuard([1.0, 0.0])},
+        transitions=(vi.Transition("air", "floor", "falling", "air", [[1.0, 0.0], [0.0, -0.9]]),),
+        omegas=(omega,),
+    )
+    run = vi.simulate_hybrid(system, "air", [1.0, 0.0], t_max=t_max, events=11)
+    first = np.sqrt(2.0 / 9.8)
+    expected = first * (1.0 + 2.0 * np.cumsum(np.r_[0.0, 0.9 ** np.arange(1.0, 11.0)]))
+    np.testing.assert_allclose(run.time[0], first, rtol=4 * 2.0**-53, atol=omega / 50.0)
+    np.testing.assert_allclose(run.time, expected, rtol=64 * 2.0**-53, atol=10.0 * omega)
+
+
+def test_a_mode_too_fast_for_the_one_at_the_start_is_refused_by_name() -> None:
+    system = vi.HybridSystem(
+        modes={"slow": vi.LinearMode([[-1.0]], [1.0]), "fast": vi.LinearMode([[-1e14]])},
+        guards={"g": vi.LinearGuard([1.0], 0.5)},
+        transitions=(vi.Transition("slow", "g", "rising", "fast"),),
+    )
+    with pytest.raises(
+        vi.InvalidParameterError, match=r"mode 'fast' has the rate .* that of the mode"
+    ):
+        vi.simulate_hybrid(system, "slow", [0.0], t_max=5.0)

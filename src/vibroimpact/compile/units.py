@@ -30,7 +30,7 @@ from vibroimpact.model.hybrid_system import HybridSystem
 
 LONGEST = 2.0**20  # steps of (2) in t_max: a start next to zero by rounding makes no step shorter
 LEAST_SIZE = 2.0**-100  # of what is pushed in any mode: 2^256 is where motions are said to diverge
-LEAST_RATE = 2.0**-40  # (2) against rates of modes, likewise
+LEAST_RATE = 2.0**-40  # of matrices against (2), where there is no t_max: likewise
 ACROSS, FREE_LEVELS = 16.0, 3  # (3)
 
 
@@ -51,13 +51,12 @@ def units_of(system: HybridSystem, mode: str, y: Floats, t_max: float) -> Units:
     ]
     given = _given(system, y)
     waves = max(system.omegas, default=0.0)
-    own = [max(_cycle_rate(b), waves) for b in matrices]
+    turning = [_cycle_rate(b) for b in matrices]
+    own = [max(rate, waves) for rate in turning]
     groups = _groups(np.sum(matrices, axis=0))
-    limits = [LONGEST / t_max if t_max < math.inf else math.inf]
-    limits += [max(own) / LEAST_RATE] if any(own) else []
+    limit = LONGEST / t_max if t_max < math.inf else max(turning) / LEAST_RATE or math.inf
     floors = [
-        min(_pushed_rate(b, p, given, groups), *limits)
-        for b, p in zip(matrices, pushes, strict=True)
+        min(_pushed_rate(b, p, given, groups), limit) for b, p in zip(matrices, pushes, strict=True)
     ]
     rates = [max(pair) for pair in zip(own, floors, strict=True)]
     least = min((r for r in rates if r), default=1.0 / t_max if t_max < math.inf else 1.0)
