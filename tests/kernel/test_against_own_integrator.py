@@ -145,4 +145,4 @@ def test_events_are_those_of_another_integrator(
     assert not wrong, f"{len(wrong)} of {last - first}:\n" + "\n".join(wrong)
     undecided = [one.undecided for one in found if one.undecided not in ("", "crowded")]
     assert len(undecided) <= (0.4 if kind == "heavy on stops" else 0.1) * MANY, undecided
-    assert sum(one.events for one in found) > len(found)
+    assert last == QUICK or sum(one.events for one in found) > len(found)

@@ -451,9 +451,10 @@ class Machine:
             polynomials
             @ (share * np.linspace(0.0, 1.0, PARTS + 1)) ** np.arange(DEGREE + 1)[:, None]
         )
-        inner = values[:, 1:-1]
         low = (values[:, 1:] < 0.0).any(axis=1)
-        low |= ((inner <= values[:, :-2]) & (inner <= values[:, 2:])).any(axis=1)
+        places = (share * np.linspace(0.0, 1.0, PARTS + 1)) ** np.arange(DEGREE)[:, None]
+        slopes = (polynomials[:, 1:] * np.arange(1, DEGREE + 1)) @ places
+        low |= ((slopes[:, :-1] < 0.0) & (slopes[:, 1:] > 0.0)).any(axis=1)
         for j in np.flatnonzero(low):
             if j in silent:
                 continue
@@ -713,10 +714,8 @@ def root(c: Array, share: float, values: Array, noise: float) -> float | None:
     for k in range(1, PARTS + 1):
         if values[k] < 0.0:
             return at[k - 1] if values[k - 1] <= 0.0 else zero(g, at[k - 1], at[k])
-        if k == PARTS or values[k] > min(values[k - 1], values[k + 1]):
-            continue
-        if value(slope, at[k - 1]) < 0.0 < value(slope, at[k + 1]):
-            lowest = zero(slope, at[k - 1], at[k + 1])
+        if value(slope, at[k - 1]) < 0.0 < value(slope, at[k]):
+            lowest = zero(slope, at[k - 1], at[k])
             least = value(g, lowest)
             if abs(least) < noise:
                 raise UndecidedError("a near miss")
