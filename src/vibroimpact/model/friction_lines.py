@@ -53,9 +53,9 @@ def _factor(first: Element, e: Friction) -> float | None:
 
 
 def _belt(e: Friction) -> dict[float, tuple[float, float]]:
-    """Sine and cosine of the speed of a belt, by frequency."""
+    """Sine and cosine of the motion of a belt, by frequency."""
     out: dict[float, tuple[float, float]] = {}
-    for line in e.belt_motion:
+    for line in e.motion:
         sine, cosine = out.get(line.omega, (0.0, 0.0))
         out[line.omega] = sine + line.sine[0], cosine + line.cosine[0]
     return out
