@@ -8,7 +8,9 @@
 //             two stops, and under a force, stops are met again and again at the rate
 //               p = max(s / d, sqrt(a / l)).                                               (2)
 //             It is the pace where it is above `most`, up to which the machine's own rates serve.
-//             A machine that has none at all may still meet a stop at p = s / l.               (3)
+//             A machine that has none at all may still meet a stop once, at p = s / l; in a run of length T a step
+//             need not be shorter for that than
+//               p = min(s / l, 2^10 / T).                                                  (3)
 //             Rounded down to a power of two, within the range of rates that can be searched.
 // Accuracy    rounded to a power of two: other units of length and time, powers of two, move no digit
 // Fails       zero where the machine's own rates serve, nothing is met, or no length is known
@@ -45,16 +47,19 @@ struct paces {
                 between < infinity() ? between : max(way_to(part.lower, u), way_to(part.upper, u)));
     }
 
-    VI_HD double pace(double most, double slowest, double fastest) const {
+    VI_HD double pace(double most, double run, double slowest, double fastest) const {
         const double l = pull > 0.0 ? max(length, speed * speed / (2.0 * pull)) : length; // (1)
         if (!(l > 0.0 && l < infinity())) return 0.0;
         const double again = max(clearance > 0.0 ? speed / clearance : 0.0, sqrt(pull / l)); // (2)
-        const double p = again > 0.0 || most > 0.0 ? again : speed / l;                      // (3)
+        const double once =
+            run < infinity() ? min(speed / l, steps_of_run / run) : speed / l; // (3)
+        const double p = again > 0.0 || most > 0.0 ? again : once;
         const double found = min(max(below(p), above(slowest)), below(fastest));
         return p > 0.0 && found > most ? found : 0.0;
     }
 
 private:
+    static constexpr double steps_of_run = 1024.0;
     // From where u is to a stop, or how far away that is.
     VI_HD static double way_to(double limit, double u) {
         return abs(limit) < infinity() ? max(abs(u - limit), abs(limit)) : 0.0;

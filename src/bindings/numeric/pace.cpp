@@ -14,10 +14,11 @@ namespace {
 using numbers_of_systems = nb::ndarray<const int, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 nb::object pace(const array& parts, const array& most, const numbers_of_systems& system,
-                const array& position, const array& velocity, double slowest, double fastest) {
+                const array& position, const array& velocity, const array& run, double slowest,
+                double fastest) {
     if (parts.ndim() != 3 || position.ndim() != 2 || parts.shape(2) != position.shape(1) + 4 ||
         position.size() != velocity.size() || system.shape(0) != position.shape(0) ||
-        most.size() != parts.shape(0))
+        most.size() != parts.shape(0) || run.size() != position.shape(0))
         throw std::invalid_argument("parts must have the shape (S, P, n + 4), position (N, n).");
     const std::size_t members = position.shape(0), n = position.shape(1), count = parts.shape(1);
     std::vector<double> found(members);
@@ -30,7 +31,7 @@ nb::object pace(const array& parts, const array& most, const numbers_of_systems&
             const vi::paced_part part{row, row[n], row[n + 1], row[n + 2], row[n + 3]};
             all.add(part, x, v, static_cast<int>(n));
         }
-        found[i] = all.pace(most.data()[system(i)], slowest, fastest);
+        found[i] = all.pace(most.data()[system(i)], run.data()[i], slowest, fastest);
     }
     return to_numpy(std::move(found), {members});
 }
@@ -38,8 +39,8 @@ nb::object pace(const array& parts, const array& most, const numbers_of_systems&
 } // namespace
 
 void bind_pace(nb::module_& m) {
-    m.def("pace", &pace, "parts"_a, "most"_a, "system"_a, "position"_a, "velocity"_a, "slowest"_a,
-          "fastest"_a,
+    m.def("pace", &pace, "parts"_a, "most"_a, "system"_a, "position"_a, "velocity"_a, "run"_a,
+          "slowest"_a, "fastest"_a,
           "Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where it "
           "meets "
           "nothing.\n\nparts, (S, P, n + 4), has for each system and part: row, lower, upper, "
@@ -50,7 +51,8 @@ void bind_pace(nb::module_& m) {
                   "most: numpy.typing.NDArray[numpy.float64], "
                   "system: numpy.typing.NDArray[numpy.int32], "
                   "position: numpy.typing.NDArray[numpy.float64], "
-                  "velocity: numpy.typing.NDArray[numpy.float64], slowest: float, fastest: float) "
+                  "velocity: numpy.typing.NDArray[numpy.float64], "
+                  "run: numpy.typing.NDArray[numpy.float64], slowest: float, fastest: float) "
                   "-> numpy.typing.NDArray[numpy.float64]"));
 }
 

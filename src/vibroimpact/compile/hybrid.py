@@ -301,12 +301,14 @@ class Compiled:
         n = self.mechanism.degrees
         return np.array(paced_parts(self.mechanism), dtype=float).reshape(1, -1, n + 4)
 
-    def pace_of(self, start: State) -> float:
-        """The pace of the motion from a start; zero where own rates serve, or where the start will be refused."""
+    def pace_of(self, start: State, run: float) -> float:
+        """The pace of a run of some length from a start; zero where own rates serve, or it is refused later."""
         if len(start.position) != self.mechanism.degrees:
             return 0.0
         most, both = np.array([self.most_pace]), (start.position, start.velocity)
-        return float(paces_of(self._paced, most, FIRST, *(np.array([x]) for x in both))[0])
+        return float(
+            paces_of(self._paced, most, FIRST, *(np.array([x]) for x in both), np.array([run]))[0]
+        )
 
     @cached_property
     def piecewise(self) -> Piecewise:
@@ -386,9 +388,11 @@ def _compiled(keyed: _Keyed, pace: float) -> Compiled:
     return Compiled(keyed.mechanism, pace)
 
 
-def compile_mechanism(mechanism: Mechanism, start: State | None = None) -> Compiled:
-    """Compile, or return the earlier result for equal parameters; for the motion from a start, if one is given."""
+def compile_mechanism(
+    mechanism: Mechanism, start: State | None = None, t_max: float = math.inf
+) -> Compiled:
+    """Compile, or return the earlier result for equal parameters; for the run from a start, if one is given."""
     keyed = _Keyed(mechanism)
     compiled = _compiled(keyed, 0.0)
-    pace = compiled.pace_of(start) if isinstance(start, State) else 0.0
+    pace = compiled.pace_of(start, t_max) if isinstance(start, State) else 0.0
     return _compiled(keyed, pace) if pace else compiled

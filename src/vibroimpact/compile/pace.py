@@ -74,14 +74,14 @@ def paced_rate(own: float, pace: float) -> float:
 
 
 def paces_of(
-    parts: Floats, most: Floats, system: Rows, position: Floats, velocity: Floats
+    parts: Floats, most: Floats, system: Rows, position: Floats, velocity: Floats, run: Floats
 ) -> Floats:
-    """Paces of N motions from their starts, zero where the machine's own rates serve.
+    """Paces of N motions from their starts in runs of these lengths, zero where own rates serve.
 
-    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which they serve (S,).
+    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which own rates serve (S,).
     """
     which = system.astype(np.int32)
-    return _kernel.pace(parts, most, which, position, velocity, SLOWEST, FASTEST)
+    return _kernel.pace(parts, most, which, position, velocity, run, SLOWEST, FASTEST)
 
 
 def most_by_lines(blocks: Blocks, omegas: list[float]) -> list[float]:

@@ -90,11 +90,11 @@ class Stacks:
         parts, most = (x.of(some) for x in both)
         return parts, most
 
-    def paces(self, system: Rows, position: Floats, velocity: Floats) -> Floats:
-        """Pace of each member's motion from its start; zero where the machine's own rates serve, shape (N,)."""
+    def paces(self, system: Rows, position: Floats, velocity: Floats, run: Floats) -> Floats:
+        """Pace of each member's run of some length from its start; zero where own rates serve, shape (N,)."""
         parts, most = self._paced
         which = system if len(parts) > 1 else np.zeros_like(system)
-        return paces_of(parts, most, which, position, velocity)
+        return paces_of(parts, most, which, position, velocity, run)
 
     @property
     def sizes(self) -> tuple[int, int, int]:

@@ -87,7 +87,7 @@ def map_derivative(
     """
     check_counts(impacts, t_max)
     mechanism = mechanism_of(system)
-    compiled = compile_mechanism(mechanism, state)
+    compiled = compile_mechanism(mechanism, state, t_max)
     begin(compiled, state)  # refuses the same states as simulate
     rows = 2 * mechanism.degrees + len(mechanism.forces)
     seeds = np.eye(rows) if directions is None else numbers("directions", directions)

@@ -262,7 +262,9 @@ def _fastest_pace(mechanism: Mechanism, starts: Starts) -> float:
     states = starts.block(tuple(slice(0, min(n, most)) for n in starts.dims.values())).states()
     parts = np.array(paced_parts(mechanism)).reshape(1, -1, mechanism.degrees + 4)
     one = np.zeros(len(states.phase), dtype=np.intp)
-    return float(paces_of(parts, np.zeros(1), one, states.position, states.velocity).max())
+    endless = np.full(len(one), math.inf)
+    found = paces_of(parts, np.zeros(1), one, states.position, states.velocity, endless)
+    return float(found.max())
 
 
 def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:

@@ -227,7 +227,8 @@ def _paces(batch: Batch, members: Members) -> Floats:
     for i, stacks in enumerate(batch.stacks):
         rows = np.flatnonzero(part == i)
         number = batch.number[members.system[rows]]
-        paces[rows] = stacks.paces(number, members.position[rows], members.velocity[rows])
+        run = members.settle[rows] + members.observe[rows]
+        paces[rows] = stacks.paces(number, members.position[rows], members.velocity[rows], run)
     return paces
 
 
