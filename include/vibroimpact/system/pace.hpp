@@ -2,15 +2,14 @@
 //
 // Method      Of all parts u = row . x of a machine, stops and friction, the largest numbers are taken: s, the
 //             speed of u at the start, relative to a belt; a, its acceleration by forces that do not
-//             depend on the motion; d, the clearance of two stops; and the length
-//               l = max(what the stops say, s^2 / 2 a),                                    (1)
-//             stops saying their clearance, or the larger of the place of a stop and its distance. Between
-//             two stops, and under a force, stops are met again and again at the rate
-//               p = max(s / d, sqrt(a / l)).                                               (2)
-//             It is the pace where it is above `most`, up to which the machine's own rates serve.
-//             A machine that has none at all may still meet a stop once, at p = s / l; in a run of length T a step
-//             need not be shorter for that than
-//               p = min(s / l, 2^10 / T).                                                  (3)
+//             depend on the motion; d, the clearance of two stops; and l, the length that stops say, their
+//             clearance, or the larger of the place of a stop and its distance. Between two stops, and
+//             under a force, stops are met again and again at the rate
+//               p = max(s / d, sqrt(a / l)).                                               (1)
+//             A machine with rates of its own keeps them up to `most`, and where the run is so long, T, that
+//             p T > 2^17: then forces have moved it far beyond l, of which every place counts here.
+//             Without any, l is at least s^2 / 2 a; a stop may also be met once, at s / l, where no step
+//             need be shorter than T / 2^10; and p is at most 2^17 / T.                      (2)
 //             Rounded down to a power of two, within the range of rates that can be searched.
 // Accuracy    rounded to a power of two: other units of length and time, powers of two, move no digit
 // Fails       zero where the machine's own rates serve, nothing is met, or no length is known
@@ -28,6 +27,8 @@ struct paced_part {
     double pull, belt;
 };
 
+inline constexpr double paces_of_run = 0x1p17, steps_of_run = 0x1p10;
+
 // The largest numbers of the parts that are known.
 struct paces {
     double speed = 0.0, pull = 0.0, clearance = 0.0, length = 0.0; // s, a, d, l
@@ -38,35 +39,45 @@ struct paces {
             u = u + part.row[j] * x[j];
             rate = rate + part.row[j] * v[j];
         }
+        const double between = part.upper - part.lower;
+        const bool both = between < infinity();
+        if (both) clearance = max(clearance, between);
         speed = max(speed, abs(rate) + abs(part.belt));
         pull = max(pull, part.pull);
-        const double between = part.upper - part.lower;
-        if (between < infinity()) clearance = max(clearance, between);
-        length =
-            max(length,
-                between < infinity() ? between : max(way_to(part.lower, u), way_to(part.upper, u)));
+        length = max(length, both ? between : max(way_to(part.lower, u), way_to(part.upper, u)));
     }
 
-    VI_HD double pace(double most, double run, double slowest, double fastest) const {
-        const double l = pull > 0.0 ? max(length, speed * speed / (2.0 * pull)) : length; // (1)
+    // Of a machine with rates of its own, (1); `size` is the largest |x_j|.
+    VI_HD double beside_rates(double size, double run) const {
+        const double l = max(length, size), p = l > 0.0 ? again(l) : 0.0;
+        return p * run <= paces_of_run ? p : 0.0;
+    }
+    // Of one without, (2).
+    VI_HD double alone(double run) const {
+        const double l = pull > 0.0 ? max(length, speed * speed / (2.0 * pull)) : length;
         if (!(l > 0.0 && l < infinity())) return 0.0;
-        const double again = max(clearance > 0.0 ? speed / clearance : 0.0, sqrt(pull / l)); // (2)
-        const double once =
-            run < infinity() ? min(speed / l, steps_of_run / run) : speed / l; // (3)
-        const double p = again > 0.0 || most > 0.0 ? again : once;
-        const double found = min(max(below(p), above(slowest)), below(fastest));
-        return p > 0.0 && found > most ? found : 0.0;
+        const double p = again(l);
+        return p > 0.0 ? min(p, paces_of_run / run, run) : min(speed / l, steps_of_run / run, run);
     }
 
 private:
-    static constexpr double steps_of_run = 1024.0;
+    VI_HD double again(double l) const {
+        return max(clearance > 0.0 ? speed / clearance : 0.0, sqrt(pull / l));
+    }
     // From where u is to a stop, or how far away that is.
     VI_HD static double way_to(double limit, double u) {
         return abs(limit) < infinity() ? max(abs(u - limit), abs(limit)) : 0.0;
     }
-    // The power of two that x > 0 is rounded down to, or up.
-    VI_HD static double below(double x) { return from_bits<double>(bits(x) >> 52 << 52); }
-    VI_HD static double above(double x) { return 2.0 * below(x); }
+    // The smaller one, the second of a run that is not endless.
+    VI_HD static double min(double p, double most, double run) {
+        return run < infinity() && most < p ? most : p;
+    }
 };
+
+// p rounded down to a power of two within the range; 0 is 0.
+VI_HD inline double searchable(double p, double slowest, double fastest) {
+    const auto below = [](double x) { return from_bits<double>(bits(x) >> 52 << 52); };
+    return p > 0.0 ? vi::min(vi::max(below(p), 2.0 * below(slowest)), below(fastest)) : 0.0;
+}
 
 } // namespace vi

@@ -25,13 +25,19 @@ nb::object pace(const array& parts, const array& most, const numbers_of_systems&
     for (std::size_t i = 0; i < members; ++i) {
         const double *x = position.data() + i * n, *v = velocity.data() + i * n;
         vi::paces all;
+        double size = 0.0;
+        for (std::size_t j = 0; j < n; ++j)
+            size = vi::max(size, vi::abs(x[j]));
         for (std::size_t p = 0; p < count; ++p) {
             const std::size_t which = static_cast<std::size_t>(system(i)) * count + p;
             const double* row = parts.data() + which * (n + 4);
             const vi::paced_part part{row, row[n], row[n + 1], row[n + 2], row[n + 3]};
             all.add(part, x, v, static_cast<int>(n));
         }
-        found[i] = all.pace(most.data()[system(i)], run.data()[i], slowest, fastest);
+        const double least = most.data()[system(i)], length = run.data()[i];
+        const double p = least > 0.0 ? all.beside_rates(size, length) : all.alone(length);
+        const double pace = vi::searchable(p, slowest, fastest);
+        found[i] = pace > least ? pace : 0.0;
     }
     return to_numpy(std::move(found), {members});
 }

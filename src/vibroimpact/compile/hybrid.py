@@ -66,7 +66,7 @@ FEW = 2  # contacts: up to this number, all closed sets are built at first
 MOST = 4  # contacts: up to this number, the blocks of all closed sets are found at first
 
 
-FIRST = np.zeros(1, dtype=np.int32)  # number of the system, of one
+FIRST = np.zeros(1, dtype=np.intp)  # number of the system, of one
 
 BlockForm = Vibrations | Decoupled | None  # of a reduced system; None: without blocks
 
@@ -305,10 +305,9 @@ class Compiled:
         """The pace of a run of some length from a start; zero where own rates serve, or it is refused later."""
         if len(start.position) != self.mechanism.degrees:
             return 0.0
-        most, both = np.array([self.most_pace]), (start.position, start.velocity)
-        return float(
-            paces_of(self._paced, most, FIRST, *(np.array([x]) for x in both), np.array([run]))[0]
-        )
+        most, elements = np.array([self.most_pace]), isinstance(self._hybrid, Piecewise)
+        start_and_run = (np.array([x]) for x in (start.position, start.velocity, run))
+        return float(paces_of(self._paced, most, FIRST, *start_and_run, elements=elements)[0])
 
     @cached_property
     def piecewise(self) -> Piecewise:

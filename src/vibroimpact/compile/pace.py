@@ -38,7 +38,8 @@ LARGER = 2.0**17
 def paced_parts(m: Mechanism) -> list[list[Any]]:
     """Row, lower, upper, pull and belt speed of every stop and friction, as the kernel takes them.
 
-    The pull is the acceleration along the row by constant and harmonic forces and by friction, at most.
+    The pull is the largest acceleration along the row of a stop by constant and harmonic forces, and along
+    that of friction by friction alone.
     """
     heavy = with_mass(m)
     solve = linear.solver_of_definite([[m.mass[i][j] for j in heavy] for i in heavy])
@@ -55,7 +56,8 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
             belt = part.belt_speed
             level = part.kinetic if part.load is None else part.kinetic * abs(part.load.constant)
             (push,) = linear.transpose(solve([[x] for x in row]))
-            pull = pull + level * linear.dot(row, push)
+            # where a force pushes, too, it is this that says how far
+            pull = choose(above(pull, 0.0), 0.0, level * linear.dot(row, push))
         else:
             lower, upper = part.lower, part.upper
         out.append([*part.row, lower, upper, pull, belt])
@@ -74,14 +76,24 @@ def paced_rate(own: float, pace: float) -> float:
 
 
 def paces_of(
-    parts: Floats, most: Floats, system: Rows, position: Floats, velocity: Floats, run: Floats
+    parts: Floats,
+    most: Floats,
+    system: Rows,
+    position: Floats,
+    velocity: Floats,
+    run: Floats,
+    *,
+    elements: bool = False,
 ) -> Floats:
     """Paces of N motions from their starts in runs of these lengths, zero where own rates serve.
 
-    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which own rates serve (S,).
-    """
+    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which own rates serve (S,). What states
+    elements take is decided relative to the pace: there the length of the run counts. Rigid machines
+    may be moved far beyond where they started.
+    """  # fmt: skip
+    counted = run if elements else np.where(most[system] > 0.0, 0.0, run)
     which = system.astype(np.int32)
-    return _kernel.pace(parts, most, which, position, velocity, run, SLOWEST, FASTEST)
+    return _kernel.pace(parts, most, which, position, velocity, counted, SLOWEST, FASTEST)
 
 
 def most_by_lines(blocks: Blocks, omegas: list[float]) -> list[float]:

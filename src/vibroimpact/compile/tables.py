@@ -94,7 +94,7 @@ class Stacks:
         """Pace of each member's run of some length from its start; zero where own rates serve, shape (N,)."""
         parts, most = self._paced
         which = system if len(parts) > 1 else np.zeros_like(system)
-        return paces_of(parts, most, which, position, velocity, run)
+        return paces_of(parts, most, which, position, velocity, run, elements=self.piecewise)
 
     @property
     def sizes(self) -> tuple[int, int, int]:
