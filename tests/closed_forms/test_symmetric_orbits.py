@@ -75,7 +75,8 @@ def test_every_condition_of_equation_11_holds_to_rounding(name: str) -> None:
     for omega in np.linspace(low, high, 60):
         for orbit in vi.symmetric_orbits(damper_of(name, omega)):
             count += 1
-            assert max(orbit.residuals.values()) < 1e-12, orbit.residuals
+            # the smallest x2 is 1/500 of its terms: 32 ulp of these are 2e-12 of it
+            assert max(orbit.residuals.values()) < 2e-12, orbit.residuals
             assert (
                 orbit.determinant_error < 1e-9
             )  # det of entries up to 1e3: ulp times their square

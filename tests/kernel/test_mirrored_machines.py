@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.random_machines import (
+from support.mirrored_machines import (
     difference,
     events,
     mirrored,

@@ -51,8 +51,9 @@ def test_a_motion_away_from_its_stop_ends_when_it_leaves_the_largest_size() -> N
     root = math.sqrt(c * c / 4 - k)
     grows, falls = -c / 2 + root, -c / 2 - root
     a = (x0 - push / k) * -falls / (grows - falls)
-    leaves = math.log(LARGEST / a) / grows
-    step = compile_mechanism(m).step
+    compiled = compile_mechanism(m)
+    leaves = math.log(LARGEST * compiled.units[0] / a) / grows  # in the unit of its coordinates
+    step = compiled.step
     assert leaves - 1e-9 <= run.time[0] <= leaves + 2 * step  # x or x' / rate, at the step after
     assert np.isfinite(numbers_of(run)).all()
 
@@ -182,12 +183,10 @@ def test_a_weak_constant_force_brings_a_free_mass_to_its_stop(pull: float) -> No
 
 def test_a_free_mass_meets_its_stop_after_whatever_time() -> None:
     m = one_body(0.0, 0.0, lower=-1.0, upper=1.0)
-    for exponent in range(3, 16, 2):
+    for exponent in range(3, 18, 2):
         run = vi.simulate(m, vi.State((0.0,), (10.0**-exponent,)), impacts=1)
         assert run.end is RunEnd.IMPACTS
         assert run.time[0] == pytest.approx(10.0**exponent, rel=1e-12)
-    run = vi.simulate(m, vi.State((0.0,), (1e-17,)), impacts=1)
-    assert run.end is RunEnd.QUIET  # it would take more steps than a time has digits
 
 
 def test_a_mass_at_rest_between_its_stops_is_silent() -> None:

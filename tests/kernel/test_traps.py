@@ -99,10 +99,9 @@ def test_dense_output_holds_in_flights_of_a_million_radians() -> None:
     assert position[-1, 0] == pytest.approx(forced, abs=1e-9)
 
 
-@pytest.mark.parametrize("rate", [1e-14, 1e14])
-def test_rates_that_doubles_cannot_carry_are_refused(rate: float) -> None:
+def test_rates_that_doubles_cannot_carry_are_refused() -> None:
     damper = vi.ImpactDamper(
-        mass_ratio=0.1, omega_n=rate, zeta=0.02, restitution=0.8, half_clearance=1.0, omega=rate
+        mass_ratio=0.1, omega_n=1e14, zeta=0.02, restitution=0.8, half_clearance=1.0, omega=1e14
     )
     with pytest.raises(vi.InvalidParameterError, match="fastest rate"):
         vi.simulate(damper, vi.State((0.0, 0.0), (0.0, 0.0)), impacts=1)

@@ -202,7 +202,8 @@ def events(case: Case, t_max: float, impacts: int) -> tuple[list[Event], str]:
     return out, run.end.name
 
 
-OPPOSITE = {"UPPER": "LOWER", "FORWARD": "BACKWARD", "BEHIND_UPPER": "BEHIND_LOWER"}
+OPPOSITE = {"UPPER": "LOWER", "FORWARD": "BACKWARD", "BEHIND_UPPER": "BEHIND_LOWER",
+            "LIMITED_UPPER": "LIMITED_LOWER"}  # fmt: skip
 OPPOSITE |= {y: x for x, y in OPPOSITE.items()}
 
 

@@ -243,10 +243,11 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
         const bool here = zeros * side > 0;
         if (still && start.elements.stays_on(j) && !here) continue; // the other is at its limit
         taylor<N> g = gap_on(side, limit, u);
-        if (here) g.d[0] = g.d[0] - start.elements.offset[j];
         bool leaving = still && here;
-        if (leaving && applications > 0) still = leaving = abs(g.d[0]) <= eps;
-        if (g.d[0] > farthest + eps) continue;               // not within reach of this step
+        const double moved = leaving ? g.d[0] - start.elements.offset[j] : 0.0;
+        if (leaving && applications > 0) still = leaving = abs(moved) <= eps;
+        if (leaving) g.d[0] = moved;           // once it has left, the limit is where it is
+        if (g.d[0] > farthest + eps) continue; // not within reach of this step
         if (leaving && start.elements.stays_on(j)) continue; // nothing moves it
         for (int k = 0; leaving && applications == 0 && k < zeros * side; ++k)
             g.d[k] = 0.0;

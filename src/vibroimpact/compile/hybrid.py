@@ -275,7 +275,7 @@ class Compiled:
         self.mechanism = mechanism
         self._hybrid = h = hybrid_of(mechanism, pace)
         self.dense, self.size, self.free = h.dense, h.size, h.free
-        self.rate, self.step, self.most_pace = h.rate, h.step, h.most_pace
+        self.rate, self.step, self.most_pace, self.units = h.rate, h.step, h.most_pace, h.units
         self.kernel = _kernel.System(
             dense=h.dense,
             mixed=h.mixed,
