@@ -137,9 +137,7 @@ def mirrored(case: Case) -> Case:
         if isinstance(e, vi.SoftStop):
             return replace(e, **limits, stiffness=both(e.stiffness)[::-1],
                            damping=both(e.damping)[::-1], motion=reverse(e.motion))  # fmt: skip
-        return replace(
-            e, **limits, restitution=both(e.restitution)[::-1], motion=reverse(e.motion)
-        )
+        return replace(e, **limits, restitution=both(e.restitution)[::-1], motion=reverse(e.motion))
 
     parts = case.parts | {"forces": reverse(case.parts["forces"]),
                           "constant_force": minus(case.parts["constant_force"])}  # fmt: skip

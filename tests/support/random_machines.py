@@ -305,9 +305,7 @@ def _part(rng: np.random.Generator, kind: str, heavy: Any, omegas: list[float], 
         return vi.RigidStop(row, lower=-flat(0.3, 1.0), upper=flat(0.3, 1.0),
                             restitution=(restitution, flat(0.3, 0.9)))  # fmt: skip
     if kind == "moving rigid":
-        return vi.RigidStop(
-            row, upper=flat(0.5, 1.0), restitution=restitution, motion=line(0.1)
-        )
+        return vi.RigidStop(row, upper=flat(0.5, 1.0), restitution=restitution, motion=line(0.1))
     if kind in ("soft, by force", "soft, by gap"):
         return vi.SoftStop(row, upper=flat(0.0, 1.0), stiffness=flat(5.0, 50.0),
                            damping=flat(0.0, 2.0), law=law)  # fmt: skip

@@ -209,7 +209,9 @@ def _together(
     try:
         with np.errstate(all="ignore"):  # as Python's floats
             mechanism = _built(system, columns)
-            return mechanism and stacks_of(hybrid_of(mechanism, pace), grid, codes)
+            if mechanism is None:
+                return None
+            return stacks_of(hybrid_of(mechanism, pace), grid, codes)
     except ResonanceError:
         raise
     except Split as split:

@@ -54,8 +54,8 @@ class Mode:
 
         return replace(
             self,
-            guards=[(moved(row), *rest) for row, *rest in self.guards],
-            watches=[(moved(row), *rest) for row, *rest in self.watches],
+            guards=[(moved(guard[0]), *guard[1:]) for guard in self.guards],
+            watches=[(moved(watch[0]), *watch[1:]) for watch in self.watches],
             elements=[(moved(force), moved(speed)) for force, speed in self.elements],
         )
 

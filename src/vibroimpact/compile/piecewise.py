@@ -882,7 +882,7 @@ def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -
         pull[i] = _sum(pull[i], force, sign * x)
 
 
-def _cleared(row: list[Any], terms: Vector) -> Vector:
+def _cleared(row: list[Any], terms: Vector) -> list[Any]:
     """A row of sums with zeros where rounding of terms of these sizes left something.
 
     A speed or force that cannot change is then constant to the bit, and no rounding decides what it does. Jets keep
