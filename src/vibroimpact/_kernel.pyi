@@ -186,10 +186,10 @@ def decouple(stiffness: numpy.typing.NDArray[numpy.float64], damping: numpy.typi
 
 def pace(parts: numpy.typing.NDArray[numpy.float64], most: numpy.typing.NDArray[numpy.float64], system: numpy.typing.NDArray[numpy.int32], position: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], run: numpy.typing.NDArray[numpy.float64], slowest: float, fastest: float) -> numpy.typing.NDArray[numpy.float64]:
     """
-    Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where its machine's own rates serve.
+    Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where it meets nothing.
 
     parts, (S, P, n + 4), has for each system and part: row, lower, upper, largest pull, speed of the belt;
-    most, (S), paces up to which its own rates serve; system, (N), position and velocity, (N, n); run, (N), lengths of the runs. It is within slowest and fastest.
+    most, (S), paces up to which its own rates serve; system, (N), position and velocity, (N, n). It is within slowest and fastest.
     """
 
 class Position:
