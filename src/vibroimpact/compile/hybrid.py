@@ -79,7 +79,7 @@ class Hybrid:
     """
 
     def __init__(self, mechanism: Mechanism, pace: float = 0.0) -> None:
-        self.mechanism, self.pace = mechanism, pace
+        self.mechanism = mechanism
         n, lines = mechanism.degrees, len(mechanism.forces)
         self.size = 2 * (n + lines)
         self._shapes: dict[Closed, tuple[Reduced, BlockForm] | None] = {}

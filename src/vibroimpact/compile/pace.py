@@ -90,7 +90,7 @@ def paces_of(
     ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which own rates serve (S,). What states
     elements take is decided relative to the pace: there the length of the run counts. Rigid machines
     may be moved far beyond where they started.
-    """  # fmt: skip
+    """
     counted = run if elements else np.where(most[system] > 0.0, 0.0, run)
     which = system.astype(np.int32)
     return _kernel.pace(parts, most, which, position, velocity, counted, SLOWEST, FASTEST)
