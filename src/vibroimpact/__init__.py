@@ -22,7 +22,9 @@ _RENAMED = {  # names of 0.1, for this release
     "sweep_again": "rerun_sweep",
 }
 
-__all__ = sorted({*_ROOMS} - {*_MODULES.values()} - {"continuation", "normal_forms", "plotting"})
+__all__ = sorted(
+    {*_ROOMS} - {*_MODULES.values()} - {"continuation", "measures", "normal_forms", "plotting"}
+)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,7 @@
 """Exact dynamics and bifurcations of vibro-impact systems: all public names and their modules."""
 
 from vibroimpact import continuation as continuation
+from vibroimpact import measures as measures
 from vibroimpact import normal_forms as normal_forms
 from vibroimpact import plotting as plotting
 from vibroimpact._core.errors import BackendUnavailableError as BackendUnavailableError
@@ -48,17 +49,8 @@ from vibroimpact.closed_forms.section_jacobian import section_jacobian as sectio
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as SymmetricOrbit
 from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
-from vibroimpact.design import measure
-from vibroimpact.design.answers import Answer as Answer
-from vibroimpact.design.curves import ResponseCurve as ResponseCurve
-from vibroimpact.design.energy import Energies as Energies
-from vibroimpact.design.force_record import ForceRecord as ForceRecord
-from vibroimpact.design.free_decay import FreeDecay as FreeDecay
-from vibroimpact.design.free_decay import free_decay as free_decay
 from vibroimpact.design.maps import DesignMap as DesignMap
 from vibroimpact.design.maps import design_map as design_map
-from vibroimpact.design.measure import Measure as Measure
-from vibroimpact.design.measure import measure_of as measure_of
 from vibroimpact.design.objective import Objective as Objective
 from vibroimpact.design.objective import mean_over as mean_over
 from vibroimpact.design.objective import worst_over as worst_over
@@ -66,19 +58,12 @@ from vibroimpact.design.optimise import Design as Design
 from vibroimpact.design.optimise import optimise as optimise
 from vibroimpact.design.pareto import ParetoFront as ParetoFront
 from vibroimpact.design.pareto import pareto_front as pareto_front
-from vibroimpact.design.record_response import RecordResponse as RecordResponse
-from vibroimpact.design.record_response import simulate_record as simulate_record
-from vibroimpact.design.response import Response as Response
-from vibroimpact.design.response import frequency_response as frequency_response
-from vibroimpact.design.response_spectrum import ResponseSpectrum as ResponseSpectrum
-from vibroimpact.design.response_spectrum import response_spectrum as response_spectrum
-from vibroimpact.design.sine_sweep import SineSweep as SineSweep
-from vibroimpact.design.sine_sweep import sine_sweep as sine_sweep
-from vibroimpact.design.tuned import TunedDamper as TunedDamper
-from vibroimpact.design.tuned import tuned_damper as tuned_damper
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.machine import Scales as Scales
+from vibroimpact.measures.energy import Energies as Energies
+from vibroimpact.measures.measure import Measure as Measure
+from vibroimpact.measures.measure import measure_of as measure_of
 from vibroimpact.model.elements import Friction as Friction
 from vibroimpact.model.elements import FrictionState as FrictionState
 from vibroimpact.model.elements import NormalLoad as NormalLoad
@@ -108,6 +93,12 @@ from vibroimpact.orbits.maps import stroboscopic_map as stroboscopic_map
 from vibroimpact.orbits.orbit import Orbit as Orbit
 from vibroimpact.orbits.search import find_orbits as find_orbits
 from vibroimpact.orbits.search_result import OrbitSearch as OrbitSearch
+from vibroimpact.response.answers import Answer as Answer
+from vibroimpact.response.curves import ResponseCurve as ResponseCurve
+from vibroimpact.response.response import Response as Response
+from vibroimpact.response.response import frequency_response as frequency_response
+from vibroimpact.response.tuned import TunedDamper as TunedDamper
+from vibroimpact.response.tuned import tuned_damper as tuned_damper
 from vibroimpact.simulation.derivatives import MapDerivative as MapDerivative
 from vibroimpact.simulation.derivatives import map_derivative as map_derivative
 from vibroimpact.simulation.hybrid_run import HybridRun as HybridRun
@@ -144,8 +135,16 @@ from vibroimpact.tori.continue_circle import continue_circle as continue_circle
 from vibroimpact.tori.find import CircleGuess as CircleGuess
 from vibroimpact.tori.find import find_circle as find_circle
 from vibroimpact.tori.switch_circle import switch_circle as switch_circle
+from vibroimpact.transients.force_record import ForceRecord as ForceRecord
+from vibroimpact.transients.free_decay import FreeDecay as FreeDecay
+from vibroimpact.transients.free_decay import free_decay as free_decay
+from vibroimpact.transients.record_response import RecordResponse as RecordResponse
+from vibroimpact.transients.record_response import simulate_record as simulate_record
+from vibroimpact.transients.response_spectrum import ResponseSpectrum as ResponseSpectrum
+from vibroimpact.transients.response_spectrum import response_spectrum as response_spectrum
+from vibroimpact.transients.sine_sweep import SineSweep as SineSweep
+from vibroimpact.transients.sine_sweep import sine_sweep as sine_sweep
 
-measures = measure
 observe = observers
 stop = stop_rules
 

@@ -22,7 +22,7 @@ from support.commands import WALL, assert_nothing_written, said
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
 from vibroimpact.cli import response as command
-from vibroimpact.design import compare
+from vibroimpact.response import compare
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 

@@ -9,11 +9,11 @@ from typing import Any, cast
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.design.compare import comparison, decibels, is_comparable, worst_of_comparison
 from vibroimpact.plotting.machine_table import Varied, machine_table
 from vibroimpact.plotting.page import Symbol
 from vibroimpact.plotting.report import comparison_sentence
 from vibroimpact.plotting.words import kind_of, motion_in_words, number
+from vibroimpact.response.compare import comparison, decibels, is_comparable, worst_of_comparison
 
 CHEAP: dict[str, Any] = {
     "number": 2, "starts": 0, "settle": 1, "periods": 1, "most": 0, "progress": False,

@@ -11,12 +11,12 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common, members
 from vibroimpact.cli.ensemble import system_over
 from vibroimpact.cli.output import write
-from vibroimpact.design.compare import COMPARISONS, measured_beside
-from vibroimpact.design.response import Response, frequency_response
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.state import STATE
 from vibroimpact.plotting import plot_response
 from vibroimpact.plotting.report import PAGES, in_brief, report_of
+from vibroimpact.response.compare import COMPARISONS, measured_beside
+from vibroimpact.response.response import Response, frequency_response
 
 EXAMPLE = (
     "  vibroimpact response impact-damper/A --over omega=0.4:0.6 --measure x1 --compare linear "

@@ -1,1 +1,1 @@
-"""What an engineer asks of a machine: how it answers over a band, and in which measure."""
+"""The best machine: objectives, searches, fronts, maps."""

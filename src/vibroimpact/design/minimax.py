@@ -19,10 +19,10 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.linear import FreeMotion, free_motion
-from vibroimpact.design.motions import Motion
 from vibroimpact.design.objective import Judge, Member
 from vibroimpact.design.search import Search
+from vibroimpact.measures.linear import FreeMotion, free_motion
+from vibroimpact.measures.motions import Motion
 from vibroimpact.orbits.find import find_orbit
 
 NEAR, LOCAL = 0.02, 0.2  # of the worst: values so near count; local maxima so near

@@ -35,15 +35,15 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.answers import random_starts, rest_of
-from vibroimpact.design.band import Band, Unit, band_of
-from vibroimpact.design.linear import free_motion
-from vibroimpact.design.measure import Measure, measure_of
 from vibroimpact.design.population import NUMBER, Population
+from vibroimpact.measures.linear import free_motion
+from vibroimpact.measures.measure import Measure, measure_of
 from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.parameters import parameter_value, with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.response.answers import random_starts, rest_of
+from vibroimpact.response.band import Band, Unit, band_of
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.starts import RandomStarts

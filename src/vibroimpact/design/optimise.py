@@ -32,7 +32,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Sentences
 from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
-from vibroimpact.design.motions import Motion
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
 from vibroimpact.design.search import (
     NO_VALUE,
@@ -41,6 +40,7 @@ from vibroimpact.design.search import (
     constraints_of,
     variables_of,
 )
+from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
 
 if TYPE_CHECKING:

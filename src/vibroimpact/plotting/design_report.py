@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from vibroimpact import _kernel
 from vibroimpact.design.optimise import Design
-from vibroimpact.design.response import Response
 from vibroimpact.plotting.machine_table import parameter_words
 from vibroimpact.plotting.page import Block, Items, Picture, Section, Symbol, Table, Text, page_of
 from vibroimpact.plotting.report import (
@@ -23,6 +22,7 @@ from vibroimpact.plotting.report import (
 )
 from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.words import number
+from vibroimpact.response.response import Response
 
 
 def design_report(best: Design, response: Response, *, title: str = "", command: str = "") -> str:

@@ -21,17 +21,8 @@ from vibroimpact._core.checks import check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
 from vibroimpact.branches.profile import Stability
-from vibroimpact.design.answers import Answer
-from vibroimpact.design.compare import (
-    decibels,
-    is_comparable,
-    measured_beside,
-    primary_of,
-    worst_of_comparison,
-)
-from vibroimpact.design.measure import Rms, coefficients_of
-from vibroimpact.design.response import Response
 from vibroimpact.machines.registry import name_of
+from vibroimpact.measures.measure import Rms, coefficients_of
 from vibroimpact.model.mechanism import Contact
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
@@ -41,6 +32,15 @@ from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Tabl
 from vibroimpact.plotting.response import plot_response
 from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.words import KINDS, kind_of, motion_in_words, number, place_of, value_of
+from vibroimpact.response.answers import Answer
+from vibroimpact.response.compare import (
+    decibels,
+    is_comparable,
+    measured_beside,
+    primary_of,
+    worst_of_comparison,
+)
+from vibroimpact.response.response import Response
 
 PAGES = (".html",)
 PLAIN = "Numbers are in the units in which the machine was given."

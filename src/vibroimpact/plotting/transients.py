@@ -9,16 +9,16 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from vibroimpact._core.checks import check_choice, check_kind
-from vibroimpact.design.force_record import ForceRecord
-from vibroimpact.design.free_decay import FreeDecay
-from vibroimpact.design.measure import Peak, Row
-from vibroimpact.design.record_response import RecordResponse
-from vibroimpact.design.response_spectrum import ResponseSpectrum
-from vibroimpact.design.sine_sweep import SineSweep
+from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.history import STOPS
 from vibroimpact.plotting.units import Units, units_of
+from vibroimpact.transients.force_record import ForceRecord
+from vibroimpact.transients.free_decay import FreeDecay
+from vibroimpact.transients.record_response import RecordResponse
+from vibroimpact.transients.response_spectrum import ResponseSpectrum
+from vibroimpact.transients.sine_sweep import SineSweep
 
 POINTS = 6000  # per picture
 MANY = 200  # impacts, above which marks are small

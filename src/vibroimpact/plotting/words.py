@@ -7,8 +7,8 @@ import re
 
 from matplotlib.ticker import EngFormatter
 
-from vibroimpact.design.answers import Answer
-from vibroimpact.design.curves import is_silent
+from vibroimpact.response.answers import Answer
+from vibroimpact.response.curves import is_silent
 
 DIGITS = 4
 PREFIXED = ("m", "m/s", "m/s²", "N", "N s", "W", "N/m", "N s/m")  # mm, kN; but no kkg

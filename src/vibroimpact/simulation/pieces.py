@@ -1,6 +1,6 @@
 """A run in pieces: at given times one coordinate is put on another line, all others go on.
 
-The coordinate is one that nothing acts on, such as the value of a force record (design/driven.py).
+The coordinate is one that nothing acts on, such as the value of a force record (transients/driven.py).
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.flights import dual
 from vibroimpact.machines.machine import scales_or_ones
+from vibroimpact.measures.flights import dual
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded, parameter_value, with_parameter, with_values
 from vibroimpact.model.system import System, mechanism_of

@@ -18,7 +18,7 @@ from vibroimpact._core.chebyshev import real_zeros_of
 from vibroimpact._core.checks import memory_of_machine, refusal
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.compile.prescribed import NODES, WINDOW
-from vibroimpact.design.flights import FLAT, Rows, Signal
+from vibroimpact.measures.flights import FLAT, Rows, Signal
 
 BYTES = 64  # of a coefficient, with its derivative, kept twice while series are made
 SAME = 1e-6  # of a window: instants so near to each other are one

@@ -11,9 +11,9 @@ import pytest
 
 import vibroimpact as vi
 from vibroimpact import plotting
-from vibroimpact.design import compare
-from vibroimpact.design.compare import comparison
 from vibroimpact.model.parameters import with_parameter
+from vibroimpact.response import compare
+from vibroimpact.response.compare import comparison
 
 BAND = (1.1, 1.7)
 OSCILLATOR = vi.ImpactOscillator(zeta=0.05, omega=1.0, restitution=0.7, clearance=1.5)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.design.linear import FreeMotion
+from vibroimpact.measures.linear import FreeMotion
 
 
 @pytest.mark.parametrize("mu", [0.02, 0.05, 0.25])

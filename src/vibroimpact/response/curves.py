@@ -22,14 +22,14 @@ import numpy as np
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.profile import Stability, profile
-from vibroimpact.design.answers import Answer
-from vibroimpact.design.linear import FreeMotion, free_motion
-from vibroimpact.design.measure import Measure
-from vibroimpact.design.motions import Motion
+from vibroimpact.measures.linear import FreeMotion, free_motion
+from vibroimpact.measures.measure import Measure
+from vibroimpact.measures.motions import Motion
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, solve
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.response.answers import Answer
 
 STEEP = 1e-13  # of the range: a zero of the derivative is located so well
 TOUCHED = 1e-14  # relative: a zero of the gap

@@ -26,18 +26,18 @@ from vibroimpact._core.checks import check_count, check_kind, positive, real, re
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.design.driven import linear, unforced
-from vibroimpact.design.energy import Energies, energies_of
-from vibroimpact.design.flights import Flights, Signal, Struck, rows_of
-from vibroimpact.design.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
-from vibroimpact.design.measure import Peak, Row
-from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
+from vibroimpact.measures.energy import Energies, energies_of
+from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
+from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
+from vibroimpact.measures.measure import Peak, Row
+from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
+from vibroimpact.transients.driven import linear, unforced
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,7 +28,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.measure import Peak, Row
+from vibroimpact.measures.measure import Peak, Row
 
 if TYPE_CHECKING:
     import xarray as xr

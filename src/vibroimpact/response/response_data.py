@@ -13,7 +13,7 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.types import Floats
 
 if TYPE_CHECKING:
-    from vibroimpact.design.response import Response
+    from vibroimpact.response.response import Response
 
 END = -1  # kind at the last point of a curve, from which no stretch begins
 

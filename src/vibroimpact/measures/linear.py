@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.design.flights import Dual, Flights, Struck, dual, rows_of
+from vibroimpact.measures.flights import Dual, Flights, Struck, dual, rows_of
 from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, accelerations, with_mass
 from vibroimpact.model.stop import Stop

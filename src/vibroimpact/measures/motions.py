@@ -10,8 +10,8 @@ import numpy as np
 from vibroimpact._core.checks import refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.flights import Flights, Struck, rows_of
-from vibroimpact.design.linear import FreeMotion
+from vibroimpact.measures.flights import Flights, Struck, rows_of
+from vibroimpact.measures.linear import FreeMotion
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import mirrored

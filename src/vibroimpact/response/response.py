@@ -40,23 +40,8 @@ from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
 from vibroimpact.branches.same_orbit import loop_of, same_loop
 from vibroimpact.continuation import Steps
 from vibroimpact.continuation.walk import check_steps
-from vibroimpact.design.answers import (
-    Answer,
-    Shown,
-    Simulation,
-    explained,
-    random_starts,
-    rest_of,
-)
-from vibroimpact.design.band import Band, Unit, band_of
-from vibroimpact.design.curves import (
-    ResponseCurve,
-    curve_of_branch,
-    curve_without_impacts,
-    likeness,
-)
-from vibroimpact.design.linear import free_motion
-from vibroimpact.design.measure import Measure, measure_of
+from vibroimpact.measures.linear import free_motion
+from vibroimpact.measures.measure import Measure, measure_of
 from vibroimpact.model.elements import Friction
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
@@ -64,6 +49,21 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import SAME, Guess, find_orbit
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.response.answers import (
+    Answer,
+    Shown,
+    Simulation,
+    explained,
+    random_starts,
+    rest_of,
+)
+from vibroimpact.response.band import Band, Unit, band_of
+from vibroimpact.response.curves import (
+    ResponseCurve,
+    curve_of_branch,
+    curve_without_impacts,
+    likeness,
+)
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts
 
@@ -229,7 +229,7 @@ class Response:
             parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
             ``units`` where they are SI.
         """
-        data: xr.Dataset = deferred("design.response_data", "dataset_of")(self, si=si)
+        data: xr.Dataset = deferred("response.response_data", "dataset_of")(self, si=si)
         return data
 
     def plot(

@@ -21,7 +21,7 @@ import numpy as np
 
 from vibroimpact._core.checks import real
 from vibroimpact._core.types import Floats
-from vibroimpact.design.flights import Dual, Flights, Signal
+from vibroimpact.measures.flights import Dual, Flights, Signal
 from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.simulation.simulate import Run

@@ -37,9 +37,9 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
 from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.design.force_record import ForceRecord, Pieces
-from vibroimpact.design.record_response import RecordResponse, simulate_record
 from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.transients.force_record import ForceRecord, Pieces
+from vibroimpact.transients.record_response import RecordResponse, simulate_record
 
 if TYPE_CHECKING:
     import xarray as xr

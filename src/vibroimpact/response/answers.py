@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.design.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
-from vibroimpact.design.motions import Motion
+from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
+from vibroimpact.measures.motions import Motion
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, with_mass
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
@@ -315,7 +315,7 @@ def random_starts(
     system: System, values: Sequence[System], count: int, seed: int, start: State
 ) -> RandomStarts:
     """Starts with random speeds and phases, of the size of the linear machine's over the band."""
-    from vibroimpact.design.linear import free_motion
+    from vibroimpact.measures.linear import free_motion
 
     m = mechanism_of(system)
     reach = _reach(m)

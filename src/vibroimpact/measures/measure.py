@@ -20,9 +20,9 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.flights import Dual, Flights, Rows, Signal, dual, mask_of, root, rows_of
-from vibroimpact.design.motions import Motion, flights_of, flights_of_run
 from vibroimpact.machines.json_text import system_of
+from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, dual, mask_of, root, rows_of
+from vibroimpact.measures.motions import Motion, flights_of, flights_of_run
 from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters

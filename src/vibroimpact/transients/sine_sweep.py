@@ -24,12 +24,12 @@ from vibroimpact._core.checks import check_choice, check_count, check_kind, posi
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.band import Band, Unit, band_of, is_frequency
-from vibroimpact.design.measure import Peak, Row
 from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
+from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.response.band import Band, Unit, band_of, is_frequency
 from vibroimpact.sweeps.analyses.diagram import WAYS, Way, bifurcation_sweep
 from vibroimpact.sweeps.observers.extremes import Extremes
 from vibroimpact.sweeps.observers.impacts import Impacts

@@ -24,19 +24,19 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
-from vibroimpact.design.driven import driven, unforced
-from vibroimpact.design.energy import Energies, energies_of
-from vibroimpact.design.flights import Dual, Flights, rows_of
-from vibroimpact.design.force_record import ForceRecord
-from vibroimpact.design.instants import check_span, largest_modulus
-from vibroimpact.design.measure import Measure, Peak, Rms, Row, measure_of
-from vibroimpact.design.motions import flights_of_run
 from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
+from vibroimpact.measures.energy import Energies, energies_of
+from vibroimpact.measures.flights import Dual, Flights, rows_of
+from vibroimpact.measures.instants import check_span, largest_modulus
+from vibroimpact.measures.measure import Measure, Peak, Rms, Row, measure_of
+from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.pieces import Lines, simulate_pieces
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
+from vibroimpact.transients.driven import driven, unforced
+from vibroimpact.transients.force_record import ForceRecord
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -18,16 +18,16 @@ import numpy as np
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.design.linear import FreeMotion, free_motion
-from vibroimpact.design.measure import Measure, coefficients_of, with_row
-from vibroimpact.design.tuned import TunedDamper, tuned_damper
+from vibroimpact.measures.linear import FreeMotion, free_motion
+from vibroimpact.measures.measure import Measure, coefficients_of, with_row
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.response.tuned import TunedDamper, tuned_damper
 
 if TYPE_CHECKING:
-    from vibroimpact.design.response import Response
+    from vibroimpact.response.response import Response
 
 COMPARISONS = ("linear", "tuned")
 POINTS = 200

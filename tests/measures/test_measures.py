@@ -12,7 +12,7 @@ from support.massless import DASH, OWN, C, K, M, jenkins, maxwell
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.design.linear import FreeMotion, free_motion
+from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.model.parameters import parameter_value, with_parameter
 
 ROWS = [

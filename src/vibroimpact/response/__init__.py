@@ -1,0 +1,1 @@
+"""Steady answers over a band of frequencies, beside linear machines and tuned dampers."""

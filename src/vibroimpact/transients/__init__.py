@@ -1,0 +1,1 @@
+"""Motions that pass: free decay, sine sweeps, recorded forces, response spectra."""
