@@ -8,8 +8,8 @@ import xarray as xr
 
 from vibroimpact.cli import common, ensemble, members
 from vibroimpact.cli.output import write
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import plot_basins
-from vibroimpact.plotting.units import units_of
 from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
 from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
 

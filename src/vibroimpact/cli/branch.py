@@ -17,13 +17,13 @@ from vibroimpact.cli.output import write
 from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.toml_file import Case
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import STATE
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
-from vibroimpact.plotting.units import units_of
 
 EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
 STATED = (*STATE, "on_stop", "perturb")

@@ -12,8 +12,8 @@ from vibroimpact._core.progress import Progress
 from vibroimpact.cli import common
 from vibroimpact.cli.members import base_of
 from vibroimpact.cli.output import write
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import plot_circle_branch, plot_invariant_circle
-from vibroimpact.plotting.units import units_of
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.continue_circle import continue_circle

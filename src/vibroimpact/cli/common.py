@@ -21,12 +21,12 @@ from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
-from vibroimpact.plotting.units import Units, units_of
 
 System = Machine | Mechanism
 ORBIT = "the stable orbit, or else the first"

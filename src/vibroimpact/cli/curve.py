@@ -21,9 +21,9 @@ from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.normal_forms import Refusal
 from vibroimpact.plotting import plot_curves, plot_plane
-from vibroimpact.plotting.units import Units, units_of
 
 EXAMPLE = (
     "  vibroimpact curve impact-damper/A --range 0.9 1.0 --at NS1 --over omega=0.7:1.2 "

@@ -12,10 +12,10 @@ from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write
 from vibroimpact.design.objective import mean_over, worst_over
 from vibroimpact.design.optimise import Design, optimise
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
 from vibroimpact.plotting.design_report import design_report
 from vibroimpact.plotting.report import PAGES
-from vibroimpact.plotting.units import units_of
 from vibroimpact.response.response import frequency_response
 
 EXAMPLE = (

@@ -16,13 +16,12 @@ from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
-from vibroimpact.model.state import STATE, State
+from vibroimpact.model.state import STATE, State, names_of_state
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.sweeps.axes import corners
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
-from vibroimpact.sweeps.states import names_of_state
 
 T = TypeVar("T")
 Parse = Callable[[str, str], T]  # from NAME=... and the name of the option

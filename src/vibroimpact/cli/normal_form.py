@@ -12,6 +12,7 @@ import numpy as np
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.normal_forms import (
     BranchPoint,
     CentreManifold,
@@ -24,7 +25,6 @@ from vibroimpact.normal_forms import (
     resonances,
 )
 from vibroimpact.orbits.maps import SegmentMap, solved_map
-from vibroimpact.plotting.units import Units, units_of
 
 EXAMPLE = "  vibroimpact normal-form impact-damper/A --range 0.9 1.2 --at NS1"
 BORN = {

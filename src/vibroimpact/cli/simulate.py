@@ -11,9 +11,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
 from vibroimpact.machines.toml_file import HybridCase
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import plot_history, plot_hybrid_run
-from vibroimpact.plotting.units import units_of
 from vibroimpact.simulation.hybrid_run import simulate_hybrid
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 

@@ -16,6 +16,7 @@ from vibroimpact._core.progress import Progress, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import WITHIN, label_of
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
 from vibroimpact.sweeps.axes import parameter_axes
 
@@ -96,7 +97,7 @@ class DesignMap:
         import xarray as xr
 
         check_flag("si", si)
-        units: Any = deferred("plotting.units", "units_of")(self.system)
+        units = units_of(self.system)
         first, second = self.axes
         quantities = {name: units.quantity_of(name) for name in self.axes}
         quantities["value"] = self.judge.measure.dimension

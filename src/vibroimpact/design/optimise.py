@@ -40,6 +40,7 @@ from vibroimpact.design.search import (
     constraints_of,
     variables_of,
 )
+from vibroimpact.machines.units import units_of
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
 
@@ -141,14 +142,14 @@ class Design:
     @cached_property
     def factors(self) -> dict[str, float]:
         """Factors from own units to those shown, by name of a parameter, and "" for the objective."""
-        units: Any = deferred("plotting.units", "units_of")(self.system)
+        units = units_of(self.system)
         found = {name: units.factor(units.quantity_of(name)) for name in self.values}
         return found | {"": units.factor(self.judge.measure.dimension)}
 
     @cached_property
     def units(self) -> dict[str, str]:
         """Units in words, by name of a parameter, and "" for the objective."""
-        units: Any = deferred("plotting.units", "units_of")(self.system)
+        units = units_of(self.system)
         found = {name: units.unit(units.quantity_of(name)) for name in self.values}
         return found | {"": units.unit(self.judge.measure.dimension)}
 

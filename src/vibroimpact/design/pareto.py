@@ -40,6 +40,7 @@ from vibroimpact.design.search import (
     variables_of,
     violations_of,
 )
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 
@@ -100,7 +101,7 @@ class ParetoFront:
         import xarray as xr
 
         check_flag("si", si)
-        units: Any = deferred("plotting.units", "units_of")(self.system)
+        units = units_of(self.system)
         columns = {
             name: (units.quantity_of(name), self.table[:, i]) for i, name in enumerate(self.names)
         }

@@ -20,7 +20,8 @@ from vibroimpact._core.checks import (
     positive,
     real,
 )
-from vibroimpact.machines.machine import Machine, Scales, measured
+from vibroimpact.machines.machine import Machine
+from vibroimpact.machines.units import Scales, of_quantity
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
 from vibroimpact.model.state import State
@@ -77,12 +78,12 @@ class ImpactDamper(Machine):
     SCALING: ClassVar[str] = "t = T sqrt(K / M1), x = K X / F0"
 
     mass_ratio: float
-    omega_n: float = field(metadata=measured("frequency"))
+    omega_n: float = field(metadata=of_quantity("frequency"))
     zeta: float
     restitution: float
-    half_clearance: float = field(metadata=measured("length"))
-    omega: float = field(metadata=measured("frequency"))
-    force: float = field(default=1.0, metadata=measured("force"))
+    half_clearance: float = field(metadata=of_quantity("length"))
+    omega: float = field(metadata=of_quantity("frequency"))
+    force: float = field(default=1.0, metadata=of_quantity("force"))
     scales: Scales = field(default=Scales(), compare=False)
 
     def __post_init__(self) -> None:

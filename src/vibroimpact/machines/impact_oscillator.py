@@ -26,7 +26,8 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact.machines.machine import Machine, Scales, measured
+from vibroimpact.machines.machine import Machine
+from vibroimpact.machines.units import Scales, of_quantity
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
 from vibroimpact.model.state import State
@@ -89,13 +90,13 @@ class ImpactOscillator(Machine):
     SCALING: ClassVar[str] = "t = T sqrt(K / M), x = K X / F0"
 
     zeta: float
-    omega: float = field(metadata=measured("frequency"))
+    omega: float = field(metadata=of_quantity("frequency"))
     restitution: float
-    clearance: float = field(metadata=measured("length", "clearance $s$"))
+    clearance: float = field(metadata=of_quantity("length", "clearance $s$"))
     lower_clearance: float | None = field(
-        default=None, metadata=measured("length", "lower clearance $s_B$")
+        default=None, metadata=of_quantity("length", "lower clearance $s_B$")
     )
-    force: float = field(default=1.0, metadata=measured("force"))
+    force: float = field(default=1.0, metadata=of_quantity("force"))
     scales: Scales = field(default=Scales(), compare=False)
 
     def __post_init__(self) -> None:

@@ -9,8 +9,9 @@ from dataclasses import asdict
 from typing import Any, cast
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.machine import SCALES, Scales
+from vibroimpact.machines.machine import SCALES
 from vibroimpact.machines.registry import machine_of_class, name_of
+from vibroimpact.machines.units import Scales
 from vibroimpact.model.elements import Element, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism, kind_of

@@ -67,7 +67,7 @@ class Measure(ABC):
     label
         What it is, in words.
     dimension
-        Quantity by which it has a unit: a key of plotting/units.py, "" for a plain number.
+        Quantity by which it has a unit: a key of machines/units.py, "" for a plain number.
     observers
         Observers of :func:`~vibroimpact.sweep` that hold it.
     """

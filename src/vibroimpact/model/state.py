@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, fields
 
 from vibroimpact._core.checks import names_arguments, real, vector
+
+COORDINATE = re.compile(r"[xv]\d+|phase")  # a name of a coordinate of a state
 
 
 @names_arguments()
@@ -45,3 +48,8 @@ class State:
 
 
 STATE = tuple(field.name for field in fields(State))  # also the names in datasets of many states
+
+
+def names_of_state(degrees: int) -> list[str]:
+    """Names of the coordinates of a state: x1, ..., v1, ..., phase."""
+    return [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)] + ["phase"]

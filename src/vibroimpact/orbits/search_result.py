@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact.machines.machine import scales_of, scales_or_ones
+from vibroimpact.machines.units import scales_of, scales_or_ones
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit

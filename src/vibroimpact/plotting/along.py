@@ -12,8 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import parameter_of, shown
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.units import units_of_sweep
-from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
+from vibroimpact.plotting.variables import check_dataset, label_of, units_of_sweep, variable_of
 
 SIZE = 1.8  # points
 DIRECTION_SIZE = 1.4  # times the size in a diagram, where more points are beside each other

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_flag
 from vibroimpact.plotting import maps, style
 from vibroimpact.plotting.sections import coordinate_label
-from vibroimpact.plotting.units import units_of_sweep
-from vibroimpact.plotting.variables import check_dataset
+from vibroimpact.plotting.variables import check_dataset, units_of_sweep
 from vibroimpact.sweeps.analyses.motion_codes import flags
 
 COLOURS = (

@@ -11,13 +11,12 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact.model.state import COORDINATE
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.sections import coordinate_label
-from vibroimpact.plotting.units import units_of_sweep
-from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
+from vibroimpact.plotting.variables import check_dataset, label_of, units_of_sweep, variable_of
 from vibroimpact.sweeps.member_status import MemberStatus
-from vibroimpact.sweeps.states import COORDINATE
 
 # Drawn in this order: large and light below, small and dark above.
 DIRECTIONS: dict[str, dict[str, Any]] = {

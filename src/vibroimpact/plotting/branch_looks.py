@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from vibroimpact.machines.machine import Measure
+from vibroimpact.machines.units import Quantity, Units
 from vibroimpact.plotting import style
-from vibroimpact.plotting.units import Units
 
 MARKERS = {
     "SN": ">",
@@ -33,7 +32,7 @@ PARAMETERS = {
 
 def parameter_label(name: str, of: Units | None = None) -> str:
     """Label of a parameter, with symbol and unit; a path into a mechanism as it is written."""
-    own = of.parameters.get(name, Measure()).label if of else ""
+    own = of.parameters.get(name, Quantity()).label if of else ""
     text = own or PARAMETERS.get(name) or name.replace("$", r"\$")
     return of.label(text, of.quantity_of(name)) if of else text
 

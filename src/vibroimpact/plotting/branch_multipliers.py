@@ -18,11 +18,11 @@ from vibroimpact._core.checks import check_kind
 from vibroimpact._core.types import Complexes
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.profile import BranchProfile, profile
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
-from vibroimpact.plotting.units import units_of
 
 CRITICAL = 1e-4  # largest distance from the unit circle of a critical multiplier
 SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: places at which they are drawn

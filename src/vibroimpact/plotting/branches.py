@@ -22,13 +22,13 @@ from vibroimpact.branches.profile import (
     mirrored,
     profile,
 )
+from vibroimpact.machines.units import OF_ORBITS, Units, of_coordinate, units_of
 from vibroimpact.orbits.find import impact_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import coordinate_label
-from vibroimpact.plotting.units import OF_ORBITS, Units, of_coordinate, units_of
 from vibroimpact.plotting.variables import check_dataset
 
 LINES = {Stability.STABLE: "-", Stability.UNSTABLE: (0, (4.0, 2.0)), Stability.INADMISSIBLE: ":"}

@@ -20,10 +20,10 @@ from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.stretches import Meaning, stretches
 from vibroimpact.bifurcations.tongue import Tongue
 from vibroimpact.bifurcations.tongue_region import region_of
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, MARKERS, parameter_label
 from vibroimpact.plotting.labels import Labels
-from vibroimpact.plotting.units import Units, units_of
 
 COLOURS = {
     "SN": style.BLUE, "PD": style.VERMILION, "NS": style.BLACK, "BP": style.GREEN,

@@ -14,9 +14,9 @@ from vibroimpact.design.maps import DesignMap
 from vibroimpact.design.objective import Judge
 from vibroimpact.design.optimise import Design
 from vibroimpact.design.pareto import ParetoFront
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.units import Units, units_of
 
 FINE = 200  # values of the linear machine
 KINDS = ("response", "search")

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from vibroimpact import _kernel
 from vibroimpact.design.optimise import Design
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.machine_table import parameter_words
 from vibroimpact.plotting.page import Block, Items, Picture, Section, Symbol, Table, Text, page_of
 from vibroimpact.plotting.report import (
@@ -20,7 +21,6 @@ from vibroimpact.plotting.report import (
     response_section,
     table_of_answers,
 )
-from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.words import number
 from vibroimpact.response.response import Response
 

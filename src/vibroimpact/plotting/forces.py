@@ -10,13 +10,13 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_index, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.elements import Friction, PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import motion_of, shown_elements
 from vibroimpact.plotting.history import POINTS, window_of
-from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.variables import combination
 from vibroimpact.simulation.simulate import Run
 

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.machine import Scales
+from vibroimpact.machines.units import Scales, units_of
 from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import draw_states, motion_of
-from vibroimpact.plotting.units import units_of
 from vibroimpact.simulation.simulate import Run, latest
 
 POINTS = 4000  # per picture: more than the pixels of a printed column

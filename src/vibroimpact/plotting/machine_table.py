@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import STOP_KINDS, Contact, Mechanism, element_labels
 from vibroimpact.model.parameters import names_of
@@ -16,7 +17,6 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.chain import links
 from vibroimpact.plotting.page import Cell, Symbol, Table
-from vibroimpact.plotting.units import Units, units_of
 from vibroimpact.plotting.variables import combination
 from vibroimpact.plotting.words import number
 

@@ -8,10 +8,10 @@ from matplotlib.patches import Circle, Rectangle
 
 from vibroimpact._core.checks import check_flag
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style, symbols
 from vibroimpact.plotting.chain import draw_chain
-from vibroimpact.plotting.units import units_of
 
 # Places on the drawing board, in its own units.
 WALL, MASS, SLOT = 0.0, (3.2, 0.0, 5.0, 2.6), (3.9, 0.85, 3.6, 0.9)  # x, y, width, height

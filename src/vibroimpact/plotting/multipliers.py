@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.units import Units, units_of
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
 MARKS = "sx^v+"  # distinguishable where they lie on each other

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.history import POINTS, window_of
-from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.variables import combination
 from vibroimpact.simulation.simulate import Run
 

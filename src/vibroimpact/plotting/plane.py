@@ -15,10 +15,10 @@ from matplotlib.ticker import MaxNLocator
 
 from vibroimpact._core.checks import check_count, check_kind, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.units import Units
 from vibroimpact.plotting import maps, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.units import Units, units_of_sweep
-from vibroimpact.plotting.variables import check_dataset, label_of, variable_of
+from vibroimpact.plotting.variables import check_dataset, label_of, units_of_sweep, variable_of
 from vibroimpact.sweeps.analyses.motion_codes import Category, categories
 from vibroimpact.sweeps.analyses.plane import ADDED, MADE_OF, with_motions
 

@@ -22,6 +22,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
 from vibroimpact.branches.profile import Stability
 from vibroimpact.machines.registry import name_of
+from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of
 from vibroimpact.model.mechanism import Contact
 from vibroimpact.model.system import System, mechanism_of
@@ -30,7 +31,6 @@ from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_
 from vibroimpact.plotting.mechanism import has_numbers, plot_mechanism
 from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Table, Text, page_of
 from vibroimpact.plotting.response import plot_response
-from vibroimpact.plotting.units import units_of
 from vibroimpact.plotting.words import KINDS, kind_of, motion_in_words, number, place_of, value_of
 from vibroimpact.response.answers import Answer
 from vibroimpact.response.compare import (

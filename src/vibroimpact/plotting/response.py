@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.profile import Stability
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
 from vibroimpact.plotting.branches import LINES, WORDS
-from vibroimpact.plotting.units import Units, units_of
 from vibroimpact.response.compare import COMPARISONS, comparison, decibels
 from vibroimpact.response.curves import ResponseCurve
 from vibroimpact.response.response import Response

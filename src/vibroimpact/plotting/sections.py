@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_flag, refusal
 from vibroimpact._core.types import Floats
+from vibroimpact.machines.units import Units, of_coordinate, units_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.units import Units, of_coordinate, units_of
 from vibroimpact.simulation.sections import SectionPoints, StroboscopicSection
 from vibroimpact.simulation.state_sections import StateSection
 

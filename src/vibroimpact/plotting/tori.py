@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_kind, shown
+from vibroimpact.machines.units import of_coordinate, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import coordinate_label, coordinate_names
-from vibroimpact.plotting.units import of_coordinate, units_of
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
 

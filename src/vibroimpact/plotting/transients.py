@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from vibroimpact._core.checks import check_choice, check_kind
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.history import STOPS
-from vibroimpact.plotting.units import Units, units_of
 from vibroimpact.transients.force_record import ForceRecord
 from vibroimpact.transients.free_decay import FreeDecay
 from vibroimpact.transients.record_response import RecordResponse

@@ -10,7 +10,8 @@ import xarray as xr
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.plotting.units import Units
+from vibroimpact.machines.json_text import system_of
+from vibroimpact.machines.units import Units, units_of
 
 LABELS = {
     "rotation": r"rotation number $\rho$",
@@ -33,6 +34,12 @@ def check_dataset(name: str, given: object, makers: str, holds: Sequence[str] = 
         raise InvalidParameterError(
             f"{name}: has no variable {', '.join(missing)}. Give what {makers} returned."
         )
+
+
+def units_of_sweep(members: xr.Dataset) -> Units:
+    """Units of a dataset, by the system in its attributes."""
+    text = members.attrs.get("system_numbers")
+    return units_of(system_of(text) if text else None)
 
 
 def label_of(field: xr.DataArray, of: Units) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.machines.machine import scales_or_ones
+from vibroimpact.machines.units import scales_or_ones
 from vibroimpact.measures.flights import dual
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded, parameter_value, with_parameter, with_values

@@ -40,6 +40,7 @@ from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
 from vibroimpact.branches.same_orbit import loop_of, same_loop
 from vibroimpact.continuation import Steps
 from vibroimpact.continuation.walk import check_steps
+from vibroimpact.machines.units import units_of
 from vibroimpact.measures.linear import free_motion
 from vibroimpact.measures.measure import Measure, measure_of
 from vibroimpact.model.elements import Friction
@@ -194,7 +195,7 @@ class Response:
     @cached_property
     def shown(self) -> Shown:
         """Factors to the units in which numbers are printed and drawn."""
-        units: Any = deferred("plotting.units", "units_of")(self.system)
+        units = units_of(self.system)
         across = units.quantity_of(self.parameter)
         factor, unit = units.factor(across), units.unit(across)
         if self.band.unit:

@@ -9,8 +9,8 @@ import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.checks import check_flag
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.types import Floats
+from vibroimpact.machines.units import units_of
 
 if TYPE_CHECKING:
     from vibroimpact.response.response import Response
@@ -21,7 +21,7 @@ END = -1  # kind at the last point of a curve, from which no stretch begins
 def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
     """See :meth:`Response.to_dataset`."""
     check_flag("si", si)
-    units = deferred("plotting.units", "units_of")(response.system)
+    units = units_of(response.system)
     quantity = response.measure.dimension
     across = units.quantity_of(response.parameter)
     up, over = (units.factor(q) if si else 1.0 for q in (quantity, across))

@@ -13,8 +13,8 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
+from vibroimpact.model.state import COORDINATE
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.sweeps.states import COORDINATE
 
 
 def axis_of(argument: str, name: str, values: ArrayLike) -> Floats:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.model.state import State
-from vibroimpact.sweeps.states import States, names_of_state
+from vibroimpact.model.state import State, names_of_state
+from vibroimpact.sweeps.states import States
 
 
 @dataclass(frozen=True, eq=False)

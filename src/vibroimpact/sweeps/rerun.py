@@ -15,7 +15,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.machines.json_text import system_of
 from vibroimpact.model.parameters import with_parameters
-from vibroimpact.model.state import State
+from vibroimpact.model.state import State, names_of_state
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
@@ -27,7 +27,6 @@ from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
 from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.options import LOST, check_options
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
-from vibroimpact.sweeps.states import names_of_state
 from vibroimpact.sweeps.sweep import sweep
 
 

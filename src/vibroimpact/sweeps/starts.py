@@ -25,10 +25,10 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.model.state import State
+from vibroimpact.model.state import State, names_of_state
 from vibroimpact.sweeps.axes import axis_of
 from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.states import States, names_of_state, varied
+from vibroimpact.sweeps.states import States, varied
 
 UNIT = 2.0**-53  # spacing of random numbers in [0, 1): the upper 53 of 64 random bits
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.model.state import State
-
-COORDINATE = re.compile(r"[xv]\d+|phase")  # a name of a coordinate of a state
+from vibroimpact.model.state import State, names_of_state
 
 
 class States(NamedTuple):
@@ -29,11 +26,6 @@ class States(NamedTuple):
         """State in one row."""
         position, velocity, phase = (part[row] for part in self)
         return State(tuple(position), tuple(velocity), float(phase))
-
-
-def names_of_state(degrees: int) -> list[str]:
-    """Names of the coordinates of a state: x1, ..., v1, ..., phase."""
-    return [f"{kind}{i + 1}" for kind in "xv" for i in range(degrees)] + ["phase"]
 
 
 def varied(base: State, drawn: Mapping[str, Floats], count: int) -> States:

@@ -26,7 +26,7 @@ from vibroimpact._core.checks import check_count, check_kind, positive, real, re
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
+from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond

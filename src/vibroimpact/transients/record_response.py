@@ -24,7 +24,7 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
-from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
+from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Dual, Flights, rows_of
 from vibroimpact.measures.instants import check_span, largest_modulus

@@ -24,7 +24,7 @@ from vibroimpact._core.checks import check_choice, check_count, check_kind, posi
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.machines.machine import Scales, scales_of, scales_or_ones
+from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
