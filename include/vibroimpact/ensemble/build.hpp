@@ -80,6 +80,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
     constexpr int D = Flow::max_dimension;
     auto& to = room.modes[m];
     auto& flow = to.flow;
+    begin_mode(to);
     static_cast<sizes<typename Flow::shape_type>&>(flow) = sizes_of<typename Flow::shape_type>(b);
     set_flow(flow, flow_of<Flow>(b, m, s));
     const int n = flow.dimension(), contacts = flow.contacts();

@@ -24,14 +24,23 @@ inline constexpr double proof_margin = 0x1p-30; // of terms: far above their rou
 
 enum side_of_guard { lower_side = -1, no_side = 0, upper_side = 1 };
 
+// Whether any of some gains, of any lane, is or was not zero. Lanes are filled one by one, a double at once.
+template <class R>
+struct shift_flag {
+    bool shifted = false;
+};
+template <>
+struct shift_flag<double> {
+    bool shifted;
+};
+
 // u at times to come, all at once: value k is the sum of rows[j][k] y_j + gains[k]. Value 0 is u'' h^2
 // now, the others are u at the times of a grid, h apart.
 template <class R, int Dimension>
-struct rows_ahead {
+struct rows_ahead : shift_flag<R> {
     static constexpr int count = grid_times + 1;
     vec<vec<R, count>, Dimension> rows;
     vec<R, count> gains;
-    bool shifted = false; // whether any of the gains, of any lane, is or was not zero
 };
 
 template <class R, int Dimension, int Orders = taylor_order>

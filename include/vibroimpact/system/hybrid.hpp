@@ -47,14 +47,14 @@ struct watch {
     guard<R, Dimension, Orders> row;
     int element;
     bool held;
-    int reset = -1;  // which map y takes where the limit is reached; -1: none
-    int target = -1; // code of the mode that follows; -1: decided by transition/elements.hpp
+    int reset;  // which map y takes where the limit is reached; -1: none
+    int target; // code of the mode that follows; -1: decided by transition/elements.hpp
 };
 template <class R, int Dimension, int Orders, int Contacts, int Most>
 struct watches {
     watch<R, Dimension, Orders> at[Most];
-    int count = 0;
-    bool constrained = false;             // whether entering the mode projects y
+    int count;
+    bool constrained;                     // whether entering the mode projects y
     gap_terms<Dimension> terms[Contacts]; // where the mode holds no contact closed
 };
 template <class R, int Dimension, int Orders, int Contacts>
@@ -73,6 +73,16 @@ struct mode {
     [[no_unique_address]] typename view_of<R, Flow>::type view;
     [[no_unique_address]] typename quick_of<R, Flow>::type quick; // where there are elements
 };
+
+// A mode is filled in by assemble.hpp, in memory as it is: most of its room is for larger systems, and never read.
+template <class R, class Flow, int Orders>
+VI_HD inline void begin_mode(mode<R, Flow, Orders>& m) {
+    if constexpr (Flow::shape_type::max_watches > 0) {
+        m.watched.count = 0;
+        m.watched.constrained = false;
+    }
+    if constexpr (has_quick_modes<Flow>) m.quick.able = false;
+}
 
 // Whether the constraints of a mode keep the gap of a contact as it is, which needs no limits there.
 template <class Mode>

@@ -157,7 +157,7 @@ struct quick_mode {
     flow_type flow;
     quick_guard<R, Shape> guards[Shape::max_contacts];
     int number[Shape::max_contacts]; // of each guard in the mode: contacts first, then watches
-    bool able = false;               // whether any flight can be quick
+    bool able;                       // whether any flight can be quick
 };
 
 // Whether a flow without blocks has modes of elements that are small enough to be stored for quick flights.

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
+#include <new>
+#include <utility>
+#include <vector>
 
 #include "engine/physical_map.hpp"
 #include "engine/steps.hpp"
@@ -10,6 +14,23 @@
 #include "vibroimpact/system/assemble.hpp"
 
 namespace binding {
+
+// Makes elements in memory as it is, without writing zeros: pages of it that nothing uses cost nothing.
+template <class T>
+struct as_is : std::allocator<T> {
+    using std::allocator<T>::allocator;
+    template <class... Args>
+    void construct(T* p, Args&&... args) {
+        if constexpr (sizeof...(Args) == 0)
+            ::new (static_cast<void*>(p)) T;
+        else
+            ::new (static_cast<void*>(p)) T(std::forward<Args>(args)...);
+    }
+    template <class U>
+    struct rebind {
+        using other = as_is<U>;
+    };
+};
 
 template <class Flow>
 class compiled_system {
@@ -49,7 +70,8 @@ public:
     void add_mode(const mode_data& data) {
         physical_.add({data.to_x, data.to_v, data.offset, data.from_x, data.from_v, data.particular,
                        data.shift});
-        modes_.push_back(compile(data));
+        if (modes_.empty()) modes_.reserve(expected_modes);
+        compile(data, modes_.emplace_back());
         if (data.code % hybrid_.closed_sets() == 0)
             vi::set_terms(hybrid_, modes_.back(), physical_[static_cast<int>(modes_.size()) - 1]);
         codes_.push_back(data.code);
@@ -98,11 +120,14 @@ protected:
     int n_, degrees_, lines_;
     physical_maps physical_;
     vi::hybrid<Flow> hybrid_{};
-    std::vector<vi::mode<double, Flow>> modes_;
+    std::vector<vi::mode<double, Flow>, as_is<vi::mode<double, Flow>>> modes_;
 
 private:
-    vi::mode<double, Flow> compile(const mode_data& data) const {
-        vi::mode<double, Flow> m{};
+    static constexpr std::size_t expected_modes = 64;
+
+    // In place: a mode has room for the largest system of its shape, up to 1 MB.
+    void compile(const mode_data& data, vi::mode<double, Flow>& m) const {
+        vi::begin_mode(m);
         static_cast<vi::sizes<Shape>&>(m.flow) = hybrid_;
         vi::set_flow(m.flow, {data.step, data.k.data(), data.c.data(), data.a.data(), data.b.data(),
                               data.constant.data(), data.norm.empty() ? nullptr : data.norm.data(),
@@ -119,7 +144,6 @@ private:
                               w.reset,
                               w.target});
         vi::prepare_search(m, data.code == 0);
-        return m;
     }
 
     std::vector<map_type> from_free_, to_free_, resets_;
