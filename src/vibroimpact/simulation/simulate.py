@@ -25,7 +25,7 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.model.elements import RigidStopState
+from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
 from vibroimpact.model.mechanism import (
     STOP_KINDS,
     ImpactLaw,
@@ -134,13 +134,16 @@ class Run:
     contact, stop
         Number of the contact or element of the event (-1: none), and the stop: 0 is A (upper), 1 is
         B (lower), -1 none. Contacts, the rigid stops, count first; soft stops and friction follow.
-        For friction ``stop`` tells the limit met: of the slip speed, or of the force while it sticks.
+        For friction ``stop`` tells the limit met: of the slip speed, or of the force while it sticks. Of a
+        soft stop it is the one that is met, lets go or recovers.
     position, velocity_before, velocity_after
         Shape (n_event, n).
     phase
         Phase of the first forcing line in [0, 2 pi).
     rate_before, rate_after
         Rate of the gap, relative to a stop that moves: -rate_before is the impact speed.
+    limit_side
+        Side of the limit that ended the flight, 1 or -1, 0 none: of a gap or slip speed, or of a force.
     end
         :class:`RunEnd`, why the run ended.
     start, system
@@ -160,6 +163,7 @@ class Run:
     rate_before: Floats
     rate_after: Floats
     end: RunEnd
+    limit_side: Codes = field(repr=False)
     _compiled: Compiled = field(repr=False)
     _y: Floats = field(repr=False)
     _mode: Codes = field(repr=False)
@@ -559,6 +563,7 @@ def assembled(
 
     n = compiled.mechanism.degrees
     after, side = joined("after"), joined("side")
+    mode = np.concatenate([[first_mode], joined("mode")]).astype(np.int32)
     time, low = rounded_times(joined("high"), joined("low"))
     return Run(
         system=system,
@@ -566,7 +571,7 @@ def assembled(
         time=time,
         status=joined("status"),
         contact=joined("contact"),
-        stop=np.where(side > 0, 0, np.where(side < 0, 1, -1)).astype(np.int32),
+        stop=stops_of(compiled, joined("status"), joined("contact"), side, mode),
         position=after[:, :n],
         velocity_before=joined("before")[:, n:],
         velocity_after=after[:, n:],
@@ -574,8 +579,30 @@ def assembled(
         rate_before=joined("rate_before"),
         rate_after=joined("rate_after"),
         end=why,
+        limit_side=side,
         _compiled=compiled,
         _y=np.concatenate([first[None, :], joined("y")]),
-        _mode=np.concatenate([[first_mode], joined("mode")]).astype(np.int32),
+        _mode=mode,
         _low=low,
     )
+
+
+def stops_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mode: Codes) -> Codes:
+    """The stop of each event: of the limit met, or of the soft stop that changes its state.
+
+    ``mode``: that at the start, then those after the events.
+    """
+    sides = np.array(side, dtype=np.int32)
+    first = len(compiled.mechanism.contacts)
+    changed = np.isin(status, (Status.CHANGE, Status.NON_UNIQUE))
+    for number, element in enumerate(compiled.mechanism.elements, first):
+        if (
+            isinstance(element, SoftStop)
+            and (here := np.flatnonzero(changed & (contact == number))).size
+        ):
+            states = states_of_modes(compiled, mode)[:, number]
+            known = np.array([one.side for one in SoftStopState], dtype=np.int32)
+            was, now = known[states[here]], known[states[here + 1]]
+            sides[here] = np.where(now, now, was)
+    stops: Codes = np.where(sides > 0, 0, np.where(sides < 0, 1, -1)).astype(np.int32)
+    return stops
