@@ -21,6 +21,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import FIRST, PROBED, Announcement, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
@@ -510,7 +511,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     Notes
     -----
     Each flight's first contact is proved, not sampled (theory.md, "First contact"). About one
-    microsecond per impact of the damper, most of it for the record; 2 to 20 for larger mechanisms.
+    microsecond per impact of the damper, most of it for the record; 2 to 20 for larger mechanisms. Before a
+    run of more than a minute a warning says how long it will take.
 
     Examples
     --------
@@ -534,7 +536,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     room = memory_of_machine() // size
     events = room if t_max < math.inf else min(events_for(mechanism, remaining), room)
     while why is RunEnd.MISSING:
-        part = compiled.kernel.simulate(at, t_max, flight_limit_of(compiled), events, remaining)
+        part, at = _record(compiled, at, remaining, t_max, events)
         parts.append(part)
         why = RunEnd(part["why"])
         if why is RunEnd.MISSING:
@@ -542,6 +544,34 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
                 break
             remaining -= int(np.isin(part["status"], COUNTED).sum())
     return assembled(system, state, compiled, first, first_mode, parts, why)
+
+
+def _record(
+    compiled: Compiled, at: Any, impacts: int, t_max: float, events: int
+) -> tuple[Any, Any]:
+    """The events from a position on, and the position after them; before a long run a warning says how long."""
+    limit = flight_limit_of(compiled)
+
+    def begun(count: int) -> tuple[Any, Any]:
+        there = at.copy()
+        return compiled.kernel.simulate(there, t_max, limit, count, impacts), there
+
+    def shares(part: Any) -> tuple[float, float]:
+        """Of the impacts and of the time; without t_max the record of so many events is full before."""
+        if part["why"] != RunEnd.EVENTS:
+            return 1.0, 1.0
+        counted = np.count_nonzero(np.isin(part["status"], COUNTED)) / impacts
+        if t_max == math.inf:
+            return max(counted, len(part["status"]) / events), 0.0
+        return counted, float(part["high"][-1]) / t_max
+
+    part, there = begun(events if events < PROBED else FIRST)
+    if part["why"] != RunEnd.EVENTS or events < PROBED:
+        return part, there
+    by_impacts, by_time = shares(part)
+    seconds = expected(events, lambda count: max(shares(begun(count)[0])))
+    Announcement(*(("t_max", t_max) if by_time > by_impacts else ("impacts", impacts))).say(seconds)
+    return begun(events)
 
 
 def assembled(
