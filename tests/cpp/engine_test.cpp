@@ -63,9 +63,11 @@ void hash(const system_type& system, const starts_type& starts, int events) {
 
 // What a run showed: every event of it, and the growth of its tangent where it has one.
 struct seen {
+    const system_type& system;
     std::vector<vi::event<double, shape>> events;
     std::vector<vi::vec<double, n>> after;
     vi::growth<1> tangent{1.0};
+    vi::trajectory<vi::jet<double, 1>, shape> last{};
 
     bool see(const vi::event<double, shape>& e, const vi::trajectory<double, shape>& at,
              const vi::clock&) {
@@ -75,7 +77,8 @@ struct seen {
     }
     bool see(const vi::event<vi::jet<double, 1>, shape>& e,
              vi::trajectory<vi::jet<double, 1>, shape>& at, const vi::clock& now) {
-        tangent.see(e, at, now, n, 1);
+        vi::follow(system.hybrid(), vi::norm_of(system.hybrid()), last, e, at, now, tangent);
+        last = at;
         return see(vi::detail::values(e, n), vi::detail::values(at, n, 1), now);
     }
 };
@@ -149,14 +152,15 @@ int compare_lanes(const system_type& system, const starts_type& starts, int even
     crew all{system,
              starts,
              events,
-             std::vector<seen>(starts.size()),
+             std::vector<seen>(starts.size(), seen{system}),
              std::vector<std::size_t>(vi::lanes_in_turn<T>),
              std::vector<vi::motion<double, flow>>(vi::lanes_in_turn<T>)};
     runs(all).run();
     int statuses = 0;
     for (std::size_t s = 0; s < starts.size(); ++s) {
-        seen alone;
+        seen alone{system};
         auto at = begin<S>(system, starts[s]);
+        if constexpr (vi::scalar_traits<S>::is_jet) alone.last = at;
         auto so_far = all.progress(s);
         vi::run(system.hybrid(), at, so_far, all.limit(), alone);
         for (const auto& e : alone.events)

@@ -426,3 +426,19 @@ def test_joints_on_one_row_move_as_one_with_the_sum_of_their_levels(
     times = np.linspace(0.0, 8.0, 81)
     for a, b in zip(one.at(times), several.at(times), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-13)
+
+
+@pytest.mark.parametrize("law", ["linear", "unilateral", "limited"])
+@pytest.mark.parametrize("limits", [{"upper": 0.5}, {"lower": -0.5}, {"lower": -0.5, "upper": 0.5}])
+def test_a_soft_stop_is_named_by_the_side_on_which_the_mass_is(
+    law: Any, limits: dict[str, float]
+) -> None:
+    """Where it is met, lets go by its force or by its gap, and where it recovers."""
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.8, (1.0,)),),
+        elements=(vi.SoftStop((1.0,), stiffness=20.0, damping=2.0, law=law, **limits),),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.1,), (0.3,)), t_max=30.0)
+    events = run.status != vi.Status.HORIZON
+    assert np.count_nonzero(run.status == vi.Status.CHANGE) > 3
+    np.testing.assert_array_equal(run.stop[events], run.position[events, 0] < 0.0)

@@ -172,7 +172,26 @@ def apart(
 AT_A_THRESHOLD = 0.08
 
 
-def compared(wrong: list[str], events: int, machines: int) -> None:
+Seen = tuple[
+    vi.Run, list[Told], Any, Any
+]  # another run; its events, times, positions as ``apart`` takes them
+
+
+def compared(
+    kind: str,
+    first: int,
+    last: int,
+    elsewhere: Callable[[np.random.Generator, vi.Mechanism, vi.State, float], Seen],
+) -> None:
+    """Runs of machines beside what another description of each gives."""
+    wrong, events = [], 0
+    for seed, rng, m, state, t_max in cases(kind, first, last):
+        run, near = simulated(m, state, t_max), simulated(*changed(m, state), t_max)
+        what, count = apart(run, near, *elsewhere(rng, m, state, t_max))
+        events += count
+        if what:
+            wrong.append(f"seed {seed}: {what}")
+    machines = last - first
     most = math.floor(AT_A_THRESHOLD * machines)
     assert len(wrong) <= most, f"{len(wrong)} of {machines}:\n" + "\n".join(wrong)
     assert events > machines  # friction that sticks, or a stop out of reach, has few
@@ -184,16 +203,13 @@ SMALL = {"length": 1e-9, "time": 1e-6, "mass": 1e-15}
 @KIND
 @pytest.mark.parametrize(("first", "last"), COUNTS)
 def test_nanometres_and_microseconds_change_rounding_only(kind: str, first: int, last: int) -> None:
-    wrong, events = [], 0
-    for seed, _, m, state, t_max in cases(kind, first, last):
-        run, near = simulated(m, state, t_max), simulated(*changed(m, state), t_max)
+    def small(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
         other = simulated(scaled(m, **SMALL), scaled(state, **SMALL), t_max * SMALL["time"])
-        time, position = other.time / SMALL["time"], other.position / SMALL["length"]
-        what, count = apart(run, near, other, told(other), time, position)
-        events += count
-        if what:
-            wrong.append(f"seed {seed}: {what}")
-    compared(wrong, events, last - first)
+        return (
+            other, told(other), other.time / SMALL["time"], other.position / SMALL["length"],
+        )  # fmt: skip
+
+    compared(kind, first, last, small)
 
 
 def in_mirror(m: vi.Mechanism) -> Name:
@@ -210,34 +226,26 @@ def in_mirror(m: vi.Mechanism) -> Name:
 @KIND
 @pytest.mark.parametrize(("first", "last"), COUNTS)
 def test_a_mirrored_machine_moves_as_a_mirror_image(kind: str, first: int, last: int) -> None:
-    wrong, events = [], 0
-    for seed, _, m, state, t_max in cases(kind, first, last):
-        run, near = simulated(m, state, t_max), simulated(*changed(m, state), t_max)
+    def mirror(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
         other = simulated(mirrored(m), mirrored(state), t_max)
-        seen = told(other, in_mirror(m))
-        what, count = apart(run, near, other, seen, other.time, -other.position)
-        events += count
-        if what:
-            wrong.append(f"seed {seed}: {what}")
-    compared(wrong, events, last - first)
+        return other, told(other, in_mirror(m)), other.time, -other.position
+
+    compared(kind, first, last, mirror)
 
 
 @KIND
 @pytest.mark.parametrize(("first", "last"), COUNTS)
 def test_coordinates_contacts_and_elements_have_no_order(kind: str, first: int, last: int) -> None:
-    wrong, events = [], 0
-    for seed, rng, m, state, t_max in cases(kind, first, last):
+    def turned(rng: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
         order = rng.permutation(m.degrees)
         contacts, elements = (rng.permutation(len(part)) for part in (m.contacts, m.elements))
-        run, near = simulated(m, state, t_max), simulated(*changed(m, state), t_max)
-        turned = reordered(renumbered(m, order), contacts, elements)
-        other = simulated(turned, renumbered(state, order), t_max)
+        other = simulated(
+            reordered(renumbered(m, order), contacts, elements), renumbered(state, order), t_max
+        )
         back = [*map(int, contacts), *(len(contacts) + int(i) for i in elements), -1]
         position = np.empty_like(other.position)
         position[:, order] = other.position
-        seen = told(other, lambda status, contact, which, back=back: (status, back[contact], which))
-        what, count = apart(run, near, other, seen, other.time, position)
-        events += count
-        if what:
-            wrong.append(f"seed {seed}: {what}")
-    compared(wrong, events, last - first)
+        seen = told(other, lambda status, contact, which: (status, back[contact], which))
+        return other, seen, other.time, position
+
+    compared(kind, first, last, turned)

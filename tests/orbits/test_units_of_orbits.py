@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
 import numpy as np
 import pytest
 from support.random_machines import scaled
@@ -18,79 +22,72 @@ PARTS: dict[str, tuple[object, ...]] = {
     ),
 }
 UNITS = [(2.0**-20, 1.0, 1.0), (1.0, 2.0**-10, 1.0), (1.0, 1.0, 2.0**-7), (2.0**9, 2.0**5, 2.0**21)]
-BOTH = pytest.mark.parametrize("units", UNITS), pytest.mark.parametrize("kind", PARTS)
 
 
-def machine(kind: str) -> vi.Mechanism:
-    return vi.Mechanism(
+class Pair(NamedTuple):
+    """A machine and a start as they are, and in other units."""
+
+    here: tuple[vi.Mechanism, vi.State]
+    there: tuple[vi.Mechanism, vi.State]
+    length: float
+    time: float
+
+    def both(self, found: Callable[[vi.Mechanism, vi.State, float], Any]) -> tuple[Any, Any]:
+        """What is found for both; the last argument is the unit of time."""
+        return found(*self.here, 1.0), found(*self.there, self.time)
+
+    def same(self, one: Any, other: Any, length: int = 0, time: int = 0) -> None:
+        """Check that numbers of such a dimension have the same bits."""
+        np.testing.assert_array_equal(np.array(one) * self.length**length * self.time**time, other)
+
+
+@pytest.fixture(params=itertools.product(PARTS, UNITS), ids=str)
+def pair(request: pytest.FixtureRequest) -> Pair:
+    kind, units = request.param
+    m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.8, (1.0,)),),
         elements=PARTS[kind],
     )  # fmt: skip
+    return Pair((m, START), (scaled(m, *units), scaled(START, *units)), *units[:2])
 
 
-def both(kind: str, units: tuple[float, float, float]) -> tuple[tuple[vi.Mechanism, vi.State], ...]:
-    m, (length, time, mass) = machine(kind), units
-    there = scaled(m, length, time, mass), scaled(START, length, time, mass)
-    return (m, START), there
+def test_sections_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
+    one, other = pair.both(lambda m, s, _: vi.impact_section(m, s, points=50, settle=100))
+    pair.same(one.time, other.time, time=1)
+    pair.same(one.position, other.position, length=1)
+    pair.same(one.velocity, other.velocity, length=1, time=-1)
 
 
-@BOTH[0]
-@BOTH[1]
-def test_sections_have_the_same_bits_in_units_of_powers_of_two(
-    kind: str, units: tuple[float, float, float]
-) -> None:
-    one, other = (vi.impact_section(m, s, points=50, settle=100) for m, s in both(kind, units))
-    assert np.array_equal(one.time * units[1], other.time)
-    assert np.array_equal(one.x1 * units[0], other.x1)
-    assert np.array_equal(one.v1 * (units[0] / units[1]), other.v1)
+def test_orbits_and_multipliers_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
+    one, other = pair.both(lambda m, s, _: vi.find_orbit(m, s))
+    pair.same(one.period, other.period, time=1)
+    pair.same(one.multipliers, other.multipliers)
+    pair.same(one.state.position, other.state.position, length=1)
+    pair.same(one.state.velocity, other.state.velocity, length=1, time=-1)
 
 
-@BOTH[0]
-@BOTH[1]
-def test_orbits_and_multipliers_have_the_same_bits_in_units_of_powers_of_two(
-    kind: str, units: tuple[float, float, float]
-) -> None:
-    length, time, _ = units
-    one, other = (vi.find_orbit(m, s) for m, s in both(kind, units))
-    assert one.period * time == other.period
-    assert np.array_equal(one.multipliers, other.multipliers)
-    assert np.array_equal(np.array(one.state.position) * length, other.state.position)
-    assert np.array_equal(np.array(one.state.velocity) * (length / time), other.state.velocity)
+def test_branches_have_the_same_special_points_in_any_units(pair: Pair) -> None:
+    def special(m: vi.Mechanism, s: vi.State, unit: float) -> list[tuple[str, float]]:
+        branch = vi.continue_orbit(vi.find_orbit(m, s), "omega", (0.7 / unit, 0.84 / unit))
+        return [(p.label, p.parameter * unit) for p in branch.special_points]
+
+    one, other = pair.both(special)
+    assert [label for label, _ in one] == [label for label, _ in other]
+    np.testing.assert_allclose([p for _, p in one], [p for _, p in other], rtol=1e-9)
 
 
-@BOTH[0]
-@BOTH[1]
-def test_branches_have_the_same_special_points_in_any_units(
-    kind: str, units: tuple[float, float, float]
-) -> None:
-    (m, s), (there, start) = both(kind, units)
-    omega = "omega"
-    one = vi.continue_orbit(vi.find_orbit(m, s), omega, (0.7, 0.84))
-    other = vi.continue_orbit(vi.find_orbit(there, start), omega, (0.7 / units[1], 0.84 / units[1]))
-    points = [[(p.label, p.parameter) for p in b.special_points] for b in (one, other)]
-    assert [label for label, _ in points[0]] == [label for label, _ in points[1]]
-    np.testing.assert_allclose(
-        [p for _, p in points[0]], [p * units[1] for _, p in points[1]], rtol=1e-9
-    )
-
-
-@BOTH[0]
-@BOTH[1]
-def test_sweeps_in_lanes_have_the_same_bits_in_units_of_powers_of_two(
-    kind: str, units: tuple[float, float, float]
-) -> None:
-    length, time, _ = units
-    omegas, found = np.linspace(0.5, 1.2, 20), []
-    for (m, s), unit in zip(both(kind, units), (1.0, time), strict=True):
-        over = {"omega": omegas / unit}
-        found.append(vi.sweep(m, over=over, start=s, observe=["impacts", "final", "extremes"],
-                              settle=30, periods=20, progress=False))  # fmt: skip
-    one, other = found
-    for name, unit in (
-        ("impacts_a", 1.0), ("final_position", length), ("final_velocity", length / time),
-        ("final_phase", 1.0), ("x_largest", length),
+def test_sweeps_in_lanes_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
+    one, other = pair.both(
+        lambda m, s, unit: vi.sweep(
+            m, over={"omega": np.linspace(0.5, 1.2, 20) / unit}, start=s, settle=30, periods=20,
+            observe=["impacts", "final", "extremes"], progress=False,
+        )
+    )  # fmt: skip
+    for name, length, time in (
+        ("impacts_a", 0, 0), ("final_position", 1, 0), ("final_velocity", 1, -1),
+        ("final_phase", 0, 0), ("x_largest", 1, 0),
     ):  # fmt: skip
-        assert np.array_equal(one[name].values * unit, other[name].values), name
+        pair.same(one[name], other[name], length, time)
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-6, 1e-9, 1e-12])

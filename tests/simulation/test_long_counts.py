@@ -24,6 +24,14 @@ DAMPER = vi.ImpactDamper(
 STATE = vi.State((0.0, 0.0), (0.0, 1.0))
 
 CALLS = [
+    "vi.simulate(damper, state, impacts=10**9, t_max=1e12)",
+    "vi.simulate(clattering, away, impacts=10**7)",
+    "vi.simulate(rubbing, vi.State((1.0,), (0.0,)), t_max=1e9)",
+    "vi.simulate_hybrid(relay, 'on', [1.0], events=3 * 10**7)",
+    "vi.impact_section(clattering, away, points=10**7)",
+    "vi.stroboscopic_section(rubbing, vi.State((1.0,), (0.0,)), points=10**8)",
+    "vi.classify(clattering, away, points=10**7)",
+    "vi.sweep_attractor(lambda _: clattering, None, [1.2], away, keep=10**7)",
     "vi.impact_section(damper, state, points=3, settle=10**11)",
     "vi.stroboscopic_section(damper, state, points=3, settle=10**11)",
     "vi.state_section(rubbing, vi.State((1.0,), (0.0,)), element=0, points=3, settle=10**11)",
@@ -46,6 +54,19 @@ damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.
 state = vi.State((0.0, 0.0), (0.0, 1.0))
 rubbing = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
                        elements=(vi.Friction((1.0,), 0.1),), forces=(vi.Harmonic(0.7, (1.0,)),))
+clattering = vi.Mechanism(  # some ten microseconds per impact
+    mass=[[1, 0, 0], [0, 1, 0], [0, 0, 1]], stiffness=[[2, -1, 0], [-1, 2, -1], [0, -1, 2]],
+    damping=[[0.05, 0, 0], [0, 0.05, 0], [0, 0, 0.05]], forces=(vi.Harmonic(0.7, (1, 1, 1)),),
+    elements=tuple(vi.SoftStop(row, lower=-0.1, upper=0.1, stiffness=50.0)
+                   for row in ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+)
+away = vi.State((0, 0, 0), (1, 2, 3))
+relay = vi.HybridSystem(
+    modes={"on": vi.LinearMode([[-1.0]], [3.0]), "off": vi.LinearMode([[-1.0]])},
+    guards={"upper": vi.LinearGuard([1.0], 2.0), "lower": vi.LinearGuard([1.0], 1.0)},
+    transitions=(vi.Transition("on", "upper", "rising", "off"),
+                 vi.Transition("off", "lower", "falling", "on")),
+)
 
 def turn(x, p):
     grow = 1.2 - 0.2 * (x[0] ** 2 + x[1] ** 2)
@@ -91,12 +112,14 @@ def test_what_takes_less_than_a_minute_is_not_announced() -> None:
         warnings.simplefilter("error")
         vi.impact_section(DAMPER, STATE, points=3, settle=200_000)
         vi.lyapunov_exponent(DAMPER, STATE, impacts=20_000)
+        vi.simulate(DAMPER, STATE, impacts=30_000, t_max=1e6)
 
 
 def test_a_transient_that_is_measured_first_has_the_bits_of_one_that_is_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     plain, measured = Simulator(DAMPER, STATE), Simulator(DAMPER, STATE)
+    monkeypatch.setattr(progress, "PROBED", 10**6)
     plain.settle(60_000)
     monkeypatch.setattr(progress, "PROBED", 1)
     measured.settle(60_000)

@@ -6,13 +6,11 @@
 //             Where tangents are wanted, the motion goes on in jets from a quarter of the observed
 //             time before the window. Values of jets have the bits of doubles; only what is known of
 //             flights that repeat (search/grid/recall_period.hpp) is forgotten there.
-//             Where a flight has made several tangents parallel (growth.hpp), all but the first fly it
-//             again in pieces, orthonormal after each; the last piece brings the event.
 // Accuracy    that of the engine: the same bits for the same system and start, whatever else runs
 // Fails       member_end: every outcome is data. Results are of the whole window or none
 #pragma once
 
-#include "vibroimpact/observe/growth.hpp"
+#include "vibroimpact/observe/follow_tangents.hpp"
 #include "vibroimpact/observe/observers.hpp"
 
 namespace vi {
@@ -66,131 +64,31 @@ VI_HD inline member_end end_of_member(run_end why) {
     }
 }
 
-namespace detail {
-
-// After a piece of some steps the fastest part is left by exp(-6) or more, and directions keep their digits.
-inline constexpr double steps_of_piece = 8.0;
-
-// Tangents without their parts along the flow, which an event takes away: what would be left of a vector
-// that a long flight has turned into the flow is rounding.
-template <int W, class Flow>
-VI_HD inline void leave_out_flow(const Flow& flow, vec<jet<double, W>, Flow::max_dimension>& y,
-                                 int n, int count) {
-    const auto f = flow.derivative(values_of(y, n));
-    double square = 0.0;
-    for (int i = 0; i < n; ++i)
-        square = square + f[i] * f[i];
-    for (int k = 0; square > 0.0 && k < count; ++k) {
-        double along = 0.0;
-        for (int i = 0; i < n; ++i)
-            along = along + f[i] * y[i].d[k];
-        for (int i = 0; i < n; ++i)
-            y[i].d[k] = y[i].d[k] - along / square * f[i];
-    }
-}
-
-// Elements whose margins grow have left their limits; what stays on one goes on to do so.
-template <int Watches>
-VI_HD inline void leave_limits(element_states<Watches>& states) {
-    if constexpr (Watches > 0)
-        for (int j = 0; j < Watches; ++j)
-            if (!states.stays_on(j)) states.zeros[j] = 0;
-}
-
-// The flight from a trajectory to its event, which left it `at`: the tangents of that but the first, by
-// way of pieces, whose growth is the answer. Nothing is changed where they do not lead to that event.
-template <int W, class Flow>
-VI_CALL growth<W> in_pieces(const hybrid<Flow>& system,
-                            trajectory<jet<double, W>, typename Flow::shape_type> from,
-                            const event<jet<double, W>, typename Flow::shape_type>& e,
-                            trajectory<jet<double, W>, typename Flow::shape_type>& at, int count) {
-    const int n = system.dimension(), contacts = system.contacts();
-    const auto& flow = system.modes[from.mode].flow;
-    const double duration = plain(e.duration), piece = steps_of_piece * flow.step;
-    const long pieces = static_cast<long>(duration / piece - 0.5); // 1/2 to 3/2 of one are left
-    growth<W> sums, none;
-    sums.count = count;
-    sums.events = 1.0; // every growth counts, also that of leaving out the flow
-    if (pieces < 1) return none;
-
-    const double flown = static_cast<double>(pieces) * piece;
-    const auto there = flow.flight(values_of(from.y, n), flown);
-    const auto once = flow.at_time(piece);
-    const auto see = [&] {
-        // rounding brings in other amplitudes of the forcing, which never fade
-        renormalise_forcing(from.y, n, system.lines(), system.inverse_omega_squared);
-        leave_out_flow<W>(flow, from.y, n, count);
-        sums.see(true, from, 0.0, n, contacts);
-    };
-    see();
-    for (long i = 0; i < pieces; ++i) {
-        from.y = flow.apply(once, from.y);
-        see();
-    }
-    for (int i = 0; i < n; ++i)
-        from.y[i].v = there[i];
-    for (int i = 0; i < contacts; ++i)
-        if (side_in_code(from.held, i) == 0.0) from.touching[i] = 0.0;
-    leave_limits(from.elements);
-    const auto last = step(system, from, duration - flown + piece);
-    const bool same = last.what == e.what && last.contact == e.contact && last.side == e.side &&
-                      from.mode == at.mode && from.held == at.held;
-    if (!same || !(abs(plain(last.duration) - (duration - flown)) < 0x1p-20 * flow.step))
-        return none;
-    for (int k = 1; k < count; ++k) {
-        for (int i = 0; i < n; ++i)
-            at.y[i].d[k] = from.y[i].d[k];
-        for (int i = 0; i < contacts; ++i)
-            at.rate[i].d[k] = from.rate[i].d[k];
-    }
-    return sums;
-}
-
-} // namespace detail
-
-// What a run shows its events to: tangents if there are any, then the observers.
-template <class Flow, int W>
+// What a run shows its events to: observers, after tangents where there are any.
+template <class Flow>
 struct onlooker {
     using Shape = typename Flow::shape_type;
     const hybrid<Flow>& system;
     observers<Flow>& all;
-    growth<W>& tangents;
     double until; // the run is left after the first event from this time on
-    trajectory<jet<double, W>, Shape> last{}; // where the flight to the next event begins
 
     VI_HD bool see(const event<double, Shape>& e, const trajectory<double, Shape>& at,
                    const clock& now) {
         all.on_event(system, e, at, now);
         return now.time() < until;
     }
+};
+template <class Flow, int W>
+struct tangent_onlooker {
+    using Shape = typename Flow::shape_type;
+    onlooker<Flow> values;
+    tangent_follower<Flow, W> tangents;
+
     VI_HD bool see(const event<jet<double, W>, Shape>& e, trajectory<jet<double, W>, Shape>& at,
                    const clock& now) {
-        const int n = system.dimension(), contacts = system.contacts();
-        if constexpr (W > 1)
-            follow(e, at, now, n, contacts);
-        else
-            tangents.see(e, at, now, n, contacts);
-        return see(detail::values(e, n), detail::values(at, n, contacts), now);
-    }
-
-private:
-    VI_HD void follow(const event<jet<double, W>, Shape>& e, trajectory<jet<double, W>, Shape>& at,
-                      const clock& now, int n, int contacts) {
-        auto tried = at;
-        auto grown = tangents;
-        grown.see(e, tried, now, n, contacts);
-        if (grown.lost) {
-            const auto pieces = detail::in_pieces(system, last, e, at, tangents.count);
-            const bool counted = now.time() >= tangents.settle && tangents.events > 0.0;
-            tangents.see(e, at, now, n, contacts);
-            for (int k = 1; counted && k < tangents.count; ++k)
-                tangents.sum[k] = tangents.sum[k] + pieces.sum[k];
-        } else {
-            tangents = grown;
-            at = tried;
-        }
-        tangents.lost = false;
-        last = at;
+        const int n = values.system.dimension(), contacts = values.system.contacts();
+        tangents.see(e, at, now);
+        return values.see(detail::values(e, n), detail::values(at, n, contacts), now);
     }
 };
 
@@ -213,8 +111,7 @@ VI_HD inline run_end run_building(const hybrid<Flow>& system, motion<T, Flow>& m
 template <class Flow, class Build>
 VI_HD inline run_end run_until(const hybrid<Flow>& system, motion<double, Flow>& m, const window& w,
                                observers<Flow>& all, double until, Build& build) {
-    growth<1> none;
-    onlooker<Flow, 1> see{system, all, none, until, {}};
+    onlooker<Flow> see{system, all, until};
     return detail::run_building(system, m, limits_of(w), see, build);
 }
 
@@ -230,7 +127,7 @@ VI_HD inline member_end finish_with_tangents(const hybrid<Flow>& system, motion<
                                              growth<W>& tangents, Build& build) {
     tangents.settle = w.settle;
     motion<jet<double, W>, Flow> j{with_tangents<W>(system, m.at, tangents.count), m.so_far};
-    onlooker<Flow, W> see{system, all, tangents, infinity(), j.at};
+    tangent_onlooker<Flow, W> see{{system, all, infinity()}, {system, tangents, j.at}};
     const run_end end = detail::run_building(system, j, limits_of(w), see, build);
     m = {detail::values(j.at, system.dimension(), system.contacts()), j.so_far};
     return end_of_member(end);

@@ -20,7 +20,7 @@
 //             each trajectory in the same order
 #pragma once
 
-#include "vibroimpact/observe/growth.hpp"
+#include "vibroimpact/observe/follow_tangents.hpp"
 #include "vibroimpact/simd/lanes.hpp"
 
 namespace vi {
@@ -163,8 +163,19 @@ public:
         this->count(end.landed, value(end.duration));
         if constexpr (has_tangent) {
             const auto& flow = flight_.flow();
-            tangents_.see(end.landed, flight_.all.at, high_ + low_, flow.dimension(),
+            auto& at = flight_.all.at;
+            const auto faded = tangents_.faded(end.landed, at, norm_, flow.dimension());
+            tangents_.see(end.landed & !faded, at, high_ + low_, norm_, flow.dimension(),
                           flow.contacts());
+            if (any(faded)) follow_again(faded, end);
+            flow.each_coordinate([&](auto j) VI_WITHIN {
+                begun_.at.y[j] = select(end.landed, at.y[j], begun_.at.y[j]);
+            });
+            flow.each_contact([&](auto k) VI_WITHIN {
+                begun_.at.touching[k] = select(end.landed, at.touching[k], begun_.at.touching[k]);
+                begun_.at.rate[k] = select(end.landed, at.rate[k], begun_.at.rate[k]);
+                begun_.at.flat[k] = select(end.landed, at.flat[k], begun_.at.flat[k]);
+            });
         }
         const auto attention = busy_ & (flight_.stuck | (end.landed & needs_handling(end)));
         if (any(attention)) {
@@ -209,10 +220,15 @@ private:
     void load(int i) {
         if (!this->take_run(i)) return;
         auto& slot = slots_[i];
-        if (keys_.put(i, *slot.system, slot.version)) put_system(flight_.systems, i, *slot.system);
+        if (keys_.put(i, *slot.system, slot.version)) {
+            put_system(flight_.systems, i, *slot.system);
+            if constexpr (has_tangent) set_lane(norm_, i, norm_of(*slot.system));
+        }
         if constexpr (has_tangent) {
-            resume(i, with_tangents<1>(*slot.system, slot.run->at, 1));
+            const auto at = with_tangents<1>(*slot.system, slot.run->at, 1);
+            resume(i, at);
             set_lane(tangents_, i, slot.tangent);
+            put_state(begun_, i, at, slot.system->dimension(), slot.system->contacts());
         } else {
             resume(i, slot.run->at);
         }
@@ -261,11 +277,35 @@ private:
         so_far.at_once = e.duration > 0.0 ? 0 : so_far.at_once + 1;
     }
 
-    void count_tangent(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
-        const auto& slot = slots_[i];
+    // After an event of one lane; the flight to the next begins there.
+    void follow_tangent(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at,
+                        const clock& now) {
+        const auto& system = *slots_[i].system;
+        const int n = system.dimension(), contacts = system.contacts();
+        trajectory<alone, Shape> last{};
+        take_trajectory(begun_, i, n, contacts, last);
         auto tangent = lane(tangents_, i);
-        tangent.see(e, at, slot.run->so_far.now, slot.system->dimension(), slot.system->contacts());
+        follow(system, lane(norm_, i), last, e, at, now, tangent);
         set_lane(tangents_, i, tangent);
+        put_state(begun_, i, at, n, contacts);
+    }
+
+    // Impacts after flights that have left little of a tangent.
+    [[gnu::noinline]] void follow_again(const pack_mask<N>& lanes, const quick_landing<T>& end) {
+        for (int i = 0; i < N; ++i) {
+            if (!lane(lanes, i)) continue;
+            const auto& system = *slots_[i].system;
+            const int n = system.dimension(), contacts = system.contacts();
+            event<alone, Shape> e{};
+            e.what = status::impact;
+            e.contact = static_cast<int>(lane(end.stop.contact, i));
+            e.side = static_cast<int>(lane(end.stop.side, i));
+            e.duration = lane(end.duration, i);
+            trajectory<alone, Shape> at{};
+            take_trajectory(flight_.all, i, n, contacts, at);
+            follow_tangent(i, e, at, {lane(high_, i), lane(low_, i)});
+            put_state(flight_.all, i, at, n, contacts);
+        }
     }
 
     [[gnu::noinline]] void handle(const pack_mask<N>& lanes) {
@@ -327,7 +367,7 @@ private:
     bool report_certified(int i, const event<alone, Shape>& e, trajectory<alone, Shape>& at) {
         if constexpr (has_tangent) {
             const auto& system = *slots_[i].system;
-            count_tangent(i, e, at);
+            follow_tangent(i, e, at, slots_[i].run->so_far.now);
             slots_[i].run->at = detail::values(at, system.dimension(), system.contacts());
             return report(i, detail::values(e, system.dimension()));
         } else {
@@ -358,7 +398,9 @@ private:
     state before_;
     real most_{}; // of the next events, impacts as a rule, so many may come
     growth<1, real> tangents_{};
-    double patience_ = 0.0; // so many rounds idle lanes may wait, all together
+    tangent_norm<real, has_tangent ? Shape::max_dimension : 1> norm_{};
+    lane_trajectories<T, Shape> begun_{}; // with tangents: where the flights of lanes began
+    double patience_ = 0.0;               // so many rounds idle lanes may wait, all together
 };
 
 // Several packs keep the units of a core busy where one waits; more leave no room in its nearest cache.

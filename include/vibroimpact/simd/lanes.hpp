@@ -168,15 +168,17 @@ inline void put_system(lane_systems<N, Shape>& to, int i,
         set_lane(to.inverse_omega_squared[l], i, system.inverse_omega_squared[l]);
 }
 
+// Trajectories of lanes: in a flight, or where one began.
 template <class T, class Shape>
-inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<lane_t<T>, Shape>& t,
-                           int n, int contacts) {
-    to.memory.forget(i);
+struct lane_trajectories {
+    trajectory<T, Shape> at;
+    int mode[scalar_traits<T>::lanes] = {}, held[scalar_traits<T>::lanes] = {};
+};
+
+template <class Lanes, class S, class Shape>
+inline void put_state(Lanes& to, int i, const trajectory<S, Shape>& t, int n, int contacts) {
     to.mode[i] = t.mode;
     to.held[i] = t.held;
-    set_lane(to.quick, i, t.mode == 0 && t.held == 0);
-    set_lane(to.flown, i, 0.0);
-    set_lane(to.applications, i, 0.0);
     for (int j = 0; j < n; ++j)
         set_lane(to.at.y[j], i, t.y[j]);
     for (int k = 0; k < contacts; ++k) {
@@ -184,6 +186,16 @@ inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<la
         set_lane(to.at.rate[k], i, t.rate[k]);
         set_lane(to.at.flat[k], i, t.flat[k]);
     }
+}
+
+template <class T, class Shape>
+inline void put_trajectory(lane_states<T, Shape>& to, int i, const trajectory<lane_t<T>, Shape>& t,
+                           int n, int contacts) {
+    to.memory.forget(i);
+    set_lane(to.quick, i, t.mode == 0 && t.held == 0);
+    set_lane(to.flown, i, 0.0);
+    set_lane(to.applications, i, 0.0);
+    put_state(to, i, t, n, contacts);
 }
 
 // Lane i of x, or its value alone where S is double: not that of value(x), which copies the pack.
@@ -196,8 +208,8 @@ inline S take_lane(const T& x, int i) {
 }
 
 // In place: a copy would wait until all these numbers are written.
-template <class S, class T, class Shape>
-inline void take_trajectory(const lane_states<T, Shape>& from, int i, int n, int contacts,
+template <class Lanes, class S, class Shape>
+inline void take_trajectory(const Lanes& from, int i, int n, int contacts,
                             trajectory<S, Shape>& t) {
     t.mode = from.mode[i];
     t.held = from.held[i];

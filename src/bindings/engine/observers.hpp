@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/physical_map.hpp"
-#include "vibroimpact/observe/growth.hpp"
+#include "vibroimpact/observe/follow_tangents.hpp"
 
 namespace binding {
 
@@ -45,17 +45,18 @@ struct counter {
 };
 
 // Log growth of tangent vectors in blocks of events; stops when the first has vanished.
-template <class Shape, int W = 1>
+template <class Flow, int W>
 struct growth_meter {
+    using Shape = typename Flow::shape_type;
     using jet = vi::jet<double, W>;
-    int n, contacts;
     long block;
+    vi::growth<W>& tangent;
+    vi::tangent_follower<Flow, W> follower;
     lyapunov_result out{};
-    vi::growth<W> tangent{};
     long in_block = 0;
 
     bool see(const vi::event<jet, Shape>& e, vi::trajectory<jet, Shape>& at, const vi::clock& now) {
-        tangent.see(e, at, now, n, contacts);
+        follower.see(e, at, now);
         if (tangent.broken || tangent.sum[0] == -vi::infinity()) return false;
         ++out.events;
         if (++in_block == block) {

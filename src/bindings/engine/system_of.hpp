@@ -91,30 +91,14 @@ public:
 
     lyapunov_result lyapunov(const position& from, const limits_data& limit,
                              long block) const override {
-        using jet = vi::jet<double, 1>;
-        auto at = unpacked<jet>(from);
-        for (int i = 0; i < n_; ++i)
-            at.y[i].d[0] = 1.0 / (i + 2.0); // a generic direction
-        vi::clock now{};
-        growth_meter<Shape> see{n_, hybrid_.contacts(), block};
-        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
-        see.out.why = static_cast<int>(end.why);
-        see.out.code = end.code;
-        return std::move(see.out);
+        return growth_of<1>(from, limit, block, 1);
     }
 
     lyapunov_result spectrum(const position& from, const limits_data& limit, long block,
                              int count) const override {
         if (count < 1 || count > width)
             throw std::invalid_argument("count: at most " + std::to_string(width) + ".");
-        auto at = vi::with_tangents<width>(hybrid_, unpacked<double>(from), count);
-        vi::clock now{};
-        growth_meter<Shape, width> see{n_, hybrid_.contacts(), block};
-        see.tangent.count = count;
-        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
-        see.out.why = static_cast<int>(end.why);
-        see.out.code = end.code;
-        return std::move(see.out);
+        return growth_of<width>(from, limit, block, count);
     }
 
     numbers acceleration(const start_data& data) const override {
@@ -127,16 +111,26 @@ public:
 
     // Columns: x, v, then the forcing pairs (sin, cos) of the lines: (2n, 2n + 2L), row-major.
     numbers flow_matrix(double dt) const override {
+        using jet = vi::jet<double, 1>;
         const int columns = 2 * degrees_ + 2 * lines_;
-        numbers out(static_cast<std::size_t>(2 * degrees_) * columns, 0.0);
-        const numbers zero(columns, 0.0);
-        const numbers base = flown(zero, dt);
+        const auto free = physical_[0];
+        numbers out(static_cast<std::size_t>(2 * degrees_) * columns);
         for (int j = 0; j < columns; ++j) {
-            numbers unit = zero;
-            unit[j] = 1.0;
-            const numbers moved = flown(unit, dt);
-            for (int i = 0; i < 2 * degrees_; ++i)
-                out[static_cast<std::size_t>(i) * columns + j] = moved[i] - base[i];
+            std::vector<jet> p(columns, jet(0.0));
+            p[j].d[0] = 1.0;
+            const jet *x = p.data(), *v = x + degrees_, *waves = v + degrees_;
+            vi::forcing_pairs<jet> pairs{};
+            for (int l = 0; l < lines_; ++l) {
+                pairs[2 * l] = waves[2 * l];
+                pairs[2 * l + 1] = free.kappas[l] * waves[2 * l + 1];
+            }
+            const auto y = modes_[0].flow.flight(vi::from_physical(free, x, v, pairs, hybrid_), dt);
+            for (int i = 0; i < degrees_; ++i) {
+                out[static_cast<std::size_t>(i) * columns + j] =
+                    vi::position_of(free, i, y, n_).d[0];
+                out[static_cast<std::size_t>(degrees_ + i) * columns + j] =
+                    vi::velocity_of(free, i, y, n_).d[0];
+            }
         }
         return out;
     }
@@ -172,6 +166,20 @@ private:
         const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
         from = packed(at, now);
         return end;
+    }
+
+    template <int W>
+    lyapunov_result growth_of(const position& from, const limits_data& limit, long block,
+                              int count) const {
+        auto at = vi::with_tangents<W>(hybrid_, unpacked<double>(from), count);
+        vi::clock now{};
+        vi::growth<W> tangent;
+        tangent.count = count;
+        growth_meter<Flow, W> see{block, tangent, {hybrid_, tangent, at}};
+        const auto end = vi::run(hybrid_, at, now, limits_of(limit), see);
+        see.out.why = static_cast<int>(end.why);
+        see.out.code = end.code;
+        return std::move(see.out);
     }
 
     void tangent_block(const start_data& data, const numbers& seeds, int first, int count,
@@ -212,20 +220,6 @@ private:
                 at.y[i].d[j] -= rates[i] * duration.d[j];
             duration.d[j] = 0.0;
         }
-    }
-
-    numbers flown(const numbers& p, double dt) const {
-        const auto free = physical_[0];
-        const double *x = p.data(), *v = x + degrees_, *waves = v + degrees_;
-        vi::forcing_pairs<double> pairs{};
-        for (int l = 0; l < lines_; ++l) {
-            pairs[2 * l] = waves[2 * l];
-            pairs[2 * l + 1] = free.kappas[l] * waves[2 * l + 1];
-        }
-        const auto y = vi::from_physical(free, x, v, pairs, hybrid_);
-        numbers out;
-        physical_.append(out, 0, modes_[0].flow.flight(y, dt));
-        return out;
     }
 
     position packed(const trajectory<double>& at, const vi::clock& now) const {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -18,9 +19,9 @@ BAR = 24  # characters
 REDRAW = 0.1  # seconds between two drawings of the bar
 MEASURED = 0.5  # seconds of work from which the rest is estimated
 LONG = 60.0  # seconds of work that are announced
-PROBED = (
-    2**22
-)  # impacts that no kernel does in less than a second: of more a part is measured first
+PROBED = 2**14  # a count that takes no minute, at 3 ms each: of more a beginning is measured first
+FIRST = 2**10  # of it, doubled until it tells enough
+CLEARLY = 1 / 8  # of LONG: what is expected to take less is not measured longer
 LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal
 
 
@@ -149,11 +150,11 @@ class Announcement:
         Name of the count, and the count.
     """
 
-    def __init__(self, name: str, count: int) -> None:
+    def __init__(self, name: str, count: float) -> None:
         self.name, self.count, self._begin = name, count, time.monotonic()
         self.measured = False
 
-    def after(self, done: int) -> None:
+    def after(self, done: float) -> None:
         """Estimate the rest, if enough is done for it."""
         if self.measured or done <= 0 or (spent := time.monotonic() - self._begin) < MEASURED:
             return
@@ -169,20 +170,43 @@ class Announcement:
             )
 
 
-def announce_measured(name: str, count: int, work: Callable[[int], object]) -> None:
-    """Announce a long work that is one call, from the time that a beginning of it takes.
+def announce_measured(
+    name: str, count: int, work: Callable[[int], object], most: int | None = None
+) -> None:
+    """Announce a long work that is one call on so many items, the count if not given: `expected`."""
+    whole = count if most is None else most
+
+    def beginning(part: int) -> float:
+        work(part)
+        return part / whole
+
+    Announcement(name, count).say(expected(whole, beginning))
+
+
+def expected(most: int, beginning: Callable[[int], float]) -> float:
+    """Seconds that a long work in one call takes, from a beginning of it; 0 where it is short.
 
     Done in parts it would have other last bits. The beginning is repeated, a quarter of a second.
+
+    Parameters
+    ----------
+    most
+        Items of the work, at most.
+    beginning
+        Does so many of them, and returns the share of the work that this is.
     """
-    part = 2**12 if count >= PROBED else count
-    while part < count:
+    part = FIRST
+    while most >= PROBED and part < most:
         begin = time.monotonic()
-        work(part)
+        share = beginning(part)
         spent = time.monotonic() - begin
+        whole = spent / share if share > 0.0 else math.inf
+        if whole < CLEARLY * LONG:
+            break
         if spent > MEASURED / 4.0:
-            Announcement(name, count).say(spent * count / part)
-            return
+            return whole
         part *= 2
+    return 0.0
 
 
 def counting(name: str, count: int) -> Iterator[int]:

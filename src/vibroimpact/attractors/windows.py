@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from vibroimpact._core.progress import Announcement
 from vibroimpact.attractors.point_sets import FEWEST_POINTS
 from vibroimpact.model.elements import Friction
 from vibroimpact.model.mechanism import STOP_KINDS
@@ -73,7 +74,7 @@ class AtStop:
 
     def take(self, points: int) -> Window:
         """Record so many points, or as many as come."""
-        part = self.motion.record(self._impacts_for(points))
+        part = self.motion.record(self._impacts_for(points), points)
         whole = part.at(self.contact, self.stop).size >= points
         reason = RunEnd.IMPACTS if whole else part.end
         section = section_of(self.motion, [part], self.contact, self.stop, points, reason)
@@ -93,7 +94,7 @@ class AtStop:
         at, last = motion.at, motion.last
         count = 2 * points
         while True:
-            part = motion.record(count)
+            part = motion.record(count, points)
             motion.at, motion.last = at, last
             enough = part.at(self.contact, self.stop).size >= points
             if enough or part.end is not RunEnd.IMPACTS or count >= IMPACTS_PER_POINT * points:
@@ -130,7 +131,7 @@ class AtPhase(_AtNoStop):
     def take(self, points: int) -> Window:
         """Record so many points."""
         times, parts = self._times(points), list[Any]()
-        rows, end = self.motion.states_at(times, self.now, parts)
+        rows, end = self.motion.states_at(times, self.now, parts, Announcement("points", points))
         self.index, self.now = self.index + points, float(times[-1])
         section = strobe_of(self.motion, rows, times, self.phase, end)
         part = joined([self.motion.impacts_of(part) for part in parts])

@@ -85,7 +85,7 @@ def events_of(run: Run) -> Events:
     first, last = at[begins], at[np.append(begins[1:], True)] if at.size else at
     phase = run.start.phase + mechanism_of(run.system).omega * run.time[last]
     states = np.column_stack([run.position[last], run.velocity_after[last], phase])
-    sides = np.where(run.stop[first] == 0, 1, -1)
+    sides = np.where(run.limit_side[first] > 0, 1, -1)
     stops = list(map(Stop, run.contact[first].tolist(), sides.tolist()))
     counted = np.flatnonzero(np.isin(run.status[first], COUNTED))
     return Events(

@@ -21,6 +21,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import Announcement, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.sliding import GivenSystem
 from vibroimpact.compile.units import units_of
@@ -189,7 +190,15 @@ def simulate_hybrid(
         raise InvalidParameterError(f"state has shape {y.shape}; expected ({system.states},).")
     given = GivenSystem(system, units_of(system, mode, y, t_max))
     at = _start(given, mode, y, real("phase", phase))
-    raw = _Raw(given, at, t_max / given.units.time)
+    horizon = t_max / given.units.time
+
+    def beginning(count: int) -> float:
+        part = _Raw(given, at.copy(), horizon).run(count)
+        ended = part.end is not RunEnd.EVENTS or not len(part.high)
+        return 1.0 if ended else max(count / events, float(part.high[-1]) / horizon)
+
+    Announcement("events", events).say(expected(events, beginning))
+    raw = _Raw(given, at, horizon)
     part = raw.run(int(events))
     time, low = rounded_times(part.high, part.low)
     time, low = time * given.units.time, low * given.units.time

@@ -9,8 +9,8 @@ Method      lambda = lim log |dz_n| / t_n, dz the tangent of the motion between 
                       and the n_2 from there on, if the spreads differ by a factor of four, the
                       lambdas by three errors, and the sum of r before it is more e-folds than a
                       regular motion stretches and shrinks by turns                          (4)
-Accuracy    The norm of dz, and so the units of lengths and times, change log |dz_n| by what is
-            bounded, and G_b in a periodic motion from block to block. The weights let (2) forget the
+Accuracy    The norm of dz, in units that the machine sets (observe/growth.hpp), changes log |dz_n| by what
+            is bounded, and G_b in a periodic motion from block to block. The weights let (2) forget the
             ends and the periods faster than any power of N: there it is log |multiplier| / period
             but for what (3) says. In chaos they raise the error by a sixth
             (lyapunov_spectrum.py). (4) compares plain means, whose errors are found by blocking:
@@ -139,12 +139,11 @@ def lyapunov_exponent(
     The tangent vector goes through flight, impact, completed chatter, sticking and release exactly
     (theory.md, "Jacobian"). It is taken from event to event, so that a shift in time does not
     count; a stable periodic motion gives log |largest multiplier| / period < 0, quasiperiodic
-    motion 0, and chaos > 0. Smooth weights forget the ends of the average, so that the units of lengths
-    and times, which the length of a tangent depends on, change the value within its error only, and that
-    of a periodic motion by 1e-5 of its rates or less; ``vi.find_orbit(...).multipliers`` has it to
-    rounding. About 0.5 microseconds per impact of the damper. Unreliable where
-    chaos ends later, or within the last 16 of 1024 blocks; and near grazing, where single impacts
-    stretch without bound.
+    motion 0, and chaos > 0. Tangents are measured in lengths and times of the machine: units do not
+    matter. Smooth weights forget the ends of the average, where a tangent turns: of a periodic motion the
+    value is right to 1e-5 of its rates or better; ``vi.find_orbit(...).multipliers`` has it to rounding.
+    About 0.5 microseconds per impact of the damper. Unreliable where chaos ends later, or within the last
+    16 of 1024 blocks; and near grazing, where single impacts stretch without bound.
     """
     check_count("impacts", impacts, BLOCKS)
     check_count("settle", settle, 0)

@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory, refusal
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement, announce_measured
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
@@ -70,6 +71,7 @@ VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growt
 LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
 TANGENTS = 6  # that the kernel carries at once
 FREE = 0  # code of the mode without closed contacts
+NOT_REPEATED = "chatter or sticking could not be repeated"
 NEVER_FREE = (
     "no free flight ends in an impact at one contact: a contact stays closed, or all impacts are "
     "simultaneous"
@@ -230,8 +232,8 @@ def lyapunov_spectrum(
     Returns
     -------
     LyapunovSpectrum
-        Of a machine with soft stops, friction, moving stops or matrices that are not symmetric the
-        largest six, from event to event, without ``contraction``.
+        Of a machine with soft stops, friction, moving stops or matrices that are not symmetric, and where
+        chatter or rest cannot be repeated, the largest six, from event to event, without ``contraction``.
 
         With n coordinates and L forcing lines m = 2n + L - 1 exponents, 2n - 1 without forcing, and
         one less for every coordinate without mass:
@@ -281,8 +283,12 @@ def lyapunov_spectrum(
         return _without(wanted, end, end.sentence)
     if needs_elements(mechanism):
         return _from_events(motion, int(impacts), wanted, carried + lines, count)
+    settled = motion.at
     found = _Growth(motion, min(wanted, carried))
     end = found.record(int(impacts))
+    if found.reason == NOT_REPEATED:
+        motion.at = settled
+        return _from_events(motion, int(impacts), wanted, carried + lines, None)
     if found.reason:
         return _without(wanted, end, found.reason)
     return _estimated(found.arrays(), end, lines, wanted, count is None)
@@ -552,15 +558,19 @@ class _Growth:
         after = 0.5 * min(departure, self.longest)
         start = self._states(events, np.array([a]), np.array([before]))[0]
         n, size = self.mechanism.degrees, self.size
-        found = map_derivative(
-            self.motion.system,
-            State(tuple(start[:n]), tuple(start[n:size]), float(start[size])),
-            impacts=events_for(self.mechanism, b - a),
-            t_max=_time(events, a, over) - before + after,
-            directions=np.eye(size + len(self.mechanism.forces), size),
-        )
+        try:
+            found = map_derivative(
+                self.motion.system,
+                State(tuple(start[:n]), tuple(start[n:size]), float(start[size])),
+                impacts=events_for(self.mechanism, b - a),
+                t_max=_time(events, a, over) - before + after,
+                directions=np.eye(size + len(self.mechanism.forces), size),
+            )
+        except InvalidParameterError:  # so near the stop that its rounding lies behind
+            self.reason = NOT_REPEATED
+            return over, after, []
         if found.end is not RunEnd.HORIZON:
-            self.reason = f"chatter or sticking could not be repeated: {found.end.sentence}"
+            self.reason = NOT_REPEATED
         return over, after, [*self._coasting(before), found.matrix[:size]]
 
     def _grow(self, events: _Events, rows: _Rows) -> bool:

@@ -18,7 +18,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_count, check_memory, check_stop_name, real, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import announce_measured
+from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, kind_of
 from vibroimpact.model.state import State
@@ -347,12 +347,11 @@ def stroboscopic_section(
             + ("vi.impact_section, or " if stops else "")
             + "vi.state_section, where an element changes its state."
         )
-    motion, period = Simulator(system, state), 2.0 * math.pi / mechanism.omega
-    announce_measured(
-        "settle", settle, lambda count: Simulator(system, state).advance_to(count * period)
-    )
+    motion = Simulator(system, state)
     times = strobe_times(mechanism, state.phase, phase, settle, points)
-    rows, end = motion.states_at(times)
+    rows, end = motion.states_at(
+        times, announcement=Announcement("settle + points", settle + points)
+    )
     return strobe_of(motion, rows, times, phase, end)
 
 
@@ -390,7 +389,7 @@ def take(motion: Simulator, points: int, contact: int, stop: StopName) -> Sectio
     found, spent, end = 0, 0, RunEnd.IMPACTS
     while found < points and end is RunEnd.IMPACTS:
         wanted = 1 + 2 * (points - found)
-        parts.append(motion.record(wanted))
+        parts.append(motion.record(wanted, points))
         found += parts[-1].at(contact, stop).size
         spent, end = spent + wanted, parts[-1].end
         if spent > IMPACTS_PER_POINT * points and found < points:

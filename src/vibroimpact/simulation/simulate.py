@@ -21,11 +21,12 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import FIRST, PROBED, Announcement, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.model.elements import RigidStopState
+from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
 from vibroimpact.model.mechanism import (
     STOP_KINDS,
     ImpactLaw,
@@ -134,13 +135,16 @@ class Run:
     contact, stop
         Number of the contact or element of the event (-1: none), and the stop: 0 is A (upper), 1 is
         B (lower), -1 none. Contacts, the rigid stops, count first; soft stops and friction follow.
-        For friction ``stop`` tells the limit met: of the slip speed, or of the force while it sticks.
+        For friction ``stop`` tells the limit met: of the slip speed, or of the force while it sticks. Of a
+        soft stop it is the one that is met, lets go or recovers.
     position, velocity_before, velocity_after
         Shape (n_event, n).
     phase
         Phase of the first forcing line in [0, 2 pi).
     rate_before, rate_after
         Rate of the gap, relative to a stop that moves: -rate_before is the impact speed.
+    limit_side
+        Side of the limit that ended the flight, 1 or -1, 0 none: of a gap or slip speed, or of a force.
     end
         :class:`RunEnd`, why the run ended.
     start, system
@@ -160,6 +164,7 @@ class Run:
     rate_before: Floats
     rate_after: Floats
     end: RunEnd
+    limit_side: Codes = field(repr=False)
     _compiled: Compiled = field(repr=False)
     _y: Floats = field(repr=False)
     _mode: Codes = field(repr=False)
@@ -506,7 +511,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     Notes
     -----
     Each flight's first contact is proved, not sampled (theory.md, "First contact"). About one
-    microsecond per impact of the damper, most of it for the record; 2 to 20 for larger mechanisms.
+    microsecond per impact of the damper, most of it for the record; 2 to 20 for larger mechanisms. Before a
+    run of more than a minute a warning says how long it will take.
 
     Examples
     --------
@@ -530,7 +536,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     room = memory_of_machine() // size
     events = room if t_max < math.inf else min(events_for(mechanism, remaining), room)
     while why is RunEnd.MISSING:
-        part = compiled.kernel.simulate(at, t_max, flight_limit_of(compiled), events, remaining)
+        part, at = _record(compiled, at, remaining, t_max, events)
         parts.append(part)
         why = RunEnd(part["why"])
         if why is RunEnd.MISSING:
@@ -538,6 +544,34 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
                 break
             remaining -= int(np.isin(part["status"], COUNTED).sum())
     return assembled(system, state, compiled, first, first_mode, parts, why)
+
+
+def _record(
+    compiled: Compiled, at: Any, impacts: int, t_max: float, events: int
+) -> tuple[Any, Any]:
+    """The events from a position on, and the position after them; before a long run a warning says how long."""
+    limit = flight_limit_of(compiled)
+
+    def begun(count: int) -> tuple[Any, Any]:
+        there = at.copy()
+        return compiled.kernel.simulate(there, t_max, limit, count, impacts), there
+
+    def shares(part: Any) -> tuple[float, float]:
+        """Of the impacts and of the time; without t_max the record of so many events is full before."""
+        if part["why"] != RunEnd.EVENTS:
+            return 1.0, 1.0
+        counted = np.count_nonzero(np.isin(part["status"], COUNTED)) / impacts
+        if t_max == math.inf:
+            return max(counted, len(part["status"]) / events), 0.0
+        return counted, float(part["high"][-1]) / t_max
+
+    part, there = begun(events if events < PROBED else FIRST)
+    if part["why"] != RunEnd.EVENTS or events < PROBED:
+        return part, there
+    by_impacts, by_time = shares(part)
+    seconds = expected(events, lambda count: max(shares(begun(count)[0])))
+    Announcement(*(("t_max", t_max) if by_time > by_impacts else ("impacts", impacts))).say(seconds)
+    return begun(events)
 
 
 def assembled(
@@ -559,6 +593,7 @@ def assembled(
 
     n = compiled.mechanism.degrees
     after, side = joined("after"), joined("side")
+    mode = np.concatenate([[first_mode], joined("mode")]).astype(np.int32)
     time, low = rounded_times(joined("high"), joined("low"))
     return Run(
         system=system,
@@ -566,7 +601,7 @@ def assembled(
         time=time,
         status=joined("status"),
         contact=joined("contact"),
-        stop=np.where(side > 0, 0, np.where(side < 0, 1, -1)).astype(np.int32),
+        stop=stops_of(compiled, joined("status"), joined("contact"), side, mode),
         position=after[:, :n],
         velocity_before=joined("before")[:, n:],
         velocity_after=after[:, n:],
@@ -574,8 +609,30 @@ def assembled(
         rate_before=joined("rate_before"),
         rate_after=joined("rate_after"),
         end=why,
+        limit_side=side,
         _compiled=compiled,
         _y=np.concatenate([first[None, :], joined("y")]),
-        _mode=np.concatenate([[first_mode], joined("mode")]).astype(np.int32),
+        _mode=mode,
         _low=low,
     )
+
+
+def stops_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mode: Codes) -> Codes:
+    """The stop of each event: of the limit met, or of the soft stop that changes its state.
+
+    ``mode``: that at the start, then those after the events.
+    """
+    sides = np.array(side, dtype=np.int32)
+    first = len(compiled.mechanism.contacts)
+    changed = np.isin(status, (Status.CHANGE, Status.NON_UNIQUE))
+    for number, element in enumerate(compiled.mechanism.elements, first):
+        if (
+            isinstance(element, SoftStop)
+            and (here := np.flatnonzero(changed & (contact == number))).size
+        ):
+            states = states_of_modes(compiled, mode)[:, number]
+            known = np.array([one.side for one in SoftStopState], dtype=np.int32)
+            was, now = known[states[here]], known[states[here + 1]]
+            sides[here] = np.where(now, now, was)
+    stops: Codes = np.where(sides > 0, 0, np.where(sides < 0, 1, -1)).astype(np.int32)
+    return stops

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.progress import announce_measured
+from vibroimpact._core.progress import Announcement, announce_measured
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
@@ -29,6 +29,7 @@ from vibroimpact.simulation.simulate import (
 )
 
 CHUNK = 4096  # events of a record at a time
+AT_ONCE = 2**16  # states between two checks for an interruption
 ENDLESS = 2**40  # events: as many as there are
 
 
@@ -110,8 +111,16 @@ class Simulator:
         kernel = self.compiled.kernel
         return self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
 
-    def record(self, impacts: int) -> Impacts:
-        """Record the next impacts."""
+    def record(self, impacts: int, points: int | None = None) -> Impacts:
+        """Record the next impacts, for so many points; of a long time a warning says how long."""
+        begin = self.at
+
+        def beginning(count: int) -> None:
+            self.events(count)
+            self.at = begin
+
+        name, count = ("impacts", impacts) if points is None else ("points", points)
+        announce_measured(name, count, beginning, impacts)
         return self.impacts_of(self.events(impacts))
 
     def next_events(self, events: int) -> Any:
@@ -148,11 +157,15 @@ class Simulator:
         )
 
     def states_at(
-        self, times: Floats, since: float = 0.0, keep: list[Any] | None = None
+        self,
+        times: Floats,
+        since: float = 0.0,
+        keep: list[Any] | None = None,
+        announcement: Announcement | None = None,
     ) -> tuple[Floats, RunEnd]:
         """Advance from the start, or a time since, to the last of times in order.
 
-        The records of the kernel are added to ``keep``, if it is given.
+        The records of the kernel are added to ``keep``, if it is given. The announcement is of the whole time.
 
         Returns
         -------
@@ -168,11 +181,14 @@ class Simulator:
             start, np.zeros(1), np.array([self.at.y]), np.array([self.at.mode], np.int32)
         )
         rows = np.empty((len(times), 2 * self.compiled.mechanism.degrees))
-        done = 0
+        done, until = 0, float(times[-1])
+
+        def passed(now: float) -> None:
+            if announcement is not None:
+                announcement.after(announcement.count * (now - since) / (until - since or 1.0))
+
         while end in GOES_ON:
-            part = self._call(
-                lambda at: kernel.simulate(at, float(times[-1]), math.inf, CHUNK, CHUNK)
-            )
+            part = self._call(lambda at: kernel.simulate(at, until, math.inf, CHUNK, CHUNK))
             if keep is not None:
                 keep.append(part)
             end = _why(part)[0]
@@ -186,7 +202,11 @@ class Simulator:
                 np.append(last.mode, part["mode"][new]),
             )
             known = len(times) if whole else int(np.searchsorted(times, flights.begin[-1]))
-            rows[done:known] = flights.at(times[done:known], self.compiled.kernel)
+            for first in range(done, known, AT_ONCE):
+                these = slice(first, min(first + AT_ONCE, known))
+                rows[these] = flights.at(times[these], self.compiled.kernel)
+                passed(float(times[these][-1]))
+            passed(float(flights.begin[-1]))
             last = Flights(flights.begin[-1:], flights.low[-1:], flights.y[-1:], flights.mode[-1:])
             done = known
         return rows[:done], end

@@ -13,7 +13,8 @@ from vibroimpact.sweeps.observers.observer import Observer, Variables, reals
 class Lyapunov(Observer):
     """Largest Lyapunov exponent per unit of time, the direction of the flow (exponent 0) left out.
 
-    NaN without two events in the window; -inf where the tangent vector vanished, as at rest.
+    NaN without two events in the window; -inf where the motion no longer depends on its start, as
+    after a rest with nothing else in motion.
     """
 
     name: ClassVar[str] = "lyapunov"

@@ -13,7 +13,8 @@ from vibroimpact.sweeps.observers.observer import EXPONENT, Observer, Variables,
 class Spectrum(Observer):
     """All Lyapunov exponents per unit of time, as :class:`Lyapunov`.
 
-    In the order of the tangent vectors: the longer the window, the surer the largest is first.
+    In the order of the tangent vectors: the longer the window, the surer the largest is first. The last are
+    -inf where directions are forgotten: two for a contact that rests on its stop, one for a plastic impact.
     """
 
     name: ClassVar[str] = "spectrum"
