@@ -27,6 +27,7 @@ from vibroimpact.compile.many_systems import Compilation, Part, Values, compile_
 from vibroimpact.compile.tables import Stacks
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import RunEnd, begin, events_for
@@ -263,7 +264,7 @@ def _run_part(batch: Batch, part: int, members: Members, observers: Sequence[Obs
     raw = batch.kernels[part].run(
         system=batch.number[members.system].astype(np.int32),
         position=members.position, velocity=members.velocity,
-        phases=members.phase[:, None] * ratios,
+        phases=phases_at(members.phase[:, None], ratios),
         settle=members.settle, observe=members.observe,
         most_impacts=members.most_impacts, observers=kernel_observers(observers),
     )  # fmt: skip
