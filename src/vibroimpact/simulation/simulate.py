@@ -502,8 +502,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     Raises
     ------
     InvalidParameterError
-        A state behind a stop, wrong shapes, forcing too near an undamped resonance; without
-        ``t_max``, more impacts than memory holds.
+        A state behind a stop, wrong shapes; without ``t_max``, more impacts than memory holds.
 
     Notes
     -----

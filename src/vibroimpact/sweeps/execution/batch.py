@@ -35,8 +35,6 @@ from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import kernel_observers, results, rounds, variables_of
 
-LEFT_OUT = -1  # part of a system at resonance
-
 
 @dataclass(frozen=True, eq=False)
 class Members:
@@ -81,10 +79,9 @@ class Batch:
     mechanism
         Of ``system``; every system has as many coordinates, contacts and lines.
     omegas
-        Frequencies of the forcing lines, NaN for systems at resonance, shape (S, L).
+        Frequencies of the forcing lines, shape (S, L).
     part, number
-        Which kernel runs each system, and as which of its own, shape (S,). Systems forced at an
-        undamped resonance have none; their members end as RESONANCE.
+        Which kernel runs each system, and as which of its own, shape (S,).
     kernels, stacks
         The kernels, and the numbers of their systems.
     pace
@@ -163,8 +160,8 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
     """
     m, count = compilation.mechanism, place.stop - place.start
     sizes = m.degrees, len(m.contacts), len(m.forces)
-    part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
-    omegas, parts = np.full((count, len(m.forces)), np.nan), list[Part]()
+    part, number = np.zeros(count, dtype=np.intp), np.zeros(count, dtype=np.intp)
+    omegas, parts = np.zeros((count, len(m.forces))), list[Part]()
     for found, where in compilation.inside(place):
         if found.stacks.sizes != sizes:
             raise InvalidParameterError(
@@ -240,15 +237,14 @@ def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> 
 
 
 def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
-    """Each part of the batch runs its members; the others are left out for resonance."""
+    """Each part of the batch runs its members."""
     part, count = batch.part[members.system], len(members.system)
-    if count and np.all(part == part[0]) and part[0] != LEFT_OUT:
+    if count and np.all(part == part[0]):
         return _run_part(batch, part[0], members, observers)
     out: Arrays = {
         name: np.full((count, *output.shape), output.fill, output.dtype)
         for name, output in variables_of(observers, batch.mechanism).items()
     }
-    out["end"][:] = MemberStatus.RESONANCE
     for i in range(len(batch.kernels)):
         rows = np.flatnonzero(part == i)
         if rows.size:
@@ -298,10 +294,9 @@ def _with_modes(
 ) -> Batch | None:
     """Some of the systems with more modes; None where not every one has them."""
     try:
-        more = _again(batch, systems, codes, pace)
+        return _again(batch, systems, codes, pace)
     except InvalidParameterError:
         return None
-    return more if np.all(more.part != LEFT_OUT) else None
 
 
 def _again(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...], pace: float) -> Batch:
