@@ -55,7 +55,7 @@ def test_a_force_of_any_slowness_acts_on_a_ball_as_at_fifty_digits(phase: float)
     for omega in RATES:
         expected = impacts_of_a_free_ball(omega, phase, 8)
         run = vi.simulate(ball(omega), vi.State((1.0,), (0.0,), phase), impacts=8)
-        # a rate that costs LARGER, 2^17, of the digits: 2^-53 2^17 of the path, at speeds of some 4
+        # a rate that costs LARGER, 2^14, of the digits: 2^-53 2^14 of the path, at speeds of some 4
         np.testing.assert_allclose(run.time[run.impacts], expected, rtol=1e-10, err_msg=str(omega))
 
 

@@ -207,17 +207,11 @@ def test_a_member_whose_mode_cannot_be_compiled_ends_as_missing(
     assert out["end"][2] == MemberStatus.OK
 
 
-def test_members_of_systems_at_resonance_are_an_outcome() -> None:
+def test_members_of_systems_at_resonance_run_as_others_do() -> None:
     values = {"omega": np.array([0.7, 0.5, 1.1]), "zeta": np.array([0.0, 0.0, 0.1])}
     members = members_of([1, 0, 2, 1], [0.0, 0.0], [0.0, 0.0], 20.0)
     out = check_members(DAMPER, values, members)
-    assert out["end"].tolist() == [
-        MemberStatus.RESONANCE,
-        MemberStatus.OK,
-        MemberStatus.OK,
-        MemberStatus.RESONANCE,
-    ]
-    assert np.isnan(out["final_position"]).all(axis=1).tolist() == [True, False, False, True]
+    assert out["end"].tolist() == [MemberStatus.OK] * 4
 
 
 def test_arrays_of_several_lengths_and_mixed_mechanisms_are_refused() -> None:

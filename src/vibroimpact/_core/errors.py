@@ -28,7 +28,7 @@ class KeywordError(InvalidParameterError, TypeError):
 
 
 class ResonanceError(InvalidParameterError):
-    """Forcing at or too near an undamped resonance; in a sweep, a status of the members."""
+    """Forcing at or too near a resonance for its response to be split off the motion."""
 
 
 class BackendUnavailableError(VibroImpactError, ImportError):

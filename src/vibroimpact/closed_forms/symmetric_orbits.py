@@ -130,7 +130,7 @@ def symmetric_orbits(damper: ImpactDamper) -> tuple[SymmetricOrbit, ...]:
     Raises
     ------
     InvalidParameterError
-        Forcing too near an undamped resonance.
+        ``damper`` is not an ImpactDamper.
 
     Notes
     -----

@@ -22,7 +22,7 @@ from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.mechanism import Contact, Mechanism, stop_sizes
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
-RESONANCE_LOSS = 2.0**20  # a response larger than this times its static part loses six digits
+LARGER = 2.0**14  # times what a force moves: a response that is split off costs four digits at most
 
 
 @dataclass(frozen=True)
@@ -169,12 +169,12 @@ def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> t
         return 0.0, 0.0
     spring, dash = k - omega * omega, c * omega
     size, static = spring * spring + dash * dash, k + omega * omega
-    if size * RESONANCE_LOSS * RESONANCE_LOSS < static * static:
+    if size * LARGER * LARGER < static * static:
         natural = square_root(greatest([k, 0.0]))
         raise ResonanceError(
             f"omega = {omega}: forcing at or too near resonance with a vibration mode of "
             f"frequency {natural!r} whose damping rate is {c!r}: its response "
-            f"exceeds {RESONANCE_LOSS:.0f} times the static one and would lose more than six "
+            f"exceeds {LARGER:.0f} times the static one and would lose more than four "
             "digits. Add damping or change omega."
         )
     return (spring * sine + dash * cosine) / size, (spring * cosine - dash * sine) / size

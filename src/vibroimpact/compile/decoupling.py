@@ -44,6 +44,7 @@ class Decoupled(NamedTuple):
     positions: Matrix
     velocities: Matrix
     back: tuple[Matrix, ...]
+    balanced: Vector  # force on each block that its equilibrium, in ``rest``, has taken up
 
 
 _ONE, _NONE = [[1.0]], [[0.0]]
@@ -75,6 +76,7 @@ def decoupled(r: Reduced, form: NormalForm) -> Decoupled | None:
         k, c, a, apply([list(chain(*rows)) for rows in zip(*shapes, strict=True)], rest),
         joined(b.positions for b in blocks), joined(b.velocities for b in blocks),
         tuple(map(joined, zip(*(b.back for b in blocks), strict=True))),
+        list(chain(*(b.balanced for b in blocks))),
     )  # fmt: skip
 
 
@@ -84,7 +86,7 @@ def _columns(a: Matrix, which: list[int]) -> Matrix:
 
 def _single(k: Vector, c: Vector, a: Vector) -> Decoupled:
     """Block of an uncoupled coordinate."""
-    return Decoupled(k, c, a, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE))
+    return Decoupled(k, c, a, [0.0], _ONE, _NONE, (_ONE, _NONE, _NONE, _ONE), [0.0])
 
 
 def _coupled(r: Reduced, form: NormalForm, group: list[int], *, rotated: bool) -> Decoupled | None:
@@ -102,7 +104,8 @@ def _coupled(r: Reduced, form: NormalForm, group: list[int], *, rotated: bool) -
     down = transpose(_columns(form.shape, group))
     if _is_driven(found, apply(down, r.external), apply(linear.absolute(down), r.terms)):
         return None
-    return found._replace(rest=_rest(found, apply(down, r.constant)))
+    push = apply(down, r.constant)
+    return found._replace(rest=_rest(found, push), balanced=_forces(found, push))
 
 
 def _forces(b: Decoupled, push: Vector) -> Vector:
@@ -154,5 +157,5 @@ def _blocks(stiffness: Matrix, damping: Matrix) -> Decoupled | None:
     ways = [back[:, :, entry, of].transpose(0, 2, 1) for entry in (0, 1) for of in (0, 1)]
     return Decoupled(
         k, c, [0.0] * n, [0.0] * n,
-        matrix(found["positions"]), matrix(found["velocities"]), tuple(map(matrix, ways)),
+        matrix(found["positions"]), matrix(found["velocities"]), tuple(map(matrix, ways)), [0.0] * n,
     )  # fmt: skip

@@ -48,7 +48,7 @@ from vibroimpact.compile.modes import (
 )
 from vibroimpact.compile.pace import (
     FASTER,
-    most_by_lines,
+    most_by_forces,
     own_rate,
     paced_parts,
     paced_rate,
@@ -91,11 +91,11 @@ class Hybrid:
         self.omegas = [force.omega for force in mechanism.forces]
         self.dense = False
         modal = self._is_modal()
-        by_lines = self._most_by_lines() if modal else []
-        self.dense = not modal or pace > least(by_lines, math.inf)
+        by_forces = self._most_by_forces() if modal else []
+        self.dense = not modal or pace > least(by_forces, math.inf)
         self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
         own = own_rate([self._rate(), *self.omegas])
-        self.most_pace = least([FASTER * own, *by_lines])
+        self.most_pace = least([FASTER * own, *by_forces])
         self.rate = paced_rate(own, pace)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.kappas = [1.0] * lines if self.dense else self.omegas
@@ -185,13 +185,13 @@ class Hybrid:
         return [(self._shape(closed) or (None, None))[1] for closed in ((), *self._known())]
 
     def _is_modal(self) -> bool:
-        """Whether every mode has blocks, without negative stiffness or damping."""
+        """Whether every mode has blocks, without negative stiffness or damping, and no resonance."""
         if len(self.mechanism.contacts) > MOST and not self.proportion:
             return False
         motions = self._block_forms()
         if not all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in motions):
             return False
-        return not any(isinstance(v, Decoupled) for v in motions) or self._responds()
+        return self._responds()
 
     def _responds(self) -> bool:
         """Whether the forcing is at no resonance; at one, the full matrix serves."""
@@ -202,12 +202,14 @@ class Hybrid:
             return False
         return True
 
-    def _most_by_lines(self) -> list[float]:
-        """Paces up to which the responses to the lines are split off."""
+    def _most_by_forces(self) -> list[float]:
+        """Paces up to which the responses to forces are split off."""
         reduced, motion = self._shape(()) or (None, None)
         assert reduced is not None  # the free mode has blocks, being modal
         assert motion is not None
-        return most_by_lines(_blocks(reduced, motion), self.omegas)
+        balanced = motion.balanced if isinstance(motion, Decoupled) else ()
+        held = [k for k, force in zip(motion.k, balanced, strict=False) if k > 0.0 and force != 0.0]
+        return most_by_forces(_blocks(reduced, motion), self.omegas, held)
 
     def _rate(self) -> float:
         """Upper estimate of the fastest rate of the mechanical part."""

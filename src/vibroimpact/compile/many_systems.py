@@ -7,8 +7,7 @@ Method      The system is built once with a column (columns.py) for each paramet
             splitting). Where the code of a system cannot compute with columns, or one system is
             refused, each is compiled alone.
 Accuracy    Every array has the same bits as if each system was compiled alone.
-Fails       A system that is refused alone is refused here; the message gives its parameters. One
-            that is forced at resonance is left out: a grid may contain it by chance.
+Fails       A system that is refused alone is refused here; the message gives its parameters
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.columns import Column, Split
-from vibroimpact._core.errors import InvalidParameterError, ResonanceError, VibroImpactError
+from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.hybrid import hybrid_of
 from vibroimpact.compile.tables import Stacks, joined, stacks_of
@@ -98,15 +97,13 @@ class Compilation:
 
     def _alone(self, place: slice) -> Iterator[tuple[Rows, Stacks]]:
         for k in self.apart[_inside(self.apart, place)]:
-            alone = _alone(self.system, self.values, k, self.codes, self.pace)
-            if alone:
-                yield np.array([k]), alone
+            yield np.array([k]), _alone(self.system, self.values, k, self.codes, self.pace)
 
 
 def compile_together(
     system: System, values: Values, codes: tuple[int, ...] = (), pace: float = 0.0
 ) -> Compilation:
-    """Compile every system but those at resonance.
+    """Compile every system.
 
     Parameters
     ----------
@@ -127,8 +124,6 @@ def compile_together(
         systems = pending.pop()
         try:
             stacks = _together(system, values, systems, codes, pace)
-        except ResonanceError:
-            continue
         except Split as split:
             pending += [systems[~split.mask], systems[split.mask]]
             continue
@@ -212,8 +207,6 @@ def _together(
             if mechanism is None:
                 return None
             return stacks_of(hybrid_of(mechanism, pace), grid, codes)
-    except ResonanceError:
-        raise
     except Split as split:
         raise Split(np.broadcast_to(split.mask, grid).ravel()) from None
     except (VibroImpactError, ArithmeticError):  # refused: each is compiled alone
@@ -228,16 +221,12 @@ def _built(system: System, columns: dict[str, Column]) -> Mechanism | None:
         return None
 
 
-def _alone(
-    system: System, values: Values, k: int, codes: Sequence[int], pace: float
-) -> Stacks | None:
-    """One system compiled alone; None at resonance."""
+def _alone(system: System, values: Values, k: int, codes: Sequence[int], pace: float) -> Stacks:
+    """One system compiled alone."""
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
         mechanism = mechanism_of(with_parameters(system, numbers))
         return stacks_of(hybrid_of(mechanism, pace), (1,), codes)
-    except ResonanceError:
-        return None
     except Exception as error:
         what = str(error) if isinstance(error, InvalidParameterError) else repr(error)
         raise InvalidParameterError(with_values(what, numbers)) from error

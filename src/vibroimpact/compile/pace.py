@@ -9,9 +9,11 @@ Method      A machine says how fast it moves by the rates of its vibrations, das
 
                 p^2 > LARGER |k - omega^2 + i c omega|,                                     (1)
 
-            k and c those of a block that it pushes: the start would be lost in its rounding. Then the
-            flow is written without blocks.
-Accuracy    a particular motion costs the digits of LARGER, five; velocities v / rate those of FASTER, three
+            k and c those of a block that it pushes: the start would be lost in its rounding. A constant
+            force that is split off as an equilibrium, as damping that is not classical needs it, is one of
+            omega = 0. Then the flow is written without blocks; so it is where rates of the machine's own,
+            k + omega^2 for p^2, find the response too large: next to a resonance.
+Accuracy    a particular motion costs the digits of LARGER, four; velocities v / rate those of FASTER, three
 Reference   theory.md, "Flight"
 """
 
@@ -26,13 +28,12 @@ from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.scalars import above, choose, greatest, square_root
 from vibroimpact._core.types import Floats, Rows
-from vibroimpact.compile.coordinates import Blocks
+from vibroimpact.compile.coordinates import LARGER, Blocks
 from vibroimpact.compile.modes import FASTEST, SLOWEST
 from vibroimpact.model.elements import Friction
 from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, with_mass
 
 FASTER = 2.0**10
-LARGER = 2.0**17
 
 
 def paced_parts(m: Mechanism) -> list[list[Any]]:
@@ -96,9 +97,9 @@ def paces_of(
     return _kernel.pace(parts, most, which, position, velocity, counted, SLOWEST, FASTEST)
 
 
-def most_by_lines(blocks: Blocks, omegas: list[float]) -> list[float]:
-    """(1) for p, of every block that a line pushes."""
-    found = []
+def most_by_forces(blocks: Blocks, omegas: list[float], stiffnesses: list[float]) -> list[float]:
+    """(1) for p, of every block that a line pushes, and of those of which an equilibrium was split off."""
+    found = [square_root(LARGER * k) for k in stiffnesses]
     for omega, pushes in zip(omegas, blocks.pushes, strict=True):
         for j, (k, c) in enumerate(zip(blocks.k, blocks.c, strict=True)):
             if any(x != 0.0 for row in pushes[2 * j : 2 * j + 2] for x in row):

@@ -26,6 +26,7 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.sliding import GivenSystem
 from vibroimpact.compile.units import units_of
 from vibroimpact.model.hybrid_system import HybridSystem
+from vibroimpact.model.phases import phases_at
 from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
 
 if TYPE_CHECKING:
@@ -232,7 +233,7 @@ def _states(rows: Floats, n: int) -> Floats:
 def _start(given: GivenSystem, mode: str, y: Floats, phase: float) -> Any:
     whole, omegas = np.zeros(2 * given.pairs), given.system.omegas
     whole[: given.n] = y
-    phases = [phase * (w / omegas[0]) for w in omegas]
+    phases = phases_at(phase, np.array([w / omegas[0] for w in omegas])).tolist()
     at = given.kernel.start(whole[::2].tolist(), whole[1::2].tolist(), phases)["at"]
     at.mode = at.states = given.code(mode)
     given.kernel.settle(at)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +34,7 @@ from vibroimpact.model.mechanism import (
     element_labels,
     kinds_of_states,
 )
+from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 
@@ -359,7 +360,8 @@ def first_phases(phases: Floats) -> Floats:
 
 def phases_of(mechanism: Mechanism, phase: float) -> list[float]:
     """Phases of all forcing lines when the first has this one."""
-    return [phase * (force.omega / mechanism.omega) for force in mechanism.forces]
+    ratios = np.array([force.omega / mechanism.omega for force in mechanism.forces])
+    return cast(list[float], phases_at(phase, ratios).tolist())
 
 
 class Flights(NamedTuple):
@@ -505,8 +507,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     Raises
     ------
     InvalidParameterError
-        A state behind a stop, wrong shapes, forcing too near an undamped resonance; without
-        ``t_max``, more impacts than memory holds.
+        A state behind a stop, wrong shapes; without ``t_max``, more impacts than memory holds.
 
     Notes
     -----

@@ -19,7 +19,6 @@ class MemberStatus(IntEnum):
     MISSING = 4
     INITIAL_PENETRATION = 5
     INTERRUPTED = 6
-    RESONANCE = 7  #: resonance of the system: not run
     DIVERGED = 8
     STEPS = 9
 
@@ -34,6 +33,5 @@ _SENTENCES = {
     MemberStatus.MAX_IMPACTS: "most_impacts was reached, or four times as many events, before the window ended",
     MemberStatus.MISSING: "a set of closed contacts could not be compiled",
     MemberStatus.INITIAL_PENETRATION: "the start lies behind a stop",
-    MemberStatus.RESONANCE: "its system is forced at or too near an undamped resonance: not run",
 }
 _SENTENCES |= {end: RunEnd[end.name].sentence for end in MemberStatus if end not in _SENTENCES}

@@ -27,14 +27,13 @@ from vibroimpact.compile.many_systems import Compilation, Part, Values, compile_
 from vibroimpact.compile.tables import Stacks
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import RunEnd, begin, events_for
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import kernel_observers, results, rounds, variables_of
-
-LEFT_OUT = -1  # part of a system at resonance
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +79,9 @@ class Batch:
     mechanism
         Of ``system``; every system has as many coordinates, contacts and lines.
     omegas
-        Frequencies of the forcing lines, NaN for systems at resonance, shape (S, L).
+        Frequencies of the forcing lines, shape (S, L).
     part, number
-        Which kernel runs each system, and as which of its own, shape (S,). Systems forced at an
-        undamped resonance have none; their members end as RESONANCE.
+        Which kernel runs each system, and as which of its own, shape (S,).
     kernels, stacks
         The kernels, and the numbers of their systems.
     pace
@@ -162,8 +160,8 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
     """
     m, count = compilation.mechanism, place.stop - place.start
     sizes = m.degrees, len(m.contacts), len(m.forces)
-    part, number = np.full(count, LEFT_OUT), np.zeros(count, dtype=np.intp)
-    omegas, parts = np.full((count, len(m.forces)), np.nan), list[Part]()
+    part, number = np.zeros(count, dtype=np.intp), np.zeros(count, dtype=np.intp)
+    omegas, parts = np.zeros((count, len(m.forces))), list[Part]()
     for found, where in compilation.inside(place):
         if found.stacks.sizes != sizes:
             raise InvalidParameterError(
@@ -239,15 +237,14 @@ def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> 
 
 
 def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
-    """Each part of the batch runs its members; the others are left out for resonance."""
+    """Each part of the batch runs its members."""
     part, count = batch.part[members.system], len(members.system)
-    if count and np.all(part == part[0]) and part[0] != LEFT_OUT:
+    if count and np.all(part == part[0]):
         return _run_part(batch, part[0], members, observers)
     out: Arrays = {
         name: np.full((count, *output.shape), output.fill, output.dtype)
         for name, output in variables_of(observers, batch.mechanism).items()
     }
-    out["end"][:] = MemberStatus.RESONANCE
     for i in range(len(batch.kernels)):
         rows = np.flatnonzero(part == i)
         if rows.size:
@@ -263,7 +260,7 @@ def _run_part(batch: Batch, part: int, members: Members, observers: Sequence[Obs
     raw = batch.kernels[part].run(
         system=batch.number[members.system].astype(np.int32),
         position=members.position, velocity=members.velocity,
-        phases=members.phase[:, None] * ratios,
+        phases=phases_at(members.phase[:, None], ratios),
         settle=members.settle, observe=members.observe,
         most_impacts=members.most_impacts, observers=kernel_observers(observers),
     )  # fmt: skip
@@ -297,10 +294,9 @@ def _with_modes(
 ) -> Batch | None:
     """Some of the systems with more modes; None where not every one has them."""
     try:
-        more = _again(batch, systems, codes, pace)
+        return _again(batch, systems, codes, pace)
     except InvalidParameterError:
         return None
-    return more if np.all(more.part != LEFT_OUT) else None
 
 
 def _again(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...], pace: float) -> Batch:

@@ -178,4 +178,5 @@ def _next(work: _Work, systems: Rows, states: States, out: Arrays) -> States:
 
 def _ran(out: Arrays) -> NDArray[np.bool_]:
     """Which members moved at all."""
-    return ~np.isin(out["end"], (MemberStatus.INITIAL_PENETRATION, MemberStatus.RESONANCE))
+    ran: NDArray[np.bool_] = out["end"] != MemberStatus.INITIAL_PENETRATION
+    return ran

@@ -1,0 +1,50 @@
+"""Phases of forcing lines as the kernel takes them: any finite ones.
+
+The kernel's sine and cosine are for |theta| <= 2^20. A State takes any phase; runs whose lines have no common
+period go on counting it, and that of a line is the frequency's ratio to the first times as large. Larger ones
+are taken back by whole turns, exactly: theta is a whole number of 2^-n, and so is 2 pi, but for 2^-60 in the
+largest multiple that a double can hold.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+
+from vibroimpact._core.types import Floats
+
+LARGEST = 2.0**20  # the range of sincos, numeric/math.hpp
+BITS = 1024 + 64  # of 2 pi: the largest double has not 2^1024 turns
+
+
+def phases_at(first: Floats | float, ratios: Floats) -> Floats:
+    """Phases of lines when the first has this one, by the ratios of their frequencies to that of the first."""
+    phases = np.asarray(first * ratios, dtype=float)
+    large = (np.abs(phases) > LARGEST) & np.isfinite(phases)
+    if np.any(large):
+        phases[large] = [_taken_back(x) for x in phases[large].tolist()]
+    return phases
+
+
+def _taken_back(phase: float) -> float:
+    """The phase less the nearest whole number of turns, rounded once."""
+    turn = _turn()
+    return float(Fraction(phase) - round(Fraction(phase) / turn) * turn)
+
+
+@cache
+def _turn() -> Fraction:
+    """2 pi to BITS: Machin's pi / 4 = 4 arctan(1/5) - arctan(1/239)."""
+    one = 1 << (BITS + 16)
+
+    def arctan_of_inverse(n: int) -> int:
+        power = total = one // n
+        for k in range(3, BITS + 18, 2):
+            power = -power // (n * n)
+            total += power // k
+        return total
+
+    quarter = 4 * arctan_of_inverse(5) - arctan_of_inverse(239)
+    return Fraction(8 * quarter, one)
