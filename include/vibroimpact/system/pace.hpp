@@ -10,6 +10,7 @@
 //             p T > 2^17: then forces have moved it far beyond l, of which every place counts here.
 //             Without any, l is at least s^2 / 2 a; a stop may also be met once, at s / l, where no step
 //             need be shorter than T / 2^10; and p is at most 2^17 / T.                      (2)
+//             Rates of 2^-40 of that are none: no motion notices them.                       (3)
 //             Rounded down to a power of two, within the range of rates that can be searched.
 // Accuracy    rounded to a power of two: other units of length and time, powers of two, move no digit
 // Fails       zero where the machine's own rates serve, nothing is met, or no length is known
@@ -27,7 +28,7 @@ struct paced_part {
     double pull, belt;
 };
 
-inline constexpr double paces_of_run = 0x1p17, steps_of_run = 0x1p10;
+inline constexpr double paces_of_run = 0x1p17, steps_of_run = 0x1p10, noticed = 0x1p-40;
 
 // The largest numbers of the parts that are known.
 struct paces {
@@ -47,6 +48,11 @@ struct paces {
         length = max(length, both ? between : max(way_to(part.lower, u), way_to(part.upper, u)));
     }
 
+    // Of a machine with this rate of its own; `counted` is the length of the run where it counts.
+    VI_HD double beside(double own, double size, double run, double counted) const {
+        const double p = alone(run); // (3)
+        return own <= noticed * p ? p : own > 0.0 ? beside_rates(size, counted) : 0.0;
+    }
     // Of a machine with rates of its own, (1); `size` is the largest |x_j|.
     VI_HD double beside_rates(double size, double run) const {
         const double l = max(length, size), p = l > 0.0 ? again(l) : 0.0;

@@ -64,19 +64,15 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
     return out
 
 
-def own_rate(rates: list[float]) -> float:
-    """The fastest rate of a machine; zero where it is no more than SLOWEST, which no motion notices."""
-    fastest = greatest(rates)
-    return choose(above(SLOWEST, fastest), 0.0, fastest)
-
-
 def paced_rate(own: float, pace: float) -> float:
     """The rate that sets the step of the search, of a machine with this rate of its own."""
-    return choose(above(pace, FASTER * own), pace, own) or 1.0
+    found = choose(above(pace, FASTER * own), pace, own)
+    return choose(above(found, 0.0), greatest([found, SLOWEST]), 1.0)
 
 
 def paces_of(
     parts: Floats,
+    own: Floats,
     most: Floats,
     system: Rows,
     position: Floats,
@@ -87,13 +83,14 @@ def paces_of(
 ) -> Floats:
     """Paces of N motions from their starts in runs of these lengths, zero where own rates serve.
 
-    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which own rates serve (S,). What states
-    elements take is decided relative to the pace: there the length of the run counts. Rigid machines
-    may be moved far beyond where they started.
+    ``parts`` of S systems have shape (S, P, n + 4), their fastest rates ``own`` and the paces ``most`` up to which
+    these serve (S,). What states elements take is decided relative to the pace: there the length of the run
+    counts. Rigid machines may be moved far beyond where they started.
     """
-    counted = run if elements else np.where(most[system] > 0.0, 0.0, run)
     which = system.astype(np.int32)
-    return _kernel.pace(parts, most, which, position, velocity, counted, SLOWEST, FASTEST)
+    return _kernel.pace(
+        parts, own, most, which, position, velocity, run, elements, SLOWEST, FASTEST
+    )
 
 
 def most_by_lines(blocks: Blocks, omegas: list[float]) -> list[float]:

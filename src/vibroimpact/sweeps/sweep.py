@@ -263,7 +263,8 @@ def _fastest_pace(mechanism: Mechanism, starts: Starts) -> float:
     parts = np.array(paced_parts(mechanism)).reshape(1, -1, mechanism.degrees + 4)
     one = np.zeros(len(states.phase), dtype=np.intp)
     endless = np.full(len(one), math.inf)
-    found = paces_of(parts, np.zeros(1), one, states.position, states.velocity, endless)
+    none = np.zeros(1)
+    found = paces_of(parts, none, none, one, states.position, states.velocity, endless)
     return float(found.max())
 
 
