@@ -188,7 +188,7 @@ def pace(parts: numpy.typing.NDArray[numpy.float64], own: numpy.typing.NDArray[n
     """
     Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where it meets nothing.
 
-    parts, (S, P, n + 4), has for each system and part: row, lower, upper, largest pull, speed of the belt;
+    parts, (S, P, n + 5), has for each system and part: row, lower, upper, largest pull, that of lines, speed of the belt;
     own, (S), fastest rates of the systems; most, (S), paces up to which they serve; system, (N), position and velocity, (N, n). It is within slowest and fastest.
     """
 

@@ -295,9 +295,9 @@ class Compiled:
 
     @cached_property
     def _paced(self) -> Floats:
-        """Parts of the machine for the pace of its motions, shape (1, P, n + 4)."""
+        """Parts of the machine for the pace of its motions, shape (1, P, n + 5)."""
         n = self.mechanism.degrees
-        return np.array(paced_parts(self.mechanism), dtype=float).reshape(1, -1, n + 4)
+        return np.array(paced_parts(self.mechanism), dtype=float).reshape(1, -1, n + 5)
 
     def pace_of(self, start: State, run: float) -> float:
         """The pace of a run of some length from a start; zero where own rates serve, or it is refused later."""

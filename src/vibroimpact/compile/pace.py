@@ -36,7 +36,7 @@ LARGER = 2.0**17
 
 
 def paced_parts(m: Mechanism) -> list[list[Any]]:
-    """Row, lower, upper, pull and belt speed of every stop and friction, as the kernel takes them.
+    """Row, lower, upper, pull, that of lines and belt speed of every stop and friction, as the kernel takes them.
 
     The pull is the largest acceleration along the row of a stop by constant and harmonic forces, and along
     that of friction by friction alone.
@@ -50,7 +50,9 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
         if not isinstance(part, (*STOP_KINDS, Friction)):
             continue
         row = [part.row[i] for i in heavy]
-        pull = sum(abs(linear.dot(row, lift)) for lift in lifts)
+        still, *driving = (abs(linear.dot(row, lift)) for lift in lifts)
+        lines = sum(driving)
+        pull = still + lines
         lower, upper, belt = -math.inf, math.inf, 0.0
         if isinstance(part, Friction):
             belt = part.belt_speed
@@ -58,9 +60,10 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
             (push,) = linear.transpose(solve([[x] for x in row]))
             # where a force pushes, too, it is this that says how far
             pull = choose(above(pull, 0.0), 0.0, level * linear.dot(row, push))
+            lines = 0.0
         else:
             lower, upper = part.lower, part.upper
-        out.append([*part.row, lower, upper, pull, belt])
+        out.append([*part.row, lower, upper, pull, lines, belt])
     return out
 
 
@@ -83,7 +86,7 @@ def paces_of(
 ) -> Floats:
     """Paces of N motions from their starts in runs of these lengths, zero where own rates serve.
 
-    ``parts`` of S systems have shape (S, P, n + 4), their fastest rates ``own`` and the paces ``most`` up to which
+    ``parts`` of S systems have shape (S, P, n + 5), their fastest rates ``own`` and the paces ``most`` up to which
     these serve (S,). What states elements take is decided relative to the pace: there the length of the run
     counts. Rigid machines may be moved far beyond where they started.
     """

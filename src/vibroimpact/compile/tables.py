@@ -180,7 +180,7 @@ def stacks_of(
     }
     parts = paced_parts(m)
     pace = {
-        "parts": stack(parts, len(parts), m.degrees + 4),
+        "parts": stack(parts, len(parts), m.degrees + 5),
         "own": stack(hybrid.own),
         "most": stack(hybrid.most_pace),
     }
