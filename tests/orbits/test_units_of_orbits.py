@@ -178,6 +178,7 @@ def test_responses_have_the_same_bits_in_units_of_powers_of_two(
     for a, b in zip(one.curves, other.curves, strict=True):
         assert np.array_equal(a.parameter / time, b.parameter)
         assert np.array_equal(a.value * length, b.value)
+        assert np.array_equal(a.derivative * (length * time), b.derivative, equal_nan=True)
         assert [mark.label for mark in a.marks] == [mark.label for mark in b.marks]
     for many, there in zip(one.answers, other.answers, strict=True):
         assert [(a.motion, a.members, a.value * length) for a in many] == [
