@@ -105,7 +105,7 @@ bool turns_at(const char* name, double margin, const Clear& clear) {
 
 // The size beyond which a state has diverged, and a clearance that rounding just leaves.
 bool states_diverge_where_they_are_said_to() {
-    const machine s(0.0, -1.0, 1e300);
+    const machine s(0.0, -1.0, vi::infinity());
     const auto diverged = [](const machine& at, double q) {
         return vi::has_diverged(at.free, state{{q, 0.0}});
     };

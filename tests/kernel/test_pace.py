@@ -106,3 +106,23 @@ def test_members_of_a_sweep_have_the_bits_of_their_runs_at_any_pace() -> None:
     for height, place in zip(heights, found.final_position.values.ravel(), strict=True):
         run = vi.simulate(m, vi.State((height,), (0.0,)), t_max=2.0, impacts=10**6)
         assert place == run.position[-1, 0]
+
+
+@pytest.mark.parametrize("near", [1e-12, 1e-20, 2.4e-26, 1e-60, 1e-300])
+@pytest.mark.parametrize("speed", [0.0, -0.86])
+@pytest.mark.parametrize("soft", [False, True])
+def test_a_start_next_to_a_stop_moves_as_one_on_it(near: float, speed: float, soft: bool) -> None:
+    """What is left of a start of rounding's size is no length of the machine."""
+    stop = (
+        {"elements": (vi.SoftStop((1.0,), upper=0.0, stiffness=20.0, damping=0.1),)} if soft
+        else {"contacts": (vi.Contact((1.0,), upper=0.0, restitution=0.7),)}
+    )  # fmt: skip
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(4.0, (1.0,)),), **stop
+    )
+    # the force pulls it away at first
+    runs = [vi.simulate(m, vi.State((-x,), (speed,), 4.0), impacts=20) for x in (0.0, near)]
+    there = [run.time[run.impacts][-10:] for run in runs]
+    np.testing.assert_allclose(there[1], there[0], rtol=1e-9)
+    behind = vi.simulate(m, vi.State((2.4e-26,), (speed - 0.1,), 4.0), impacts=20)
+    assert behind.impacts.sum() == 20

@@ -17,7 +17,7 @@ from vibroimpact.orbits.search_result import MotionEnd
 from vibroimpact.simulation.simulate import RunEnd, Status
 from vibroimpact.sweeps.member_status import MemberStatus
 
-LARGEST = 2.0**256  # coordinates beyond it have diverged
+LARGEST = 2.0**256  # coordinates beyond it, in the machine's unit, have diverged
 
 
 def one_body(

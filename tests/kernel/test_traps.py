@@ -101,7 +101,7 @@ def test_dense_output_holds_in_flights_of_a_million_radians() -> None:
 
 def test_rates_that_doubles_cannot_carry_are_refused() -> None:
     damper = vi.ImpactDamper(
-        mass_ratio=0.1, omega_n=1e14, zeta=0.02, restitution=0.8, half_clearance=1.0, omega=1e14
+        mass_ratio=0.1, omega_n=1e40, zeta=0.02, restitution=0.8, half_clearance=1.0, omega=1e40
     )
     with pytest.raises(vi.InvalidParameterError, match="fastest rate"):
         vi.simulate(damper, vi.State((0.0, 0.0), (0.0, 0.0)), impacts=1)

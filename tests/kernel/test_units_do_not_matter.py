@@ -101,8 +101,8 @@ def apart_in_bits(run: vi.Run, other: vi.Run, length: float, time: float) -> str
 def test_units_that_are_powers_of_two_change_no_bit(kind: str, first: int, last: int) -> None:
     wrong = []
     for seed, rng, m, state, t_max in cases(kind, first, last):
-        # rates up to 2^8 stay below 10^12
-        length, time, mass = (2.0 ** int(rng.integers(-k, k + 1)) for k in (40, 31, 40))
+        # rates up to 2^8 stay below 2^108
+        length, time, mass = (2.0 ** int(rng.integers(-k, k + 1)) for k in (90, 96, 90))
         if seed % 3 != 2:  # one unit alone tells which
             alone = seed // 3 % 3
             length, time, mass = (
@@ -114,6 +114,53 @@ def test_units_that_are_powers_of_two_change_no_bit(kind: str, first: int, last:
         if what := apart_in_bits(run, other, length, time):
             wrong.append(f"seed {seed}, mass 2^{math.log2(mass):.0f}, {what}")
     assert not wrong, f"{len(wrong)} of {last - first}:\n" + "\n".join(wrong)
+
+
+@pytest.mark.parametrize("time", [2.0**-100, 2.0**-40, 2.0**40, 2.0**100])
+@pytest.mark.parametrize("what", ["springs", "dashpots that couple", "elements"])
+def test_any_unit_of_time_serves(what: str, time: float) -> None:
+    elements = (vi.SoftStop((1.0, -0.5), upper=0.3, stiffness=9.0, damping=0.3, law="limited"),
+                vi.Friction((0.0, 1.0), 0.1))  # fmt: skip
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.6]],
+        damping=[[0.12, -0.02], [-0.02, 0.03]] if what != "springs" else np.zeros((2, 2)),
+        stiffness=[[2.0, -0.8], [-0.8, 1.2]], forces=(vi.Harmonic(0.8, (1.0, 0.3)),),
+        contacts=(vi.Contact((0.0, 1.0), -0.5, 0.5, 0.7),),
+        elements=elements if what == "elements" else (),
+    )  # fmt: skip
+    start = vi.State((0.1, 0.0), (0.3, -0.2), 0.4)
+    run = vi.simulate(m, start, impacts=200)
+    other = vi.simulate(scaled(m, time=time), scaled(start, time=time), impacts=200)
+    assert len(run) >= 200
+    assert not apart_in_bits(run, other, 1.0, time)
+
+
+@pytest.mark.parametrize("omega", [2e12 * math.pi, 1e15, 1e-15, 1e-25])
+@pytest.mark.parametrize("soft", [False, True])
+def test_an_oscillator_of_any_frequency_meets_its_stop_when_its_cosine_does(
+    omega: float, soft: bool
+) -> None:
+    elements = (vi.SoftStop((1.0,), upper=9.0, stiffness=1.0),) if soft else ()  # never met
+    m = vi.Mechanism(
+        mass=[[1.0 / omega**2]], damping=[[0.0]], stiffness=[[1.0]], elements=elements,
+        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=1.0),),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((1.0,), (0.0,)), impacts=3)
+    third = 2.0 * math.pi / 3.0  # to the stop, and from it over the top back to it
+    assert run.time[:3] * omega == pytest.approx([third, 3.0 * third, 5.0 * third], rel=1e-14)
+
+
+@pytest.mark.parametrize("length", [2.0**-90, 2.0**90, 2.0**200])
+@pytest.mark.parametrize("far", [2.0**200, 2.0**257])
+def test_how_far_is_too_far_is_counted_from_the_stops(far: float, length: float) -> None:
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
+        contacts=(vi.Contact((1.0,), lower=-1.0, restitution=0.5),),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((far,), (0.0,)), impacts=3)
+    assert (run.end is vi.RunEnd.DIVERGED) == (far > 2.0**256)
+    other = vi.simulate(scaled(m, length), vi.State((far * length,), (0.0,)), impacts=3)
+    assert not apart_in_bits(run, other, length, 1.0)
 
 
 # ---- to rounding ------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -29,26 +30,40 @@ class Pair(NamedTuple):
 
     here: tuple[vi.Mechanism, vi.State]
     there: tuple[vi.Mechanism, vi.State]
-    length: float
-    time: float
+    units: tuple[float, float, float]
+
+    def unit(self, length: int = 0, time: int = 0, mass: int = 0) -> float:
+        """Unit of a quantity of this dimension."""
+        return math.prod(u**d for u, d in zip(self.units, (length, time, mass), strict=True))
 
     def both(self, found: Callable[[vi.Mechanism, vi.State, float], Any]) -> tuple[Any, Any]:
         """What is found for both; the last argument is the unit of time."""
-        return found(*self.here, 1.0), found(*self.there, self.time)
+        return found(*self.here, 1.0), found(*self.there, self.units[1])
 
-    def same(self, one: Any, other: Any, length: int = 0, time: int = 0) -> None:
+    def same(self, one: Any, other: Any, length: int = 0, time: int = 0, mass: int = 0) -> None:
         """Check that numbers of such a dimension have the same bits."""
-        np.testing.assert_array_equal(np.array(one) * self.length**length * self.time**time, other)
+        np.testing.assert_array_equal(np.array(one) * self.unit(length, time, mass), other)
+
+
+def pair_of(kind: str, units: tuple[float, float, float]) -> Pair:
+    if kind == "damper":
+        damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
+                                 half_clearance=5.0, omega=1.0)  # fmt: skip
+        m, start = damper.mechanism, vi.symmetric_orbits(damper)[0].state
+    else:
+        m, start = vi.Mechanism(
+            mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.8, (1.0,)),),
+            elements=PARTS[kind],
+        ), START  # fmt: skip
+    return Pair((m, start), (scaled(m, *units), scaled(start, *units)), units)
+
+
+IN_UNITS = pytest.mark.parametrize("units", UNITS, ids=str)
 
 
 @pytest.fixture(params=itertools.product(PARTS, UNITS), ids=str)
 def pair(request: pytest.FixtureRequest) -> Pair:
-    kind, units = request.param
-    m = vi.Mechanism(
-        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.8, (1.0,)),),
-        elements=PARTS[kind],
-    )  # fmt: skip
-    return Pair((m, START), (scaled(m, *units), scaled(START, *units)), *units[:2])
+    return pair_of(*request.param)
 
 
 def test_sections_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
@@ -66,14 +81,128 @@ def test_orbits_and_multipliers_have_the_same_bits_in_units_of_powers_of_two(pai
     pair.same(one.state.velocity, other.state.velocity, length=1, time=-1)
 
 
-def test_branches_have_the_same_special_points_in_any_units(pair: Pair) -> None:
-    def special(m: vi.Mechanism, s: vi.State, unit: float) -> list[tuple[str, float]]:
-        branch = vi.continue_orbit(vi.find_orbit(m, s), "omega", (0.7 / unit, 0.84 / unit))
-        return [(p.label, p.parameter * unit) for p in branch.special_points]
+Dimension = tuple[int, int, int]  # of length, time, mass
+FREQUENCY, LENGTH, PURE, FORCE = (0, -1, 0), (1, 0, 0), (0, 0, 0), (1, -2, 1)
+BRANCHES: dict[
+    str, tuple[str, str, Dimension, tuple[float, float]]
+] = {  # machine, parameter, its dimension, range
+    "frequency, rigid": ("rigid", "omega", FREQUENCY, (0.7, 0.84)),
+    "clearance, rigid": ("rigid", "contacts[0].upper", LENGTH, (0.3, 0.7)),
+    "restitution, rigid": ("rigid", "contacts[0].restitution", PURE, (0.5, 0.9)),
+    "amplitude, rigid": ("rigid", "forces[0].sine[0]", FORCE, (0.8, 1.2)),
+    "frequency, damper": ("damper", "omega", FREQUENCY, (0.9, 1.0)),
+    "restitution, damper": ("damper", "contacts[0].restitution", PURE, (0.6, 0.9)),
+    "frequency, soft": ("soft", "omega", FREQUENCY, (0.7, 0.84)),
+    "clearance, soft": ("soft", "elements[0].upper", LENGTH, (0.3, 0.7)),
+    "frequency, friction": ("friction", "omega", FREQUENCY, (0.7, 0.84)),
+    "clearance, friction": ("friction", "elements[0].upper", LENGTH, (0.3, 0.7)),
+}
 
-    one, other = pair.both(special)
-    assert [label for label, _ in one] == [label for label, _ in other]
-    np.testing.assert_allclose([p for _, p in one], [p for _, p in other], rtol=1e-9)
+
+def same_but_for_a_power_of_two(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether numbers are the same in units that differ by one: a test function has the unit of its guard."""
+    (m, e), (n, f) = np.frexp(one), np.frexp(other)
+    shifts = (f - e)[(m != 0.0) & np.isfinite(m)]
+    return np.array_equal(m, n, equal_nan=True) and (not shifts.size or np.ptp(shifts) == 0)
+
+
+def same_curves(one: Any, other: Any) -> None:
+    pair_of_curves = one.curve, other.curve
+    for name in ("arclength", "residual"):
+        np.testing.assert_array_equal(*(getattr(curve, name) for curve in pair_of_curves))
+    for name, f in one.curve.tests.items():
+        assert same_but_for_a_power_of_two(f, other.curve.tests[name]), name
+    np.testing.assert_array_equal(one.multipliers, other.multipliers)
+
+
+@IN_UNITS
+@pytest.mark.parametrize("case", BRANCHES)
+def test_branches_have_the_same_bits_in_units_of_powers_of_two(
+    case: str, units: tuple[float, float, float]
+) -> None:
+    kind, parameter, dimension, bounds = BRANCHES[case]
+    pair = pair_of(kind, units)
+    orbits = pair.both(lambda m, s, _: vi.find_orbit(m, s))
+    ends = (1.0, pair.unit(*dimension))
+    one, other = (
+        vi.continue_orbit(orbit, parameter, tuple(end * unit for end in bounds))
+        for orbit, unit in zip(orbits, ends, strict=True)
+    )
+    same_curves(one, other)
+    pair.same(one.values, other.values, *dimension)
+    pair.same(one.impact_speed, other.impact_speed, length=1, time=-1)
+    for name in ("stable", "admissible"):
+        pair.same(getattr(one, name), getattr(other, name))
+    for p, q in zip(one.special_points, other.special_points, strict=True):
+        assert p.label == q.label
+        pair.same((p.parameter, p.error), (q.parameter, q.error), *dimension)
+        pair.same(p.orbit.multipliers, q.orbit.multipliers)
+    reasons = ([str(end.reason) for end in branch.curve.ends] for branch in (one, other))
+    assert next(reasons) == next(reasons)
+
+
+CURVES: dict[str, tuple[str, tuple[float, float], str, str, Dimension, tuple[float, float]]] = {
+    # machine, range of its branch, point, second parameter, its dimension and range
+    "SN": ("rigid", (0.7, 0.84), "SN1", "contacts[0].upper", LENGTH, (0.3, 0.7)),
+    "PD": ("rigid", (0.7, 0.84), "PD1", "forces[0].sine[0]", FORCE, (0.8, 1.2)),
+    "ZERO": ("rigid", (0.7, 0.84), "ZERO1", "contacts[0].upper", LENGTH, (0.3, 0.7)),
+    "NS": ("damper", (0.9, 1.0), "NS1", "contacts[0].restitution", PURE, (0.7, 0.9)),
+    "GR": ("soft", (0.7, 0.84), "GR1", "damping[0][0]", (0, -1, 1), (0.05, 0.2)),
+}
+
+
+@pytest.mark.slow
+@IN_UNITS
+@pytest.mark.parametrize("case", CURVES)
+def test_curves_of_bifurcations_have_the_same_bits_in_units_of_powers_of_two(
+    case: str, units: tuple[float, float, float]
+) -> None:
+    kind, (low, high), label, second, dimension, (least, most) = CURVES[case]
+    pair = pair_of(kind, units)
+
+    def curve(m: vi.Mechanism, s: vi.State, time: float) -> vi.BifurcationCurve:
+        omegas, unit = (
+            (low / time, high / time),
+            1.0 if m is pair.here[0] else pair.unit(*dimension),
+        )
+        point = vi.continue_orbit(vi.find_orbit(m, s), "omega", omegas)[label]
+        if point.orbit.rateless:  # the touch of a soft stop: of the orbits that do not reach it
+            switched = vi.switch_branch(point)
+            assert isinstance(switched, vi.Branch)
+            point = next(p for p in switched.special_points if p.kind == "GR")
+        bounds = omegas, (least * unit, most * unit)
+        return vi.continue_bifurcation(point, ("omega", second), bounds)
+
+    one, other = pair.both(curve)
+    same_curves(one, other)
+    pair.same(one.values[:, 0], other.values[:, 0], *FREQUENCY)
+    pair.same(one.values[:, 1], other.values[:, 1], *dimension)
+    assert [p.label for p in one.special_points] == [p.label for p in other.special_points]
+
+
+@pytest.mark.slow
+@IN_UNITS
+@pytest.mark.parametrize("kind", ["rigid", "soft"])
+def test_responses_have_the_same_bits_in_units_of_powers_of_two(
+    kind: str, units: tuple[float, float, float]
+) -> None:
+    pair = pair_of(kind, units)
+    one, other = pair.both(
+        lambda m, s, time: vi.frequency_response(
+            m, "omega", (0.7 / time, 0.84 / time), number=5, starts=2, start=s, settle=100,
+            periods=20, progress=False,
+        )
+    )  # fmt: skip
+    assert len(one.curves) == len(other.curves) > 0
+    for a, b in zip(one.curves, other.curves, strict=True):
+        pair.same(a.parameter, b.parameter, *FREQUENCY)
+        pair.same(a.value, b.value, length=1)
+        pair.same(a.derivative, b.derivative, length=1, time=1)
+        assert [mark.label for mark in a.marks] == [mark.label for mark in b.marks]
+    for many, there in zip(one.answers, other.answers, strict=True):
+        assert [(a.motion, a.members) for a in many] == [(a.motion, a.members) for a in there]
+        pair.same([a.value for a in many], [a.value for a in there], length=1)
+    pair.same(one.worst.value, other.worst.value, length=1)
 
 
 def test_sweeps_in_lanes_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:

@@ -64,7 +64,8 @@ struct modal_flow : sizes<Shape> {
     R grid_error[grids];            // 5/96 h^4, h the same in units of time
     R scan_length;                  // how far the wide grid goes
     vec<R, max_blocks> growth;      // c^2 + c sqrt(k) + k, (3) of search/grid/recall_period.hpp
-    block_series<R> series[max_blocks]; // of oscillators
+    block_series<R> series[max_blocks]; // of oscillators, s in units of time
+    R per_unit;                         // 1 / unit_of_time(step)
 
     template <class T>
     VI_HOT constexpr state<T> apply(const propagator& e, const state<T>& y) const {
@@ -118,9 +119,9 @@ struct modal_flow : sizes<Shape> {
     template <int Order>
     VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
         essence<R> out;
-        const R square = s * s;
+        const R square = s * s, units = s * per_unit, units_squared = units * units;
         this->each_oscillator([&](auto j) VI_WITHIN {
-            const auto sums = series[j].template sums<Order>(s, square);
+            const auto sums = series[j].template sums<Order>(units, units_squared);
             const R velocity = s * sums.first, position = square * sums.second; // S, I
             const R full = fnma(k[j], position, R(1.0));
             const auto [c0, s0, i0] = read(e, j);
@@ -153,7 +154,7 @@ struct modal_flow : sizes<Shape> {
     template <int Order, class T, class Time>
     VI_HOT constexpr state<T> short_flight(const state<T>& y, const Time& s) const {
         state<T> out;
-        const Time square = s * s;
+        const Time square = s * s, units = s * per_unit, units_squared = units * units;
         this->each_oscillator([&](auto j) VI_WITHIN {
             const T q = y[2 * j], v = y[2 * j + 1];
             if (drifts<T>(j)) {
@@ -161,7 +162,7 @@ struct modal_flow : sizes<Shape> {
                 out[2 * j + 1] = v;
                 return;
             }
-            const auto sums = series[j].template sums<Order>(s, square);
+            const auto sums = series[j].template sums<Order>(units, units_squared);
             const Time velocity = s * sums.first, position = square * sums.second; // S, I
             const T still = fnma(k[j], q, a[j]);
             out[2 * j] = fma(v, velocity, fma(still, position, q));
@@ -231,13 +232,15 @@ struct modal_flow : sizes<Shape> {
         refresh[0] = at_time(refresh_interval * step);
         refresh[1] = at_time(refresh_interval * refresh_interval * step);
         set_spacing(wider_spacing);
+        const double unit = unit_of_time(step);
+        per_unit = 1.0 / unit;
         pushed = false;
         for (int j = 0; j < this->blocks(); ++j) {
             pushed = pushed || a[j] != 0.0;
             bends[j] = (bits(k[j]) | bits(c[j]) | bits(a[j])) != 0;
             growth[j] = k[j] + c[j] * (c[j] + sqrt(k[j]));
             tabulate(j);
-            if (j < this->oscillators()) series[j].expand(k[j], c[j]);
+            if (j < this->oscillators()) series[j].expand(k[j] * unit * unit, c[j] * unit);
         }
     }
     VI_HD void set_spacing(int parts)

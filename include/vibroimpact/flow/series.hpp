@@ -2,6 +2,7 @@
 //
 // Method      S and I of block.hpp are polynomials of stored coefficients, S = S_1 s + S_2 s^2 + ...,
 //               (n+1) n S_{n+1} = -c n S_n - k S_{n-1},   I_{n+1} = S_n / (n+1)           (1)
+//             s in a unit of time of their own, k and c likewise.
 //             Even and odd powers are summed apart, which halves the time until the result is there.
 //             Forcing lines take cos and sin by their own series.
 // Accuracy    18 terms leave (7/10)^19/19! of the amplitude after a step, below 2^-60
@@ -14,6 +15,12 @@ namespace vi {
 
 // Terms of Taylor expansions over one step; a step is at most 7/10 of the fastest rate.
 inline constexpr int taylor_order = 18;
+
+// The unit of time of Taylor polynomials, a power of two next to the step: their derivatives are as large as the
+// motion then, whatever the rates of the machine are, and stay within the range of doubles.
+VI_HD constexpr double unit_of_time(double step) {
+    return from_bits<double>(bits(step) >> 52 << 52);
+}
 
 VI_HD constexpr double inverse_factorial(int n) {
     double product = 1.0;

@@ -29,11 +29,13 @@ struct dissipation {
         VI_HD void on_flight(const flight_segment<Flow>& s) {
             if constexpr (most > 0)
                 march(s, [&](const auto& y, double span) {
-                    const detail::state_derivatives<Flow> at(s.system.modes[s.mode].flow, y);
+                    const auto& flow = s.system.modes[s.mode].flow;
+                    const detail::state_derivatives<Flow> at(flow, y);
                     for (int e = 0; e < rows.elements; ++e) {
                         const double *force = rows.force(s.mode, e), *speed = rows.speed(s.mode, e);
                         if (at.is_zero(force) || at.is_zero(speed)) continue;
-                        taken[e] = taken[e] - product(at.of(force), at.of(speed), span);
+                        taken[e] = taken[e] - product(at.of(force), at.of(speed), span,
+                                                      unit_of_time(flow.step));
                     }
                 });
         }
@@ -45,9 +47,9 @@ struct dissipation {
 
     private:
         VI_HD static double product(const taylor_polynomial& f, const taylor_polynomial& w,
-                                    double span) {
+                                    double span, double unit) {
             double sum = 0.0;
-            each_node(span, [&](double t, double weight) {
+            each_node(span / unit, [&](double t, double weight) {
                 sum = sum + weight * (evaluate(f, 0, t) * evaluate(w, 0, t));
             });
             return span / 2.0 * sum;

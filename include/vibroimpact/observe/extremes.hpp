@@ -83,11 +83,11 @@ struct extremes::observer {
 
     VI_HD void on_flight(const flight_segment<Flow>& s) {
         const auto* rows = watched.of_mode(s.mode);
+        const auto& flow = s.system.modes[s.mode].flow;
         march(s, [&](const auto& y, double span) {
             for (int i = 0; i < watched.count; ++i)
-                include_step(of[i],
-                             detail::derivatives<taylor_order>(rows[i], y, s.system.dimension()),
-                             span);
+                include_step(of[i], detail::derivatives<taylor_order>(rows[i], y, flow),
+                             span / unit_of_time(flow.step));
         });
     }
     VI_HD void write(const auto& m, const extremes& to) const {

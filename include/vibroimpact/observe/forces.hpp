@@ -26,10 +26,11 @@ struct forces {
         VI_HD void on_flight(const flight_segment<Flow>& s) {
             if (!(s.duration > 0.0)) return;
             bool acts[detail::most_parts<Flow>] = {};
-            detail::each_force(s, rows, [&](int part, const taylor_polynomial& f, double span) {
-                acts[part] = true;
-                include_step(of[part], f, span);
-            });
+            detail::each_force(s, rows,
+                               [&](int part, const taylor_polynomial& f, double span, double unit) {
+                                   acts[part] = true;
+                                   include_step(of[part], f, span / unit);
+                               });
             for (int part = 0; part < s.system.contacts() + rows.elements; ++part)
                 if (!acts[part]) of[part].include(0.0);
         }

@@ -36,11 +36,12 @@ struct impulse::observer {
         begin = s.y;
         mode = s.mode;
         duration = s.duration;
-        detail::each_force(s, rows, [&](int part, const taylor_polynomial& f, double span) {
-            integrals of;
-            of.include(f, span);
-            sum[part] = sum[part] + of.first;
-        });
+        detail::each_force(s, rows,
+                           [&](int part, const taylor_polynomial& f, double span, double unit) {
+                               integrals of;
+                               of.include(f, span, unit);
+                               sum[part] = sum[part] + of.first;
+                           });
     }
     VI_HD void on_event(const event_view<Flow>& s) {
         if (s.e.what == status::impact || s.e.what == status::simultaneous)

@@ -36,9 +36,10 @@ VI_HD inline void each_node(double span, const Add& add) {
 struct integrals {
     double first = 0.0, second = 0.0; // of u and u^2
 
-    VI_HD void include(const taylor_polynomial& u, double span) {
+    // Of u in a unit of time, over a span.
+    VI_HD void include(const taylor_polynomial& u, double span, double unit) {
         double sum = 0.0, squares = 0.0;
-        each_node(span, [&](double t, double weight) {
+        each_node(span / unit, [&](double t, double weight) {
             const double value = evaluate(u, 0, t);
             sum = sum + weight * value;
             squares = squares + weight * (value * value);
@@ -69,10 +70,11 @@ struct rms::observer {
 
     VI_HD void on_flight(const flight_segment<Flow>& s) {
         const auto* rows = watched.of_mode(s.mode);
+        const auto& flow = s.system.modes[s.mode].flow;
         march(s, [&](const auto& y, double span) {
             for (int i = 0; i < watched.count; ++i)
-                of[i].include(detail::derivatives<taylor_order>(rows[i], y, s.system.dimension()),
-                              span);
+                of[i].include(detail::derivatives<taylor_order>(rows[i], y, flow), span,
+                              unit_of_time(flow.step));
         });
     }
     VI_HD void write(const auto& m, const rms& to) const {

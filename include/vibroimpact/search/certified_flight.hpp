@@ -86,20 +86,24 @@ struct landing {
     int examined = 0;               // steps, leaps and strides
 };
 
-// Beyond this size 18 derivatives at the fastest rate that is accepted, 10^12, might overflow.
+// Beyond this size seven derivatives at the fastest rate that is accepted, 2^108, might overflow. It is counted in the
+// machine's unit of length: that of y where there are no blocks, else what limits, lines and forces say of u.
 inline constexpr double largest_state = 0x1p256;
 
 // Whether nothing can be decided any more: y is that large, or no number, or the clearance of a contact
 // is hardly more than the rounding of its u.
 template <class Mode, class T, int D>
 VI_HD inline bool has_diverged(const Mode& m, const vec<T, D>& y) {
+    constexpr bool blocks = is_modal<typename Mode::flow_type>;
     for (int i = 0; i < m.flow.dimension(); ++i)
-        if (!(abs(plain(y[i])) < largest_state)) return true;
+        if (!(abs(plain(y[i])) < (blocks ? infinity() : largest_state))) return true;
     for (int i = 0; i < m.flow.contacts(); ++i) {
         const auto& g = m.guards[i];
-        if (!(g.upper - g.lower < infinity())) continue;
-        const double rounding = rounding_at(g.reach, plain(magnitude(g, 0, y, m.flow)));
-        if (!(16.0 * rounding < g.upper - g.lower)) return true;
+        const bool narrow = g.upper - g.lower < infinity();
+        if (!blocks && !narrow) continue;
+        const double terms = plain(magnitude(g, 0, y, m.flow));
+        if (blocks && g.own_size > 0.0 && !(terms < largest_state * g.own_size)) return true;
+        if (narrow && !(16.0 * rounding_at(g.reach, terms) < g.upper - g.lower)) return true;
     }
     return false;
 }
@@ -109,7 +113,7 @@ namespace detail {
 template <int N>
 struct earliest {
     finding what = finding::none;
-    double s = 0.0, latest = infinity(); // when; what is due with it is so by `latest`
+    double s = 0.0, latest = infinity(); // in units of time; what is due with it is so by `latest`
     int contact = -1, side = 0;
     taylor<N> gap{};
 };
@@ -122,14 +126,19 @@ VI_HD inline vec<double, D> plain_state(const vec<T, D>& y, int n) {
     return z;
 }
 
-// u and its derivatives, values only.
-template <int N, class T, int Dimension, int Orders>
+// u and its derivatives in units of time, values only.
+template <int N, class T, int Dimension, int Orders, class Flow>
 VI_HD inline taylor<N> derivatives(const guard<double, Dimension, Orders>& g,
-                                   const vec<T, Dimension>& y, int n) {
+                                   const vec<T, Dimension>& y, const Flow& flow) {
+    const int n = flow.dimension();
     const auto z = plain_state(y, n);
+    const double unit = unit_of_time(flow.step);
+    double power = 1.0;
     taylor<N> u{};
-    for (int m = 0; m <= N; ++m)
-        u.d[m] = guard_value(g, m, z, n);
+    for (int m = 0; m <= N; ++m) {
+        u.d[m] = power * guard_value(g, m, z, n);
+        if (m < plain_orders) power = power * unit;
+    }
     return u;
 }
 
@@ -147,14 +156,18 @@ template <int N, class Guard, class T, class Shape, class Flow>
 VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
                              const vec<T, Shape::max_dimension>& y,
                              const trajectory<T, Shape>& start, const Flow& flow, bool first) {
+    const double unit = unit_of_time(flow.step);
     g.d[0] = 0.0;
     if (first) {
-        g.d[1] = plain(start.rate[i]);
+        g.d[1] = unit * plain(start.rate[i]);
         if (start.flat[i] != 0.0) g.d[2] = 0.0;
         return;
     }
-    for (int m = 1; m <= 3; ++m)
-        if (abs(g.d[m]) <= 64.0 * unit_roundoff * plain(magnitude(guard, m, y, flow))) g.d[m] = 0.0;
+    double power = 64.0 * unit_roundoff;
+    for (int m = 1; m <= 3; ++m) {
+        power = power * unit;
+        if (abs(g.d[m]) <= power * plain(magnitude(guard, m, y, flow))) g.d[m] = 0.0;
+    }
 }
 
 // Of guards that are due within rounding of one another the one with the smallest number is taken, so that no last
@@ -195,13 +208,12 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
                                   double applications, int earlier, double span,
                                   earliest<N>& first) {
     const auto& guard = m.guards[i];
-    const int n = m.flow.dimension();
     if (!guard.closed && is_out_of_reach(guard, y, span, applications + earlier, m.flow)) {
         still = still && (start.touching[i] == 0.0 || applications == 0);
         return;
     }
-    const taylor<N> u = derivatives<N>(guard, y, n);
-    const double farthest = change_bound(u, span);
+    const taylor<N> u = derivatives<N>(guard, y, m.flow);
+    const double units = span / unit_of_time(m.flow.step), farthest = change_bound(u, units);
     const double terms = max(plain(magnitude(guard, 0, y, m.flow)), -plain(start.flat[i]));
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? guard.upper : guard.lower;
@@ -217,7 +229,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
         if (guard.closed && applications == 0 && no_force) g.d[0] = 0.0;
         if (guard.closed) g.d[0] = g.d[0] + 4.0 * eps; // released once the force is surely negative
         const double rounding = leaving ? 0.0 : min(eps, rounding_at(limit, terms));
-        take_first(first_root(g, span, eps, leaving), i, side, g, rounding, first);
+        take_first(first_root(g, units, eps, leaving), i, side, g, rounding, first);
     }
 }
 
@@ -232,8 +244,8 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
         still = still && (start.elements.zeros[j] == 0 || applications == 0);
         return;
     }
-    const taylor<N> u = derivatives<N>(guard, y, m.flow.dimension());
-    const double farthest = change_bound(u, span);
+    const taylor<N> u = derivatives<N>(guard, y, m.flow);
+    const double units = span / unit_of_time(m.flow.step), farthest = change_bound(u, units);
     const double terms = plain(magnitude(guard, 0, y, m.flow));
     const int zeros = start.elements.zeros[j];
     for (int side = -1; side <= 1; side += 2) {
@@ -253,7 +265,7 @@ VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_di
             g.d[k] = 0.0;
         if (leaving) g.d[0] = 0.0;
         const double rounding = leaving ? 0.0 : min(eps, rounding_at(limit, terms));
-        take_first(first_root(g, span, eps, leaving), m.flow.contacts() + j, side, g, rounding,
+        take_first(first_root(g, units, eps, leaving), m.flow.contacts() + j, side, g, rounding,
                    first);
     }
 }
@@ -342,11 +354,11 @@ VI_CALL landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
                                   const vec<T, Shape::max_dimension>& y, double passed) {
     const auto& guard = guard_of(m, first.contact);
     const int n = m.flow.dimension();
-    landing<T, Shape> out{
-        end_of(first.what),  first.contact, first.side,
-        T(passed + first.s), T(0.0),        m.flow.template short_flight<N>(y, first.s)};
+    const double unit = unit_of_time(m.flow.step), s = first.s * unit;
+    landing<T, Shape> out{end_of(first.what), first.contact, first.side,
+                          T(passed + s),      T(0.0),        m.flow.template short_flight<N>(y, s)};
     const T slope = -first.side * guard_value(guard, 1, out.y, n);
-    out.rate = with_value(slope, evaluate(first.gap, 1, first.s));
+    out.rate = with_value(slope, evaluate(first.gap, 1, first.s) / unit);
     if (out.end != flight_end::contact) return out;
     if constexpr (scalar_traits<T>::is_jet) { // dt = -dg / g', value zero
         const T gap = -first.side * guard_value(guard, 0, out.y, n);

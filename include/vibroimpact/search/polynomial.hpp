@@ -1,7 +1,7 @@
 // Taylor polynomials of a gap function over one step, and bounds of their derivatives.
 //
-// Method      g(s) = sum over m <= N of d_m s^m / m!, 0 <= s <= S. Since S is at most 7/10 of the
-//             fastest rate, what is cut off at N = 18 is below (7/10)^19 / 19! < 2^-66 of the terms'
+// Method      g(s) = sum over m <= N of d_m s^m / m!, 0 <= s <= S, in units of time. Since S is at most 7/10 of
+//             the fastest rate, what is cut off at N = 18 is below (7/10)^19 / 19! < 2^-66 of the terms'
 //             size, less than the rounding of the first term.
 //             |g''''(s)| <= sum over m >= 4 of |d_m| S^(m-4) / (m-4)!                     (1)
 // Reference   theory.md, "First contact"

@@ -84,6 +84,7 @@ inline void fill_flow(modal_flow<pack<N>, Shape>& to, const modal_flow<double, S
                       int i) {
     static_cast<sizes<Shape>&>(to) = from;
     set_lane(to.step, i, from.step);
+    set_lane(to.per_unit, i, from.per_unit);
     to.pushed = to.pushed | from.pushed;
     for (int g = 0; g < grids; ++g) {
         set_lane(to.spacing[g], i, from.spacing[g]);

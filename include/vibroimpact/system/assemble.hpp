@@ -74,7 +74,10 @@ VI_HD inline void set_guard(guard<double, D>& g, const guard_numbers& from, cons
     g.closed = from.closed;
     g.reach = max(detail::finite_part(g.lower), detail::finite_part(g.upper));
     differentiate(g, flow);
-    if constexpr (!is_modal<Flow>) prepare_reach(g, flow);
+    if constexpr (is_modal<Flow>)
+        set_own_size(g, flow);
+    else
+        prepare_reach(g, flow);
 }
 
 // The next watch of a mode.

@@ -8,7 +8,8 @@
 // Sticking: g = g' = 0 and the free g'' <= 0. In a mode where the contact is closed the guard
 // reads the contact force instead, lower = 0, and its fall to zero is the release.
 //
-// All time derivatives of u along a flight are rows too: u^(m) = rows[m] . y + gains[m].
+// All time derivatives of u along a flight are rows too: u^(m) = rows[m] . y + gains[m], those beyond
+// `plain_orders` in units of time: u^(m) unit^(m - plain_orders).
 #pragma once
 
 #include "vibroimpact/flow/modal.hpp"
@@ -20,6 +21,7 @@
 namespace vi {
 
 inline constexpr double unit_roundoff = 0x1p-53;
+inline constexpr int plain_orders = 7;
 inline constexpr double proof_margin = 0x1p-30; // of terms: far above their rounding
 
 enum side_of_guard { lower_side = -1, no_side = 0, upper_side = 1 };
@@ -59,6 +61,7 @@ struct guard {
     R spread, bend, push;
     R lower, upper; // infinite where there is no stop
     R reach;        // the largest finite |limit|
+    R own_size;     // of u, by its limits, lines and constant forces; of a modal flow
     int closed;     // side held in this mode, or no_side: then rows give the force, not the gap
 };
 
@@ -137,9 +140,26 @@ VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow
 // Fill rows 1, 2, ... from row 0.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void differentiate(guard<R, Dimension, Orders>& g, const Flow& flow) {
+    const double unit = unit_of_time(flow.step);
     for (int m = 0; m < Orders; ++m) {
         g.rows[m + 1] = flow.next_row(g.rows[m]);
         g.gains[m + 1] = flow.row_gain(g.rows[m]);
+        if (m < plain_orders) continue;
+        g.gains[m + 1] = unit * g.gains[m + 1];
+        for (int j = 0; j < flow.dimension(); ++j)
+            g.rows[m + 1][j] = unit * g.rows[m + 1][j];
+    }
+}
+
+// The size that limits, lines and constant forces, within a step, give to u.
+template <int Dimension, class Flow>
+VI_HD inline void set_own_size(guard<double, Dimension>& g, const Flow& flow) {
+    g.own_size = g.reach + abs(g.gains[0]);
+    for (int j = 0; j < flow.blocks(); ++j) {
+        const bool turns = j >= flow.oscillators(); // a line: at most one
+        const double rate = turns ? sqrt(flow.k[j]) : abs(flow.a[j]) * flow.step;
+        const double way = turns ? 1.0 : rate * flow.step;
+        g.own_size = g.own_size + (abs(g.rows[0][2 * j]) * way + abs(g.rows[0][2 * j + 1]) * rate);
     }
 }
 
@@ -220,7 +240,7 @@ VI_HD inline vec<real_t<T>, D> values_of(const vec<T, D>& y, int n) {
     return out;
 }
 
-// u^(m) at y.
+// u^(m) at y, m up to plain_orders.
 template <class T, class R, int Dimension, int Orders>
 VI_HOT T guard_value(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y,
                      int n) {

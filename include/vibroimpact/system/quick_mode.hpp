@@ -250,20 +250,23 @@ template <class Shape, class Guard, class Flow, class Propagator>
 VI_HD inline void set_fourth(quick_guard<double, Shape>& to, const Guard& g, const Flow& flow,
                              const Propagator& once, double h) {
     const int n = flow.dimension();
+    const double unit = unit_of_time(flow.step);
     auto row = g.rows[4];
     double gain = g.gains[4];
     to.least_fourth = 0.0;
     to.fourth = {};
     for (int k = 0; k < grid_times; ++k) {
         auto next = row;
-        double size = abs(gain), power = 1.0;
+        double size = abs(gain), power = 1.0; // in units of time, as `next`
         vec<double, Shape::max_dimension> sizes{};
         for (int m = 0; m <= taylor_order; ++m) {
             for (int j = 0; j < n; ++j)
                 sizes[j] = sizes[j] + power * abs(next[j]);
-            power = power * h / (m + 1.0);
-            size = size + power * abs(flow.row_gain(next));
+            power = power * (h / unit) / (m + 1.0);
+            size = size + power * (unit * abs(flow.row_gain(next)));
             next = flow.next_row(next);
+            for (int j = 0; j < n; ++j)
+                next[j] = unit * next[j];
         }
         for (int j = 0; j < n; ++j)
             to.fourth[j] = max(to.fourth[j], (1.0 + proof_margin) * sizes[j]);

@@ -116,12 +116,12 @@ template <class Flow, class State>
 VI_HD inline small_motion motion_of(const hybrid<Flow>& system, const State& at, int j, double t) {
     const auto& mode = system.modes[at.mode];
     const auto& g = mode.guards[j];
-    auto u = derivatives<taylor_order>(g, at.y, system.dimension());
-    const double moved = change_bound(u, t);
+    auto u = derivatives<taylor_order>(g, at.y, mode.flow);
+    const double units = t / unit_of_time(mode.flow.step), moved = change_bound(u, units);
     const double terms = 2.0 * t * plain(magnitude(g, 1, at.y, mode.flow));
     const double rounding = rounding_of(system, at, j, 0) + 64.0 * unit_roundoff * g.reach;
     u.d[1] = 0.0;
-    return {moved, change_bound(u, t), rounding, max(moved, terms) <= rounding / 64.0};
+    return {moved, change_bound(u, units), rounding, max(moved, terms) <= rounding / 64.0};
 }
 
 // Whether no element changes its state for a time t, as watches stay between their limits.
@@ -132,9 +132,9 @@ VI_HD inline bool states_last(const hybrid<Flow>& system, const State& at, doubl
         for (int j = 0; j < mode.watched.count; ++j) {
             const auto& w = mode.watched.at[j];
             const auto& g = w.row;
-            const auto u = derivatives<taylor_order>(g, at.y, system.dimension());
-            if (!w.held && !(min(g.upper - u.d[0], u.d[0] - g.lower) > change_bound(u, t)))
-                return false;
+            const auto u = derivatives<taylor_order>(g, at.y, mode.flow);
+            const double moved = change_bound(u, t / unit_of_time(mode.flow.step));
+            if (!w.held && !(min(g.upper - u.d[0], u.d[0] - g.lower) > moved)) return false;
         }
     }
     return true;

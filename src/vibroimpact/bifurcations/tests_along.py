@@ -23,9 +23,10 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.conditions import CriticalMultiplier, CriticalPair, critical_pair
-from vibroimpact.bifurcations.equations import Pair
+from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.flip_fold import Flip, flip
+from vibroimpact.normal_forms.forms import InSizes
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
 
 HIGHEST = 12  # of q in (5)
@@ -46,6 +47,12 @@ RESONANCES = _fractions()
 def nothing(_z: Floats, _w: Floats, _a: Pair) -> Mapping[str, float]:
     """No test functions, for curves of touches and levels."""
     return {}
+
+
+def _forms(equations: Equations, z: Floats, a: Pair) -> InSizes:
+    """Forms of the map in coordinates of size one."""
+    sizes = equations.on_section(equations.sizes.astype(np.complex128)).real
+    return InSizes(equations.forms(z, a), np.asarray(sizes, dtype=float))
 
 
 class AtMultiplier:
@@ -80,7 +87,7 @@ class AtMultiplier:
 
     def _cubic(self, z: Floats, w: Floats, a: Pair) -> float:
         eq = self.equations
-        form = flip(eq.forms(z, a), parameter=False)
+        form = flip(_forms(eq, z, a), parameter=False)
         found = form.critical if isinstance(form, Refusal) else form
         marked = eq.closing @ (w * eq.sizes) / eq.rows
         return found.c * self._bordered(z, w, a, marked) if isinstance(found, Flip) else math.nan
@@ -107,6 +114,6 @@ class AtPair:
         return tests
 
     def _cubic(self, z: Floats, a: Pair) -> float:
-        form = neimark_sacker(self.equations.forms(z, a), parameter=False)
+        form = neimark_sacker(_forms(self.equations, z, a), parameter=False)
         found = form.critical if isinstance(form, Refusal) else form
         return found.d.real if isinstance(found, NeimarkSacker) else math.nan

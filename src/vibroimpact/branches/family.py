@@ -3,6 +3,7 @@
 Method      The equations are those of problem.py, in z (states and flight times) and p. With rho_k
             the closing rates, saturated so that far from grazing they have equal weights,
                 s = product of rho_k / sqrt(rho_k^2 + rho_ref^2)                                (1)
+            rho_k in changes of its guard per flight, whatever units guards have;
             the test functions are
                 flip     s / (product of rho_k) det of the pencil at -1  =  +-s det(DF + I)      (2)
                 torus    s^(d - 1) product over i < j of (1 - mu_i mu_j)                        (3)
@@ -36,7 +37,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.orbits.multipliers import Pencil, pencil_of
-from vibroimpact.orbits.newton import CONVERGED, FOUND, rows_of, scale_of
+from vibroimpact.orbits.newton import CONVERGED, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
     OrbitProblem,
@@ -47,7 +48,7 @@ from vibroimpact.orbits.problem import (
     least_cycles,
 )
 
-SATURATION = 0.05  # rho_ref, relative to the fastest impact at the start
+SATURATION = 0.05  # rho_ref, relative to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 
 
@@ -71,6 +72,7 @@ class OrbitFamily(OrbitProblem):
         self._reference = 0.0
         self._rate = 2.0 * compile_prescribed(system, parameter, self.codes).rate
         self._cycles = least_cycles(self.mechanism)
+        self._rates = guard_sizes(self, sizes) / sizes[self.size]
 
     @classmethod
     def around(
@@ -171,7 +173,7 @@ class OrbitFamily(OrbitProblem):
 
     def watch(self, z: Floats, p: Value) -> dict[str, float]:
         """Test functions (2)-(4)."""
-        pencil, saturated = self.pencil(z, p), self._saturated(self.linearised(z, p).rate)
+        pencil, saturated = self.pencil(z, p), self._saturated(self._closing_rates(z, p))
         lossy = not lossless(self.compiled(p).mechanism)
         pairs = products_of_pairs(pencil.eigenvalues()) if lossy else math.nan
         watched = {
@@ -186,12 +188,17 @@ class OrbitFamily(OrbitProblem):
 
     def weight(self, z: Floats, p: Value) -> float:
         """Product (1): zero where a multiplier is infinite."""
-        rates = self.linearised(z, p).rate
+        rates = self._closing_rates(z, p)
         return float(np.prod(rates / self._saturated(rates)))
+
+    def _closing_rates(self, z: Floats, p: Value) -> Floats:
+        """Rho_k of (1)."""
+        rates: Floats = self.linearised(z, p).rate / self._rates
+        return rates
 
     def _saturated(self, rates: Floats) -> Floats:
         """Denominators of (1)."""
-        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or 1.0
+        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or SATURATION
         denominators: Floats = np.sqrt(rates**2 + self._reference**2)
         return denominators
 

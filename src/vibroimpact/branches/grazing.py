@@ -29,13 +29,14 @@ from scipy.optimize import minimize_scalar
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
 from vibroimpact.branches.verify import VANISHED
-from vibroimpact.compile.prescribed import GAP
+from vibroimpact.compile.prescribed import GAP, End
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import Problem, scaled
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest, Place
+from vibroimpact.orbits.newton import guard_sizes, scale_of
 from vibroimpact.orbits.orbit import Orbit
 
 FINEST = 1e-13  # of the distance of two points
@@ -58,7 +59,7 @@ class Grazing(NamedTuple):
 
 
 class OrbitCurve(Problem, Protocol):
-    """Problem whose solutions are orbits; its first unknown is a position."""
+    """Problem whose solutions are orbits."""
 
     def orbit(self, z: Floats, p: float) -> Orbit:
         """Orbit at a point of the curve."""
@@ -105,7 +106,7 @@ class _Between:
             return self.unresolved(UNKNOWN)
         if _belongs_to_impact(orbit, nearest):
             return None
-        if why := _no_touch(orbit, nearest, float(self.family.scale()[0])):
+        if why := _no_touch(orbit, nearest):
             return self.unresolved(why)
         z, p = self.problem.solution(node.y)
         length = self.curve.arclength
@@ -134,11 +135,14 @@ def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     return (share < EDGE and stop == begun) or (share > 1.0 - EDGE and stop == ended)
 
 
-def _no_touch(orbit: Orbit, nearest: Nearest, size: float) -> str:
+def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
     """Reason why a change of sign of a least gap is no touch; "" where it is one."""
-    if abs(nearest.gap) > VANISHED * size:
+    problem, k = orbit.problem, nearest.segment
+    sizes = scale_of(problem, problem.packed(orbit.states, orbit.durations))
+    end = End(nearest.contact, nearest.side, problem.modes[k], nearest.watch)
+    if abs(nearest.gap) > VANISHED * guard_sizes(problem, sizes, [end])[0]:
         return f"a least gap changes its sign by a jump: {nearest}"
-    if nearest.time in (0.0, float(orbit.durations[nearest.segment])):
+    if nearest.time in (0.0, float(orbit.durations[k])):
         return f"two impacts at once, one of them not among the prescribed: {nearest}"
     return ""
 

@@ -103,9 +103,8 @@ def _distance(first: Floats, second: Floats) -> float:
     apart, size = np.abs(first - second), np.abs(first)
     turn = 2.0 * math.pi
     phase = np.abs((apart[:, -1] + math.pi) % turn - math.pi)
-    parts = [
-        apart[:, :n].max() / max(size[:, :n].max(), math.ulp(1.0)),
-        apart[:, n:-1].max() / max(size[:, n:-1].max(), math.ulp(1.0)),
-        phase.max(),
-    ]
+    parts = [phase.max()]
+    for part in (slice(n), slice(n, -1)):
+        if most := apart[:, part].max():
+            parts.append(most / max(size[:, part].max(), np.abs(second[:, part]).max()))
     return float(max(parts))

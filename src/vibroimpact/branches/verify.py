@@ -47,8 +47,8 @@ def is_neutral(curve: Curve, point: SpecialPoint, orbit: Orbit) -> bool:
     """Whether a zero of the function for NS is one of the two kinds without bifurcation."""
     if point.name != TORUS or not orbit.converged:
         return False
-    fastest = max(np.abs(f).max() for name, f in curve.tests.items() if name.startswith(SPEED))
-    if orbit.least_impact_speed <= VANISHED * fastest:
+    fastest = [np.abs(f).max() for name, f in curve.tests.items() if name.startswith(SPEED)]
+    if np.any(np.abs(orbit.linearised.rate) <= VANISHED * np.array(fastest)):
         return True
     first, second = _critical_pair(orbit)
     return abs(first * second - 1.0) <= CRITICAL and first.imag == 0.0

@@ -225,7 +225,7 @@ def dense_rate(m: Mechanism) -> float:
     """Scale of velocities in :func:`dense`; twice it bounds the row sums without forcing."""
     solve = linear.solver_of_definite(m.mass)
     stiff, damp = (linear.row_sum_norm(solve(a)) for a in (m.stiffness, m.damping))
-    return greatest([square_root(stiff), damp, *(f.omega for f in m.forces), 2.0**-500])
+    return greatest([square_root(stiff), damp, *(f.omega for f in m.forces)])
 
 
 def dense(m: Mechanism, r: Reduced, size: int, rate: float) -> ModeCoordinates:

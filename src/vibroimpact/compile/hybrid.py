@@ -38,7 +38,6 @@ from vibroimpact.compile.coordinates import (
 from vibroimpact.compile.decoupling import Decoupled, decoupled
 from vibroimpact.compile.modes import (
     FASTEST,
-    SLOWEST,
     STEP_BITS,
     Law,
     Mode,
@@ -49,7 +48,6 @@ from vibroimpact.compile.modes import (
 from vibroimpact.compile.pace import (
     FASTER,
     most_by_forces,
-    own_rate,
     paced_parts,
     paced_rate,
     paces_of,
@@ -94,9 +92,9 @@ class Hybrid:
         by_forces = self._most_by_forces() if modal else []
         self.dense = not modal or pace > least(by_forces, math.inf)
         self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
-        own = own_rate([self._rate(), *self.omegas])
-        self.most_pace = least([FASTER * own, *by_forces])
-        self.rate = paced_rate(own, pace)
+        self.own = greatest([self._rate(), *self.omegas])
+        self.most_pace = least([FASTER * self.own, *by_forces])
+        self.rate = paced_rate(self.own, pace)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.kappas = [1.0] * lines if self.dense else self.omegas
         if self.dense:
@@ -262,10 +260,10 @@ def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
         if needs_elements(mechanism)
         else Hybrid(mechanism, pace)
     )
-    if not SLOWEST <= found.rate <= FASTEST:
+    if not found.rate <= FASTEST:
         raise InvalidParameterError(
-            f"fastest rate = {found.rate!r}: must be in [{SLOWEST}, {FASTEST}]. "
-            "Choose another unit of time."
+            f"fastest rate = {found.rate!r} per unit of time: must be at most {FASTEST:.1e}, whose "
+            "seventh power is within the range of numbers. Choose another unit of time."
         )
     return found
 
@@ -299,17 +297,18 @@ class Compiled:
 
     @cached_property
     def _paced(self) -> Floats:
-        """Parts of the machine for the pace of its motions, shape (1, P, n + 4)."""
+        """Parts of the machine for the pace of its motions, shape (1, P, n + 5)."""
         n = self.mechanism.degrees
-        return np.array(paced_parts(self.mechanism), dtype=float).reshape(1, -1, n + 4)
+        return np.array(paced_parts(self.mechanism), dtype=float).reshape(1, -1, n + 5)
 
     def pace_of(self, start: State, run: float) -> float:
         """The pace of a run of some length from a start; zero where own rates serve, or it is refused later."""
         if len(start.position) != self.mechanism.degrees:
             return 0.0
-        most, elements = np.array([self.most_pace]), isinstance(self._hybrid, Piecewise)
+        own, most = np.array([self._hybrid.own]), np.array([self.most_pace])
+        elements = isinstance(self._hybrid, Piecewise)
         start_and_run = (np.array([x]) for x in (start.position, start.velocity, run))
-        return float(paces_of(self._paced, most, FIRST, *start_and_run, elements=elements)[0])
+        return float(paces_of(self._paced, own, most, FIRST, *start_and_run, elements=elements)[0])
 
     @cached_property
     def piecewise(self) -> Piecewise:

@@ -12,7 +12,10 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
 STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
-SLOWEST, FASTEST = 1e-12, 1e12  # 18 derivatives at these rates stay within the range of doubles
+SLOWEST, FASTEST = (
+    2.0**-108,
+    2.0**108,
+)  # seven derivatives at these rates stay within the range of doubles
 
 Guard = tuple[Vector, float, float, float, int]  # row, gain, lower, upper, side closed
 # row, gain, lower, upper, element, held, number of a reset and code of the next mode (-1: none)

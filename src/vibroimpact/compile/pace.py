@@ -37,7 +37,7 @@ FASTER = 2.0**10
 
 
 def paced_parts(m: Mechanism) -> list[list[Any]]:
-    """Row, lower, upper, pull and belt speed of every stop and friction, as the kernel takes them.
+    """Row, lower, upper, pull, that of lines and belt speed of every stop and friction, as the kernel takes them.
 
     The pull is the largest acceleration along the row of a stop by constant and harmonic forces, and along
     that of friction by friction alone.
@@ -51,7 +51,9 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
         if not isinstance(part, (*STOP_KINDS, Friction)):
             continue
         row = [part.row[i] for i in heavy]
-        pull = sum(abs(linear.dot(row, lift)) for lift in lifts)
+        still, *driving = (abs(linear.dot(row, lift)) for lift in lifts)
+        lines = sum(driving)
+        pull = still + lines
         lower, upper, belt = -math.inf, math.inf, 0.0
         if isinstance(part, Friction):
             belt = part.belt_speed
@@ -59,25 +61,22 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
             (push,) = linear.transpose(solve([[x] for x in row]))
             # where a force pushes, too, it is this that says how far
             pull = choose(above(pull, 0.0), 0.0, level * linear.dot(row, push))
+            lines = 0.0
         else:
             lower, upper = part.lower, part.upper
-        out.append([*part.row, lower, upper, pull, belt])
+        out.append([*part.row, lower, upper, pull, lines, belt])
     return out
-
-
-def own_rate(rates: list[float]) -> float:
-    """The fastest rate of a machine; zero where it is no more than SLOWEST, which no motion notices."""
-    fastest = greatest(rates)
-    return choose(above(SLOWEST, fastest), 0.0, fastest)
 
 
 def paced_rate(own: float, pace: float) -> float:
     """The rate that sets the step of the search, of a machine with this rate of its own."""
-    return choose(above(pace, FASTER * own), pace, own) or 1.0
+    found = choose(above(pace, FASTER * own), pace, own)
+    return choose(above(found, 0.0), greatest([found, SLOWEST]), 1.0)
 
 
 def paces_of(
     parts: Floats,
+    own: Floats,
     most: Floats,
     system: Rows,
     position: Floats,
@@ -88,13 +87,14 @@ def paces_of(
 ) -> Floats:
     """Paces of N motions from their starts in runs of these lengths, zero where own rates serve.
 
-    ``parts`` of S systems have shape (S, P, n + 4), paces ``most`` up to which own rates serve (S,). What states
-    elements take is decided relative to the pace: there the length of the run counts. Rigid machines
-    may be moved far beyond where they started.
+    ``parts`` of S systems have shape (S, P, n + 5), their fastest rates ``own`` and the paces ``most`` up to which
+    these serve (S,). What states elements take is decided relative to the pace: there the length of the run
+    counts. Rigid machines may be moved far beyond where they started.
     """
-    counted = run if elements else np.where(most[system] > 0.0, 0.0, run)
     which = system.astype(np.int32)
-    return _kernel.pace(parts, most, which, position, velocity, counted, SLOWEST, FASTEST)
+    return _kernel.pace(
+        parts, own, most, which, position, velocity, run, elements, SLOWEST, FASTEST
+    )
 
 
 def most_by_forces(blocks: Blocks, omegas: list[float], stiffnesses: list[float]) -> list[float]:

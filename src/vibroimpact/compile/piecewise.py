@@ -66,7 +66,7 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
-from vibroimpact.compile.pace import FASTER, own_rate, paced_rate
+from vibroimpact.compile.pace import FASTER, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.elements import (
@@ -169,11 +169,9 @@ class Piecewise:
         self._by_mass = linear.solver_of_definite(self.mass)
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
-        own = self._rate()
-        self.most_pace, self.rate = 0.0, own or 1.0
-        if searched:
-            self.most_pace = FASTER * own_rate([own])
-            self.rate = paced_rate(own_rate([own]), pace)
+        self.own = self._rate()
+        self.most_pace = FASTER * self.own
+        self.rate = paced_rate(self.own, pace) if searched else self.own or 1.0
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self._check_lines()

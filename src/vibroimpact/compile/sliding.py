@@ -30,11 +30,13 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import ROUNDING, rounded_down
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.modes import FASTEST, SLOWEST, STEP_BITS
+from vibroimpact.compile.modes import STEP_BITS
 from vibroimpact.compile.units import Units, balanced_norm
 from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transition
 
 Row = tuple[Floats, float]  # on (y, 1)
+
+SLOWEST, FASTEST = 1e-12, 1e12  # rates of modes, relative to that of the mode at the start
 
 
 class Flow(NamedTuple):

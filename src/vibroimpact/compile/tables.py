@@ -63,8 +63,8 @@ class Stacks:
     modes
         Stacks for its ``add_mode``, likewise.
     pace
-        What says how fast motions of a system meet its stops (pace.py): ``parts``, and ``most``, up to which
-        its own rates serve.
+        What says how fast motions of a system meet its stops (pace.py): ``parts``, and ``own``, its fastest rate,
+        which serves up to ``most``.
     columns
         The numbers that vary, shape (V, S).
     """
@@ -81,20 +81,20 @@ class Stacks:
     columns: Floats
 
     @cached_property
-    def _paced(self) -> tuple[Floats, Floats]:
-        """Parts and most pace of every system, or of one, where they are shared."""
-        both = (self.pace["parts"], self.pace["most"])
-        some = self.columns if any(x.columns for x in both) else self.columns[:, :1]
+    def _paced(self) -> tuple[Floats, Floats, Floats]:
+        """Parts, own rate and most pace of every system, or of one, where they are shared."""
+        every = (self.pace["parts"], self.pace["own"], self.pace["most"])
+        some = self.columns if any(x.columns for x in every) else self.columns[:, :1]
         if not some.size:
             some = np.empty((0, 1))
-        parts, most = (x.of(some) for x in both)
-        return parts, most
+        parts, own, most = (x.of(some) for x in every)
+        return parts, own, most
 
     def paces(self, system: Rows, position: Floats, velocity: Floats, run: Floats) -> Floats:
         """Pace of each member's run of some length from its start; zero where own rates serve, shape (N,)."""
-        parts, most = self._paced
+        parts, own, most = self._paced
         which = system if len(parts) > 1 else np.zeros_like(system)
-        return paces_of(parts, most, which, position, velocity, run, elements=self.piecewise)
+        return paces_of(parts, own, most, which, position, velocity, run, elements=self.piecewise)
 
     @property
     def sizes(self) -> tuple[int, int, int]:
@@ -180,7 +180,8 @@ def stacks_of(
     }
     parts = paced_parts(m)
     pace = {
-        "parts": stack(parts, len(parts), m.degrees + 4),
+        "parts": stack(parts, len(parts), m.degrees + 5),
+        "own": stack(hybrid.own),
         "most": stack(hybrid.most_pace),
     }
     modes = [_mode(hybrid.mode(code), hybrid, stack) for code in (*hybrid.codes, *codes)]

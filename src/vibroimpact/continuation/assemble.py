@@ -12,7 +12,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.continuation.curve import Curve, End, SpecialPoint, Stopped, Unresolved
 from vibroimpact.continuation.expansion import Expansion, positions
-from vibroimpact.continuation.newton import Node, log_determinant
+from vibroimpact.continuation.newton import Node, determinant, largest_of
 from vibroimpact.continuation.panel import BRANCH_POINT, BUILT_IN, FOLD, Panel
 from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import LocatedZero
@@ -115,22 +115,24 @@ def _tests(problem: Scaled, points: list[_Point]) -> dict[str, Floats]:
     """Values of all test functions along the curve.
 
     SN is the parameter's component of the tangent; BP the signed geometric mean of the singular
-    values of [J; t], whose sign is that of the determinant.
+    values of [J; t] relative to their largest along the curve, whose sign is that of the determinant.
     """
     values = {
         FOLD: np.array([point.sense * float(point.node.tangent[-1]) for point in points])
         * problem.sizes[-1],
-        BRANCH_POINT: np.array([_mean_singular_value(point) for point in points]),
+        BRANCH_POINT: _mean_singular_values(points),
     }
     names = points[0].watched.keys()
     own = {name: np.array([p.watched.get(name, math.nan) for p in points]) for name in names}
     return values | own
 
 
-def _mean_singular_value(point: _Point) -> float:
-    tangent = point.sense * point.node.tangent
-    sign, log = log_determinant(point.node, tangent)
-    return sign * math.exp(log / len(tangent)) if sign else 0.0
+def _mean_singular_values(points: list[_Point]) -> Floats:
+    found = [determinant(point.node, point.sense * point.node.tangent) for point in points]
+    reference, count = largest_of(found), len(points[0].node.y)
+    return np.array([
+        at.sign * math.exp(at.log_over(reference) / count) if at.sign else 0.0 for at in found
+    ])  # fmt: skip
 
 
 def _special(problem: Scaled, walk: Walk, sense: int) -> Iterator[SpecialPoint]:

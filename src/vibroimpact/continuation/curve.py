@@ -111,7 +111,7 @@ class Curve:
     arclength
         Scaled arclength from the start, negative before it, shape (n,).
     residual
-        Largest |F_i| before the last Newton step, in the problem's units, shape (n,).
+        Largest |F_i| before the last Newton step, relative to the length of its row of the scaled Jacobian, shape (n,).
     steps
         Newton iterations that were taken for each point, shape (n,).
     panel

@@ -15,8 +15,11 @@ Reference   [keller1977] for (1); [allgower1990] ch. 2 for (2)
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,7 +57,7 @@ class Node:
     direction
         Direction of the curve (2) with <row, direction> = 1, shape (d + 1,).
     residual
-        Largest |F_i|, in the problem's units, before the last step.
+        Largest |F_i| before the last step, relative to the length of its row of dF/dy.
     steps, step
         Newton steps taken, and the length of the last one.
     """
@@ -105,9 +108,8 @@ def _iterated(
         step, direction = solved
         size = float(np.linalg.norm(step))
         if _finished(size, previous, tolerance, float(np.linalg.norm(y))):
-            largest = float(np.abs(residual).max())
             y = problem.inside(y + step)
-            node = Node(y, jacobian, direction, largest, count + 1, size)
+            node = Node(y, jacobian, direction, relative(residual, jacobian), count + 1, size)
             return Attempt(NewtonStatus.CONVERGED, y, node)
         if size > previous:
             break
@@ -124,6 +126,11 @@ def equilibrated(jacobian: Floats) -> tuple[Floats, Floats]:
     lengths = np.linalg.norm(jacobian, axis=1)
     lengths[lengths == 0.0] = 1.0
     return jacobian / lengths[:, None], lengths
+
+
+def relative(residual: Floats, jacobian: Floats) -> float:
+    """Largest |F_i| relative to the length of its row of the Jacobian."""
+    return float(np.abs(residual / equilibrated(jacobian)[1]).max())
 
 
 def _solve(
@@ -146,7 +153,30 @@ def _finished(size: float, previous: float, tolerance: float, length: float) -> 
     return stalled or size <= max(tolerance, ROUNDING * length)
 
 
-def log_determinant(node: Node, row: Floats) -> tuple[float, float]:
-    """Sign and logarithm of |det [J; row]|; the sign changes at a simple branch point."""
-    sign, log = np.linalg.slogdet(np.vstack([node.jacobian, row]))
-    return float(sign), float(log)
+class Determinant(NamedTuple):
+    """A number sign exp(log) 2^exponent."""
+
+    sign: float
+    log: float
+    exponent: int
+
+    def log_over(self, other: Determinant) -> float:
+        """Logarithm of the modulus, relative to another one."""
+        return self.log - other.log + (self.exponent - other.exponent) * math.log(2.0)
+
+
+def determinant(node: Node, row: Floats) -> Determinant:
+    """Det [J; row], which changes its sign at a simple branch point.
+
+    The units of F are in the exponent alone: rows of J are divided by powers of two near their sizes.
+    """
+    exponents = np.frexp(np.abs(node.jacobian).max(axis=1))[1]
+    rows = np.ldexp(node.jacobian, -exponents[:, None])
+    sign, log = np.linalg.slogdet(np.vstack([rows, row]))
+    return Determinant(float(sign), float(log), int(exponents.sum()))
+
+
+def largest_of(found: Sequence[Determinant]) -> Determinant:
+    """The largest of some determinants; the first one where all vanish."""
+    regular = [at for at in found if at.sign]
+    return max(regular, key=lambda at: at.log_over(regular[0])) if regular else found[0]

@@ -29,10 +29,12 @@ from vibroimpact._core.types import Floats
 from vibroimpact.continuation.expansion import DEGREE, Expansion, positions
 from vibroimpact.continuation.newton import (
     Attempt,
+    Determinant,
     NewtonStatus,
     Node,
     correct,
-    log_determinant,
+    determinant,
+    largest_of,
 )
 from vibroimpact.continuation.problem import Scaled
 
@@ -65,8 +67,8 @@ class Panel:
         Expansion of each test function by name; ``None`` where a value is not finite.
     unresolved
         Test functions that do not satisfy (2), with the reason.
-    log_determinant
-        The determinant of (3) is given relative to the exponential of this number.
+    reference
+        The determinant of (3) is given relative to this one.
     demand
         Largest of tail / allowed in (2), at most 1.
     """
@@ -76,7 +78,7 @@ class Panel:
     curve: Expansion
     tests: Mapping[str, Expansion]
     unresolved: dict[str, str]  # grows where a zero cannot be refined
-    log_determinant: float
+    reference: Determinant
     demand: float
 
     @property
@@ -86,7 +88,7 @@ class Panel:
 
     def determinant(self, node: Node) -> float:
         """The branch-point function (3) at a node."""
-        return _relative_determinant(node, self.row, self.log_determinant)
+        return _relative_determinant(node, self.row, self.reference)
 
 
 @dataclass(frozen=True)
@@ -211,7 +213,7 @@ def _with_tests(
 ) -> Panel | Failure:
     """Evaluate the test functions at the nodes, and check (2) for them."""
     row = traced.nodes[0].direction
-    reference = max(log_determinant(node, row)[1] for node in traced.nodes)
+    reference = largest_of([determinant(node, row) for node in traced.nodes])
     values = [test_values(problem, node, row, reference) for node in traced.nodes]
     tests = {
         name: Expansion(0.0, curve.high, np.array([at.get(name, math.nan) for at in values]))
@@ -233,7 +235,9 @@ def _with_tests(
     return Panel(row, tuple(traced.nodes), curve, tests, unresolved, reference, max(held))
 
 
-def test_values(problem: Scaled, node: Node, row: Floats, reference: float) -> dict[str, float]:
+def test_values(
+    problem: Scaled, node: Node, row: Floats, reference: Determinant
+) -> dict[str, float]:
     """All test functions at a node: those of (3), then the problem's own."""
     built_in = {
         FOLD: float(node.direction[-1]),
@@ -242,9 +246,9 @@ def test_values(problem: Scaled, node: Node, row: Floats, reference: float) -> d
     return built_in | problem.watched(node.y)
 
 
-def _relative_determinant(node: Node, row: Floats, reference: float) -> float:
-    sign, log = log_determinant(node, row)
-    return sign * math.exp(log - reference) if sign else 0.0
+def _relative_determinant(node: Node, row: Floats, reference: Determinant) -> float:
+    found = determinant(node, row)
+    return found.sign * math.exp(found.log_over(reference)) if found.sign else 0.0
 
 
 def _noise(problem: Scaled, node: Node, row: Floats) -> float:
@@ -285,5 +289,6 @@ def _factor(demand: float) -> float:
 
 def growth(panel: Panel) -> float:
     """Change of length (4) after a panel was accepted."""
-    wanted = (SAFETY / max(panel.demand, 1e-30)) ** (1.0 / DEGREE)
-    return float(max(SHORTEST, min(LONGEST, wanted)))
+    if panel.demand == 0.0:
+        return LONGEST
+    return float(max(SHORTEST, min(LONGEST, (SAFETY / panel.demand) ** (1.0 / DEGREE))))

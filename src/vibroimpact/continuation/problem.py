@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -155,4 +156,5 @@ def scaled(problem: Problem, bounds: tuple[float, float]) -> Scaled:
     sizes = np.asarray(problem.scale(), dtype=float)
     if sizes.ndim != 1 or not (np.all(sizes > 0.0) and np.all(np.isfinite(sizes))):
         raise InvalidParameterError(f"scale() = {sizes}: need one positive size per unknown.")
-    return Scaled(problem, np.exp2(np.round(np.log2(sizes))), low, high)
+    mantissa, exponent = np.frexp(sizes)
+    return Scaled(problem, np.ldexp(1.0, exponent - (mantissa < math.sqrt(0.5))), low, high)

@@ -107,7 +107,7 @@ class Sampler:
         node = correct(self.problem, panel.curve.at(s), panel.row, target, tolerance=0.0).node
         if node is None:
             return None
-        return node, test_values(self.problem, node, panel.row, panel.log_determinant)
+        return node, test_values(self.problem, node, panel.row, panel.reference)
 
 
 def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[LocatedZero]:
@@ -218,7 +218,8 @@ def _narrowed(true: Function, f: Expansion, a: float, b: float) -> tuple[float, 
     if not float(f.at(a)) * float(f.at(b)) < 0.0:
         return a, b
     s = zero_between(f, a, b)
-    width = max(4.0 * float(f.tail) / max(abs(float(f.slope(s))), 1e-300), EPS**0.75 * f.high)
+    slope = abs(float(f.slope(s)))
+    width = max(4.0 * float(f.tail) / slope if slope else b - a, EPS**0.75 * f.high)
     while True:
         low, high = max(a, s - width), min(b, s + width)
         if (low, high) == (a, b) or true(low) * true(high) <= 0.0:

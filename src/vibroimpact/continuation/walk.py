@@ -32,7 +32,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.continuation.curve import End, Stopped
 from vibroimpact.continuation.expansion import Expansion, first_zero, positions
-from vibroimpact.continuation.newton import Node, correct
+from vibroimpact.continuation.newton import Node, correct, relative
 from vibroimpact.continuation.panel import BRANCH_POINT, Failure, Panel, Standard, build, growth
 from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import LocatedZero, at_end, at_start, locate
@@ -447,4 +447,4 @@ def _image(problem: Scaled, node: Node, y: Floats, direction: Floats) -> Node:
 def _node_at(problem: Scaled, zero: LocatedZero) -> Node:
     """A special point as a node."""
     residual, jacobian = problem.linearised(zero.y)
-    return Node(zero.y, jacobian, zero.direction, float(np.abs(residual).max()), 0, zero.error)
+    return Node(zero.y, jacobian, zero.direction, relative(residual, jacobian), 0, zero.error)

@@ -27,8 +27,10 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
+from vibroimpact._core.scalars import rounded_down
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact._kernel import Jet
+from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.prescribed import NODES, WINDOW
 from vibroimpact.model.mechanism import Mechanism
@@ -89,6 +91,12 @@ class Rows:
         for part, b, c in zip(out, dual(flow["b"]), dual(flow["constant"]), strict=True):
             part[:size, :size], part[:size, size] = b, c
         return out
+
+    def units(self, code: int) -> Floats:
+        """Units of Y, powers of two, in which a flow is as large in all units of the user, shape (D + 1,)."""
+        whole = self.flow(code).value
+        flow = {"b": whole[:-1, :-1].tolist(), "constant": whole[:-1, -1].tolist()}
+        return np.array([*units_of(self.mechanism, flow, self.rate), 1.0])
 
     def moved(self, code: int, row: Floats, order: int) -> Dual:
         """Row . x, row . v or row . a, by its order 0, 1 or 2."""
@@ -225,8 +233,8 @@ class Flights:
         for code in np.unique(modes):
             flights = np.flatnonzero(modes == code)
             values_of_mode = _propagated(
-                self.rows.flow(int(code)), np.hstack([part[flights] for part in begun]),
-                counts[flights], np.append(offsets, length),
+                self.rows.flow(int(code)), self.rows.units(int(code)),
+                np.hstack([part[flights] for part in begun]), counts[flights], np.append(offsets, length),
             )  # fmt: skip
             for nth, part in enumerate(values_of_mode):
                 there = flights[counts[flights] > nth]
@@ -293,22 +301,32 @@ class Windows(NamedTuple):
         return Dual(*(chebyshev.chebval(x, part[:, last]) for part in self.y))
 
 
-def _propagated(flow: Dual, begun: Floats, counts: Integers, times: Floats) -> list[Floats]:
-    """(Y, dY/dp) at times in each window of flights in one mode, of those that have it."""
+def _propagated(
+    flow: Dual, units: Floats, begun: Floats, counts: Integers, times: Floats
+) -> list[Floats]:
+    """(Y, dY/dp) at times in each window of flights in one mode, of those that have it.
+
+    They are computed in these units, dY/dp with p in one that makes both parts of the flow alike.
+    """
     from scipy.linalg import expm
 
     size = len(flow.value)
     varied = bool(begun[:, size:].any() or flow.by.any())
+    value, by = (part / units[:, None] * units for part in flow)
     if not varied:
-        matrices = expm(flow.value * times[:, None, None])
-        begun, still = begun[:, :size], np.zeros((len(times) - 1, len(begun), size))
+        matrices = expm(value * times[:, None, None])
+        begun, still = begun[:, :size] / units, np.zeros((len(times) - 1, len(begun), size))
     else:
+        largest = float(np.abs(value).max())
+        change = np.abs(by).max() / largest if largest else 0.0
+        units = np.concatenate([units, units * (rounded_down(float(change), 1) or 1.0)])
         whole = np.block([[flow.value, np.zeros((size, size))], [flow.by, flow.value]])
-        matrices = expm(whole * times[:, None, None])
+        matrices = expm(whole / units[:, None] * units * times[:, None, None])
+        begun = begun / units
     out = []
     for nth in range(int(counts.max())):
         begun = begun[counts[counts >= nth] > nth]
-        values = np.einsum("nij,fj->nfi", matrices[:-1], begun)
+        values = np.einsum("nij,fj->nfi", matrices[:-1], begun) * units
         if not varied:
             values = np.concatenate([values, still[:, : len(begun)]], axis=2)
         out.append(values)

@@ -160,7 +160,7 @@ def _matrix(m: Mechanism) -> Floats:
 def loose(m: Mechanism) -> Floats:
     """Directions along which no spring holds the machine, shape (k, n)."""
     _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
-    found: Floats = directions[sizes <= ZERO * max(float(sizes.max()), 1e-300)]
+    found: Floats = directions[sizes <= ZERO * sizes.max()]
     return found
 
 
@@ -216,9 +216,11 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
     least = across[gaps <= gaps.min() + ZERO * max(*limits, np.abs(gaps).max())]
     if k == 1 and least.min() < 0.0 < least.max():  # it is in the middle
         return np.zeros(m.degrees)
-    most = float(np.abs(gaps).max()) * 2.0
+    size = float(np.abs(gaps).max())
+    if not size:
+        return np.zeros(m.degrees)
     found = linprog(
-        np.append(np.zeros(k), -1.0), A_ub=np.column_stack([across, np.ones(len(gaps))]), b_ub=gaps,
-        bounds=[(None, None)] * k + [(None, most)],
+        np.append(np.zeros(k), -1.0), A_ub=np.column_stack([across, np.ones(len(gaps))]),
+        b_ub=gaps / size, bounds=[(None, None)] * k + [(None, 2.0)],
     )  # fmt: skip
-    return np.asarray(found.x[:k] @ free, dtype=float) if found.success else np.zeros(m.degrees)
+    return np.asarray(found.x[:k] * size @ free) if found.success else np.zeros(m.degrees)

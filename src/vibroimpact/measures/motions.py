@@ -15,6 +15,8 @@ from vibroimpact.measures.linear import FreeMotion
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import mirrored
+from vibroimpact.orbits.newton import rows_of as sizes_of_rows
+from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, impacting
 from vibroimpact.simulation.simulate import Run, Status
@@ -69,9 +71,11 @@ def _variation(orbit: Orbit, parameter: str) -> tuple[Floats, Floats]:
         problem = OrbitProblem(orbit.system, orbit.signature, parameter)
     z = problem.packed(orbit.states, orbit.durations)
     _, by_z, by_parameter = problem.expanded(z, parameter_value(orbit.system, parameter))
+    sizes = scale_of(problem, z)
+    rows = sizes_of_rows(problem, sizes)
     moved: Floats = np.full(len(z), math.nan)
     with contextlib.suppress(np.linalg.LinAlgError):  # a fold to the last bit
-        moved = np.asarray(np.linalg.solve(by_z, -by_parameter), dtype=float)
+        moved = np.linalg.solve(by_z / rows[:, None] * sizes, -by_parameter / rows) * sizes
     return problem.unpacked(moved)
 
 

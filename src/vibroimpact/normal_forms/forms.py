@@ -114,6 +114,32 @@ def _parts(direction: ArrayLike) -> list[tuple[complex, Floats]]:
     return [(unit, part) for unit, part in ((1.0, u.real), (1.0j, u.imag)) if part.any()]
 
 
+@dataclass(frozen=True)
+class InSizes:
+    """Forms of the same map in coordinates of size one, so that its normal form does not depend on units.
+
+    Parameters
+    ----------
+    forms
+        Forms of the map.
+    sizes
+        Unit of each coordinate, shape (d,).
+    """
+
+    forms: Forms
+    sizes: Floats
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return self.forms.dimension
+
+    def derivative(self, *directions: Floats) -> Floats:
+        """Return D^k of the map for directions without the parameter's part."""
+        moved = self.forms.derivative(*(np.asarray(u) * self.sizes for u in directions))
+        return np.asarray(moved / self.sizes)
+
+
 def with_parameter(direction: ArrayLike, part: float) -> Floats:
     """Return a direction of shape (d + 1,) whose parameter's part is ``part``."""
     return np.append(np.asarray(direction, dtype=np.float64), part)

@@ -295,8 +295,10 @@ def why_inadmissible(
         place for place, here in gaps.items() if here.gap < -play * sizes[here.contact, here.watch]
     }
     behind = {(place.contact, place.side, place.segment, place.watch) for place in crossed}
-    closing, period = float(np.abs(parts.rate).max()), float(np.abs(durations).sum())
-    for k, (contact, side, _, watch) in enumerate(End(*end) for end in ends):
+    period, named = float(np.abs(durations).sum()), [End(*end) for end in ends]
+    rigid = [k for k, end in enumerate(named) if end.watch == GAP]
+    closing = float(np.abs(parts.rate[rigid]).max(initial=0.0))
+    for k, (contact, side, _, watch) in enumerate(named):
         fastest = closing if watch == GAP else sizes[contact, watch] / period
         at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
         if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k, watch) in behind):

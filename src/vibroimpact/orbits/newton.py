@@ -19,11 +19,12 @@ Reference   [yamashita2001]
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import End, Prescribed, compile_prescribed
 from vibroimpact.model.mechanism import stop_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -88,10 +89,10 @@ def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:
     return rows
 
 
-def guard_sizes(problem: OrbitProblem, sizes: Floats) -> Floats:
-    """Size of the changes of the guard at the end of each segment, shape (m,)."""
+def guard_sizes(problem: OrbitProblem, sizes: Floats, ends: Sequence[End] | None = None) -> Floats:
+    """Size of the changes of the guard at each end, by default those of the segments, shape (m,)."""
     compiled, n = _compiled(problem), problem.mechanism.degrees
-    rows = np.abs([compiled.guard(end).row for end in problem.ends])
+    rows = np.abs([compiled.guard(end).row for end in ends or problem.ends])
     of_y, of_zeta = np.ones(rows.shape[1]), np.zeros(compiled.size)
     of_zeta[problem.kept] = sizes[: problem.size]
     of_y[0 : 2 * n : 2], of_y[1 : 2 * n : 2] = of_zeta[:n], of_zeta[n : 2 * n] / compiled.scale

@@ -264,16 +264,20 @@ class Orbit:
     def why_inadmissible(self, slack: float = 0.0) -> str:
         """Violated gap, with a tolerance beyond rounding, relative to amplitude and period."""
         slack = nonnegative("slack", slack)
-        compiled = self.problem.compiled(self.parameter_value)
-        sizes = amplitudes(compiled, self.states, self.durations, self.problem.ends)
         ends, durations = self.problem.ends, self.durations
-        why = why_inadmissible(self.linearised, ends, durations, self.gaps, sizes, slack)
+        why = why_inadmissible(self.linearised, ends, durations, self.gaps, self._amplitudes, slack)
         held = (
             ""
             if why or not self.signature.flights
             else held_reversal(self.system, self.states, ends)
         )
         return why or held
+
+    @cached_property
+    def _amplitudes(self) -> dict[tuple[int, int], float]:
+        """Sizes of the gaps, by contact and watch."""
+        compiled = self.problem.compiled(self.parameter_value)
+        return amplitudes(compiled, self.states, self.durations, self.problem.ends)
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:
@@ -286,13 +290,23 @@ class Orbit:
     def nearest(self) -> Nearest | None:
         """Nearest approach to a stop between the impacts; None where no gap has an extremum.
 
-        With elements the margins of all their guards count, each in its own unit.
+        With elements the margins of all their guards count, each relative to its amplitude; gaps of rigid stops
+        relative to the largest of them.
         """
-        return min(self.gaps.values(), default=None)
+        if not self.signature.flights:
+            return min(self.gaps.values(), default=None)
+        sizes = self._amplitudes
+        length = max((size for (_, watch), size in sizes.items() if watch == GAP), default=0.0)
+
+        def relative(near: Nearest) -> tuple[float, Nearest]:
+            size = length if near.watch == GAP else sizes[near.contact, near.watch]
+            return near.gap / size if size else near.gap, near
+
+        return min(self.gaps.values(), key=relative, default=None)
 
     @property
     def clearance_to_grazing(self) -> float:
-        """Least gap between the impacts, infinite where no gap has an extremum."""
+        """Gap, or margin of an element's guard, at the nearest approach; infinite where none has an extremum."""
         if not self.converged:
             return math.nan
         return self.nearest.gap if self.nearest else math.inf

@@ -114,7 +114,7 @@ _SENTENCES = {
     "they depend on each other, or the forcing meets an undamped resonance of it",
     RunEnd.EVENTS: "the record is full: mostly events that are no impacts, or all of the memory",
     RunEnd.INTERRUPTED: "it was interrupted",
-    RunEnd.DIVERGED: "the motion diverged: a coordinate beyond 2^256, or a clearance lost in "
+    RunEnd.DIVERGED: "the motion diverged: beyond 2^256 of the machine's size, or a clearance lost in "
     "rounding",
     RunEnd.SLIDING: "a hybrid system slides on a guard, and its modes do not say how",
     RunEnd.POINTS: "the requested number of points was reached",

@@ -260,10 +260,11 @@ def _fastest_pace(mechanism: Mechanism, starts: Starts) -> float:
     """The fastest pace of the motions from some starts (compile/pace.py), the first ones if there are many."""
     most = int(LOOKED_AT ** (1.0 / max(1, len(starts.dims))))
     states = starts.block(tuple(slice(0, min(n, most)) for n in starts.dims.values())).states()
-    parts = np.array(paced_parts(mechanism)).reshape(1, -1, mechanism.degrees + 4)
+    parts = np.array(paced_parts(mechanism)).reshape(1, -1, mechanism.degrees + 5)
     one = np.zeros(len(states.phase), dtype=np.intp)
     endless = np.full(len(one), math.inf)
-    found = paces_of(parts, np.zeros(1), one, states.position, states.velocity, endless)
+    none = np.zeros(1)
+    found = paces_of(parts, none, none, one, states.position, states.velocity, endless)
     return float(found.max())
 
 
