@@ -26,7 +26,7 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core import linear
-from vibroimpact._core.scalars import above, choose, greatest, square_root
+from vibroimpact._core.scalars import ROUNDING, above, choose, greatest, square_root
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.coordinates import LARGER, Blocks
 from vibroimpact.compile.modes import FASTEST, SLOWEST
@@ -51,7 +51,7 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
         if not isinstance(part, (*STOP_KINDS, Friction)):
             continue
         row = [part.row[i] for i in heavy]
-        still, *driving = (abs(linear.dot(row, lift)) for lift in lifts)
+        still, *driving = (_along(row, lift) for lift in lifts)
         lines = sum(driving)
         pull = still + lines
         lower, upper, belt = -math.inf, math.inf, 0.0
@@ -66,6 +66,13 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
             lower, upper = part.lower, part.upper
         out.append([*part.row, lower, upper, pull, lines, belt])
     return out
+
+
+def _along(row: list[float], lift: list[float]) -> float:
+    """Size of row . lift; zero where it is rounding, as of two bodies that fall alike."""
+    size = sum(abs(x * y) for x, y in zip(row, lift, strict=True))
+    found = abs(linear.dot(row, lift))
+    return choose(above(found, ROUNDING * size), found, 0.0)
 
 
 def paced_rate(own: float, pace: float) -> float:

@@ -306,8 +306,8 @@ def _inside(limits: list[tuple[Floats, float, float]], n: int) -> Floats:
             for side, limit in ((1.0, high), (-1.0, low)) if math.isfinite(limit)]  # fmt: skip
     across = np.array([np.append(row, 1.0) for row, _ in rows])
     size = max(abs(limit) for _, limit in rows) or 1.0
-    most, limits = [(None, None)] * n + [(None, 1.0)], [limit / size for _, limit in rows]
-    found = linprog(np.append(np.zeros(n), -1.0), across, limits, bounds=most)
+    most, right = [(None, None)] * n + [(None, 1.0)], [limit / size for _, limit in rows]
+    found = linprog(np.append(np.zeros(n), -1.0), across, right, bounds=most)
     return np.asarray(found.x[:n]) * size if found.success else np.zeros(n)
 
 
