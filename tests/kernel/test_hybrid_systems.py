@@ -94,6 +94,22 @@ def test_of_guards_due_on_either_side_of_the_end_of_a_step_the_one_given_first_d
     assert after == {first[names[0]].to}
 
 
+def test_rest_on_a_guard_is_no_chain_of_touches() -> None:
+    # x' = 0.1 - x stays on its level beside a swing that comes so near to another guard that every
+    # step is examined, more than 4096 of them
+    turning = vi.LinearMode([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]], [0.1, 0.0, 0.0])
+    system = vi.HybridSystem(
+        modes={"a": turning, "b": turning},
+        guards={"g": vi.LinearGuard([1.0, 0.0, 0.0], 0.1),
+                "h": vi.LinearGuard([0.0, 1.0, 0.0], 1.0 + 1e-6)},
+        transitions=(vi.Transition("a", "g", "rising", "b"), vi.Transition("a", "h", "rising", "b")),
+    )  # fmt: skip
+    run = vi.simulate_hybrid(system, "a", [0.1, 1.0, 0.0], t_max=1e4)
+    assert list(run.status) == [vi.Status.HORIZON]
+    assert run.time[-1] == 1e4
+    np.testing.assert_allclose(run.at(1e4)[0], 0.1, rtol=ULPS)
+
+
 def test_a_transition_that_would_never_happen_is_refused() -> None:
     twice = vi.Transition("a", "g", "rising", "a"), vi.Transition("a", "g", "rising", "b")
     with pytest.raises(
