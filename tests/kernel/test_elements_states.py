@@ -22,8 +22,8 @@ def one(*elements: Any, stiffness: float = 1.0, push: float = 0.0) -> vi.Mechani
     )  # fmt: skip
 
 
-def two(*elements: Any, coupling: float = 0.0, **more: Any) -> vi.Mechanism:
-    k = [[1.0 + coupling, -coupling], [-coupling, 1.0 + coupling]]
+def two(*elements: Any, coupling: float = 0.0, free: bool = False, **more: Any) -> vi.Mechanism:
+    k = np.array([[1.0 + coupling, -coupling], [-coupling, 1.0 + coupling]]) * (not free)
     return vi.Mechanism(mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=k, elements=elements,
                         **more)  # fmt: skip
 
@@ -442,3 +442,49 @@ def test_a_soft_stop_is_named_by_the_side_on_which_the_mass_is(
     events = run.status != vi.Status.HORIZON
     assert np.count_nonzero(run.status == vi.Status.CHANGE) > 3
     np.testing.assert_array_equal(run.stop[events], run.position[events, 0] < 0.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_friction_that_comes_to_rest_as_a_contact_opens_sticks_where_it_can(side: float) -> None:
+    # Mass 1 is on its stop, pushed by 0.1; mass 2 slides on it, pulled by 1.2 away from the stop. On the
+    # stop friction cannot hold 2, 1.2 > 1, and kinetic friction lifts 1 off it, 0.5 > 0.1. Off the
+    # stop it holds both with (1.2 + 0.1) / 2 < 1.
+    m = two(
+        vi.RigidStop((side, 0.0), lower=0.0, restitution=0.0),
+        vi.Friction((-1.0, 1.0), kinetic=0.5, static=1.0), constant_force=(-0.1 * side, 1.2 * side),
+        free=True,
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, -1.7 * side)), t_max=3.0)
+    changes = run.time[run.status == Status.CHANGE]
+    np.testing.assert_allclose(changes, [1.7 / 1.7], rtol=ULPS)
+    way = 0.5 * (1.2 - 0.1) / 2.0 * 2.0**2
+    np.testing.assert_allclose(run.position[-1] * side, [way, way - 0.85], atol=16 * ULPS)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_friction_that_an_impact_brings_to_rest_sticks_where_it_can(side: float) -> None:
+    # Mass 1 meets its stop, plastic, as mass 2 turns: 0.75 - 0.5 has taken it from -0.5 to 0 by t = 2.
+    # Kinetic friction would let 2 slip on; static friction holds it beside 1, which 1 - 0.75 presses.
+    m = two(
+        vi.RigidStop((side, 0.0), lower=0.0, restitution=0.0),
+        vi.Friction((-1.0, 1.0), kinetic=0.5, static=1.0), constant_force=(-side, 0.75 * side),
+        free=True,
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((3.0 * side, 0.0), (-side, -0.5 * side)), t_max=4.0)
+    np.testing.assert_allclose(run.time[0], 2.0, rtol=ULPS)
+    np.testing.assert_allclose(run.position[-1] * side, [0.0, -0.5], atol=16 * ULPS)
+
+
+def test_friction_on_a_belt_does_not_carry_a_block_behind_its_stop() -> None:
+    # A force of 1 presses the block to its stop. At pi / 2 the speed of the belt, -0.3 cos(t), passes that
+    # of the block, 0; friction that held it there would take it behind the stop.
+    m = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(1.0,),
+        elements=(vi.RigidStop((1.0,), upper=0.0, restitution=0.0),
+                  vi.Friction((1.0,), kinetic=0.25, static=2.0,
+                              motion=vi.Harmonic(1.0, (-0.3,)))),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0,), (0.0,)), t_max=3.0)
+    assert run.end is vi.RunEnd.HORIZON
+    np.testing.assert_allclose(run.time[-2], math.pi / 2.0, rtol=ULPS)
+    np.testing.assert_allclose(run.position[-1], 0.0, atol=ULPS)

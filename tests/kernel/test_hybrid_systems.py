@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import vibroimpact as vi
+from vibroimpact.compile.sliding import GivenSystem
+from vibroimpact.compile.units import units_of
 
 ULPS = 64 * 2.0**-53
 
@@ -58,6 +61,53 @@ def test_of_two_guards_reached_at_one_instant_the_one_given_first_decides(
     )
     run = vi.simulate_hybrid(system, "a", [start], t_max=2.0)
     assert run.modes[1] == {"g": "b", "h": "c"}[names[0]]
+
+
+@pytest.mark.parametrize("names", ["gh", "hg"])
+@pytest.mark.parametrize("rate", [0.9, 2.3, 13.0])
+def test_of_guards_due_on_either_side_of_the_end_of_a_step_the_one_given_first_decides(
+    names: str, rate: float
+) -> None:
+    # x' = 1 beside a swing that sets the step: x reaches its level within some ulp of the end of a step,
+    # and 3 x three times the level, rounded otherwise.
+    first = {
+        "g": vi.Transition("a", "g", "rising", "b"),
+        "h": vi.Transition("a", "h", "rising", "c"),
+    }
+    swing = vi.LinearMode([[0.0, 0.0, 0.0], [0.0, 0.0, rate], [0.0, -rate, 0.0]], [1.0, 0.0, 0.0])
+    after = set()
+    for ulps, steps in itertools.product((-2, -1, 0, 1, 2), (1, 2, 3, 4, 8)):
+        system = vi.HybridSystem(
+            modes=dict.fromkeys("abc", swing),
+            guards={
+                "g": vi.LinearGuard([1.0, 0.0, 0.0], 1.0),
+                "h": vi.LinearGuard([3.0, 0.0, 0.0], 3.0 * (1.0 + ulps * 2.0**-52)),
+            },
+            transitions=tuple(first[name] for name in names),
+        )
+        units = units_of(system, "a", np.array([0.0, 0.1, 0.0]), 50.0)
+        end = steps * GivenSystem(system, units).steps[0] * units.time
+        for shift in range(-6, 7):
+            start = [1.0 - end + shift * 2.0**-53, 0.1, 0.0]
+            run = vi.simulate_hybrid(system, "a", start, t_max=50.0)
+            after.add(run.modes[1])
+    assert after == {first[names[0]].to}
+
+
+def test_rest_on_a_guard_is_no_chain_of_touches() -> None:
+    # x' = 0.1 - x stays on its level beside a swing that comes so near to another guard that every
+    # step is examined, more than 4096 of them
+    turning = vi.LinearMode([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]], [0.1, 0.0, 0.0])
+    system = vi.HybridSystem(
+        modes={"a": turning, "b": turning},
+        guards={"g": vi.LinearGuard([1.0, 0.0, 0.0], 0.1),
+                "h": vi.LinearGuard([0.0, 1.0, 0.0], 1.0 + 1e-6)},
+        transitions=(vi.Transition("a", "g", "rising", "b"), vi.Transition("a", "h", "rising", "b")),
+    )  # fmt: skip
+    run = vi.simulate_hybrid(system, "a", [0.1, 1.0, 0.0], t_max=1e4)
+    assert list(run.status) == [vi.Status.HORIZON]
+    assert run.time[-1] == 1e4
+    np.testing.assert_allclose(run.at(1e4)[0], 0.1, rtol=ULPS)
 
 
 def test_a_transition_that_would_never_happen_is_refused() -> None:

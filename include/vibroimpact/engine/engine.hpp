@@ -70,7 +70,8 @@ VI_HD inline int settle_after(const hybrid<Flow>& system,
         if (!moves_on(e.what)) return 0;
         at.elements.settled = false;
         const int before = at.elements.code;
-        const auto states = settle_elements(system, at);
+        const auto earlier = plain_state(e.before, system.dimension());
+        const auto states = settle_elements(system, at, &earlier);
         if (states.what == decision::missing) return states.code;
         if (states.what == decision::undecided) e.what = status::undecided;
         if (system.elements.given) return 0;

@@ -2,7 +2,8 @@
 //
 // Method      The march is step by step. In every step each gap function is a Taylor
 //             polynomial (18 derivatives, rows of the guard times y), and its first root is found or
-//             excluded by first_root.hpp. The earliest over all guards ends the flight.
+//             excluded by first_root.hpp. The earliest over all guards ends the flight. Where it may wait
+//             beyond the end of the step, so far is looked for others that are due with it.
 //             Where nothing that moves can reach a stop (search/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march, but where 2^15 or more are. Flows without
 //             blocks take strides of 2^n steps (system/stride.hpp). After a while it is asked whether
@@ -34,6 +35,7 @@ namespace vi {
 inline constexpr double most_steps = 0x1p51;  // of one flight: the time is known to a step's part
 inline constexpr int steps_in_a_row = 4096;   // leaps and strides are one: some milliseconds
 inline constexpr int most_in_a_row = 1 << 22; // while it is on a stop that it started on
+inline constexpr double beyond_step = 1.0 + 0x1p-12; // to where the series of a step still holds
 inline constexpr int longer_leap = 5; // doublings: then the states are not those of the march
 
 enum class flight_end { contact, grazing, horizon, paused, searching, undecided, steps, diverged };
@@ -489,8 +491,14 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
             wait = 2 * wait + 1 < most_waiting ? 2 * wait + 1 : most_waiting;
             waiting = wait;
         }
-        const double left = horizon - at.steps() * flow.step;
-        examine(first, at.y, at.applications(), min(flow.step, left));
+        const double left = horizon - at.steps() * flow.step, span = min(flow.step, left);
+        examine(first, at.y, at.applications(), span);
+        if (first.what != finding::none && first.latest > span) { // others may be due after its end
+            const double beyond = min(min(first.latest, beyond_step * flow.step), left);
+            earliest<taylor_order> both;
+            examine(both, at.y, at.applications(), beyond);
+            if (both.what != finding::none) first = both;
+        }
         if (first.what != finding::none) {
             auto out =
                 land_on<taylor_order, T, Mode, Shape>(m, first, at.y, at.steps() * flow.step);

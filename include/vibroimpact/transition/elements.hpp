@@ -5,10 +5,14 @@
 //                 g > 0,  or  g = 0 and g' > 0,  or  g = g' = 0 and g'' > 0, ...               (1)
 //             g being the margin to the limit, and if every held row of it is zero: slip speed, to stick.
 //             A margin whose derivatives up to `most_zeros` all vanish lasts, too.
-//             The present states are kept where they can last; a start has none. Else the elements with a
-//             watch that is not inside are decided together: of the combinations of their states the
-//             first that can last is taken, states in falling order, so that friction sticks where it
-//             can. Values alone exclude most states of each before.
+//             The present states are kept where they can last; a start has none, and friction that an
+//             impulse has brought to rest is decided anew. Else the elements with a watch that is not
+//             inside are decided together: of the combinations of their states the first that can last
+//             is taken, states in falling order, so that friction sticks where it can. Values alone
+//             exclude most states of each before.
+//             Contacts at rest and elements are one problem: of every combination the contacts are closed that
+//             its own forces press (closing.hpp), and (1) is asked of the mode that holds these. Where
+//             they keep a slip speed at zero, friction slips the way it would go without them.      (2)
 //             Sticking projects velocities as the coordinates of the mode say (mode_coordinates.hpp).
 // Assumes     a state next to the limits that were reached; no impulse acts but those of stops: friction
 //             leaves velocities as an impact makes them
@@ -163,6 +167,46 @@ VI_HD inline int still_closed(const hybrid<Flow>& system, const State& at) {
     return code;
 }
 
+// Whether friction that sticks to a belt leads a contact at rest behind its stop, by the first derivative of the gap
+// that is not zero. An open mode.
+template <class Flow, class State>
+VI_HD inline bool is_driven_in(const hybrid<Flow>& system, const State& at, int contact) {
+    const auto& m = system.modes[at.mode];
+    if (keeps_gap(m, contact)) return false;
+    const auto& g = m.guards[contact];
+    const int n = system.dimension();
+    const double largest = max(at.elements.size, largest_of(at.y, n));
+    for (int k = 2; k <= most_zeros; ++k) {
+        const double d = gap_derivative<double>(system, at, contact, k);
+        if (abs(d) > rounding_of_derivative(g, k, largest, m.flow)) return d < 0.0;
+    }
+    return false;
+}
+
+// The contacts that are closed beside elements in the states of a code; none (-1) where these cannot be. A closed mode keeps its own. In an open one
+// those of all at rest that these states press; while one is approached its impact comes first. Undecided: the mode
+// of this set and code is missing.
+template <class Flow, class State>
+VI_HD inline closing closed_beside(const hybrid<Flow>& system, const State& at, int code) {
+    if (!system.is_open(at.mode)) return {system.codes[at.mode] % system.closed_sets(), true};
+    const int contacts = system.contacts();
+    if (!any_at_rest(at, contacts) || approached(at, contacts) >= 0)
+        return {still_closed(system, at), true};
+    auto there = at;
+    there.elements.code = code;
+    const int open = open_mode(system, there);
+    if (open < 0) return {0, false};
+    there.mode = open;
+    if (system.modes[open].watched.constrained && code != at.elements.code)
+        there.y = system.from_free[open](there.y, system.dimension());
+    set_on_stops(system, there);
+    for (int i = 0; i < contacts; ++i)
+        if (there.touching[i] != 0.0 && there.rate[i] == 0.0 &&
+            held_by_friction(system, there, i) && is_driven_in(system, there, i))
+            return {-1, true};
+    return closed_set(system, there);
+}
+
 // Combinations of the states of some elements, counted through.
 template <int Most>
 struct combinations {
@@ -185,20 +229,22 @@ struct combinations {
     }
 };
 
-// The elements with a watch that is not inside, or, with all, every one; and the states that values allow to each,
-// the others being as they are. `missing`: a mode that this takes.
+// The elements with a watch in `now` that is not inside, at a start also friction whose slip speed contacts keep at
+// zero, or, with all, every one; and the states that values allow to each, the others being as they are: where y is in coordinates of closed contacts, with these. `missing`: a mode
+// that this takes.
 template <class Flow>
 VI_HD inline combinations<Flow::shape_type::max_elements>
-open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension>& y,
-               double largest, int closed, int code, bool all, int& missing) {
+open_questions(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_type& now,
+               const vec<double, Flow::max_dimension>& y, double largest, int closed, int code,
+               bool start, bool all, int& missing) {
     combinations<Flow::shape_type::max_elements> out;
     const int sets = system.closed_sets();
-    const auto& now = system.modes[system.find_mode(closed + sets * code)];
     for (int e = 0; e < system.elements.count; ++e) {
         bool asked = all;
         for (int j = 0; j < now.watched.count; ++j)
             if (now.watched.at[j].element == e)
-                asked = asked || !look_at(now.watched.at[j], y, largest, now.flow).inside;
+                asked = asked || (start && now.watched.at[j].held && !system.elements.joint[e]) ||
+                        !look_at(now.watched.at[j], y, largest, now.flow).inside;
         if (!asked) continue;
         int allowed = 0;
         for (int s = 0; s < radix; ++s) {
@@ -236,43 +282,118 @@ VI_HD inline bool law_decides(const hybrid<Flow>& system, int taken, int other) 
     return true;
 }
 
-template <class Flow>
-VI_HD inline decided_states decide_states(const hybrid<Flow>& system,
-                                          const vec<double, Flow::max_dimension>& y, int closed,
+// Watches of an element that are not held.
+template <class Mode>
+VI_HD inline int free_watches(const Mode& m, int element) {
+    int count = 0;
+    for (int j = 0; j < m.watched.count; ++j)
+        count += m.watched.at[j].element == element && !m.watched.at[j].held;
+    return count;
+}
+
+// (2) for states that last in mode m: where contacts keep slip speeds at zero, the way they would go beside the contacts
+// that stay closed if friction alone held these. `missing`: a mode that this takes.
+template <class Flow, class State>
+VI_HD inline bool opposes(const hybrid<Flow>& system, const State& at,
+                          const typename hybrid<Flow>::mode_type& m, double largest, int code,
+                          int& missing) {
+    const int sets = system.closed_sets(), open = system.find_mode(sets * code);
+    if (!system.is_open(at.mode) || open < 0 || &system.modes[open] == &m) return true;
+    int stuck = code;
+    for (int e = 0; e < system.elements.count; ++e)
+        if (!system.elements.soft[e] && !system.elements.joint[e] &&
+            state_in_code(code, e) != sticking_state &&
+            free_watches(m, e) < free_watches(system.modes[open], e))
+            stuck = with_state(stuck, e, sticking_state);
+    if (stuck == code) return true;
+    const auto beside = closed_beside(system, at, stuck);
+    const int wanted = (beside.code < 0 ? 0 : beside.code) + sets * (beside.decided ? code : stuck);
+    const int without = beside.decided ? system.find_mode(wanted) : -1;
+    if (without < 0) {
+        missing = wanted;
+        return false;
+    }
+    auto to = at.elements;
+    const auto& watched = system.modes[without].watched;
+    for (int j = 0; j < watched.count; ++j) {
+        const int e = watched.at[j].element;
+        if (!watched.at[j].held && state_in_code(stuck, e) != state_in_code(code, e) &&
+            side_crossed(system.modes[without], j, at.y, largest, to) != 0)
+            return false;
+    }
+    return true;
+}
+
+// Whether friction that slips has been brought to a limit by the impulse of an event, from the state before it.
+template <class Flow, int D, class States>
+VI_HD inline bool
+brought_to_rest(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_type& m,
+                const vec<double, D>& before, double largest, const States& lasting) {
+    for (int j = 0; j < m.watched.count; ++j) {
+        const auto& w = m.watched.at[j];
+        if (!w.held && !system.elements.soft[w.element] && lasting.zeros[j] != 0 &&
+            look_at(w, before, largest, m.flow).inside)
+            return true;
+    }
+    return false;
+}
+
+// `at` with values only; `before`: the state before the event, in free coordinates, or none.
+template <class Flow, class State>
+VI_HD inline decided_states decide_states(const hybrid<Flow>& system, const State& at,
+                                          const vec<double, Flow::max_dimension>* before,
                                           element_states<Flow::shape_type::max_watches>& to) {
     const int n = system.dimension(), sets = system.closed_sets();
+    const auto& y = at.y;
     const double largest = max(to.size, largest_of(y, n)); // rounding is of the whole flight
     const bool start = to.code == no_states;
     if (start) to.code = 0;
-    const int now = system.find_mode(closed + sets * to.code);
-    if (now < 0) return {decision::missing, closed + sets * to.code};
+    auto closed = closed_beside(system, at, to.code);
+    if (!closed.decided) return {decision::missing, closed.code + sets * to.code};
+    const bool solved = closed.code >= 0;
+    if (!solved) closed.code = still_closed(system, at);
+    const int now = system.find_mode(closed.code + sets * to.code);
+    if (now < 0) return {decision::missing, closed.code + sets * to.code};
     auto next = to;
-    if (!start && can_last(system.modes[now], y, largest, next)) {
-        to = next;
-        return {decision::kept};
-    }
-    for (int all = 0; all < 2; ++all) {
-        int missing = -1, taken = -1;
-        const auto asked = open_questions(system, y, largest, closed, to.code, all == 1, missing);
+    int missing = -1;
+    if (!start && solved && can_last(system.modes[now], y, largest, next) &&
+        !(before && brought_to_rest(system, system.modes[now], *before, largest, next))) {
+        const bool rather = opposes(system, at, system.modes[now], largest, next.code, missing);
         if (missing >= 0) return {decision::missing, missing};
-        bool unique = true;
+        if (rather) {
+            to = next;
+            return {decision::kept};
+        }
+    }
+    const int stay = system.is_open(at.mode) ? 0 : closed.code;
+    int taken = -1;
+    bool unique = true, lasting = false;
+    auto best = to;
+    for (int all = 0; all < 2 && taken < 0; ++all) {
+        const auto asked = open_questions(system, system.modes[now], y, largest, stay, to.code,
+                                          start, all == 1, missing);
+        if (missing >= 0) return {decision::missing, missing};
         for (int number = 0;; ++number) {
             next.code = asked.of(number, to.code);
             if (next.code < 0) break;
-            const int m = system.find_mode(closed + sets * next.code);
-            if (m < 0) return {decision::missing, closed + sets * next.code};
+            const auto beside = closed_beside(system, at, next.code);
+            if (!beside.decided) return {decision::missing, beside.code + sets * next.code};
+            if (beside.code < 0) continue;
+            const int m = system.find_mode(beside.code + sets * next.code);
+            if (m < 0) return {decision::missing, beside.code + sets * next.code};
             auto found = next;
             if (!can_last(system.modes[m], y, largest, found)) continue;
-            if (taken < 0) {
-                taken = found.code;
-                to = found;
-            } else {
-                unique = unique && law_decides(system, taken, found.code);
-            }
+            const bool rather = opposes(system, at, system.modes[m], largest, found.code, missing);
+            if (missing >= 0) return {decision::missing, missing};
+            if (rather && taken >= 0) unique = unique && law_decides(system, taken, found.code);
+            if (rather ? taken < 0 : !lasting) best = found;
+            if (rather && taken < 0) taken = found.code;
+            lasting = true;
         }
-        if (taken >= 0) return {unique ? decision::changed : decision::non_unique};
     }
-    return {decision::undecided};
+    if (!lasting) return {decision::undecided};
+    to = best;
+    return {unique ? decision::changed : decision::non_unique};
 }
 
 // A hybrid system as data is in the mode that the last watch gave: where the flight starts on limits, and
@@ -296,28 +417,29 @@ VI_HD inline decided_states enter_given(const hybrid<Flow>& system,
 } // namespace detail
 
 // Decide the states of all elements from where the motion is; the trajectory may be in a mode with closed
-// contacts, which stays. Not where nothing has happened since it was done.
+// contacts, which stays. Not where nothing has happened since it was done. `before`: the state before an event, in
+// free coordinates.
 template <class T, class Flow>
-VI_HD inline decided_states settle_elements(const hybrid<Flow>& system,
-                                            trajectory<T, typename Flow::shape_type>& at) {
+VI_HD inline decided_states
+settle_elements(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at,
+                const vec<double, Flow::max_dimension>* before = nullptr) {
     if constexpr (Flow::shape_type::max_elements == 0) {
         return {decision::kept};
     } else {
         if (at.elements.settled || system.elements.count == 0) return {decision::kept};
         if (system.elements.given) return detail::enter_given(system, at);
         const int n = system.dimension(), sets = system.closed_sets();
-        const int before = at.elements.code;
-        const bool open = system.is_open(at.mode);
-        const int closed = open ? detail::still_closed(system, at) : system.codes[at.mode] % sets;
+        const int was = at.elements.code;
+        const int closed = system.codes[at.mode] % sets;
         auto states = at.elements;
         const auto out =
-            detail::decide_states(system, detail::plain_state(at.y, n), closed, states);
+            detail::decide_states(system, detail::values(at, n, system.contacts()), before, states);
         if (out.what == decision::missing || out.what == decision::undecided) return out;
-        const int code = (open ? 0 : closed) + sets * states.code;
+        const int code = closed + sets * states.code;
         const int m = system.find_mode(code), base = system.find_mode(sets * states.code);
         if (m < 0) return {decision::missing, code};
         if (base < 0) return {decision::missing, sets * states.code};
-        if (system.modes[m].watched.constrained && before != states.code)
+        if (system.modes[m].watched.constrained && was != states.code)
             at.y = system.from_free[m](at.y, n);
         at.mode = m;
         at.elements = states;

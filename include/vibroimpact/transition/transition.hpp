@@ -195,6 +195,26 @@ VI_HD inline status status_of(flight_end end) {
     }
 }
 
+// The limits that a flight without a transition has not left, as nothing moves it off them; of others nothing is known.
+template <class T, class Flow>
+VI_HD inline void keep_limits(const hybrid<Flow>& system,
+                              trajectory<T, typename Flow::shape_type>& at, double applications) {
+    const auto before = at.elements;
+    at.elements = {before.code, true, 0, before.size};
+    const auto& m = system.modes[at.mode];
+    for (int j = 0; j < m.watched.count; ++j) {
+        if (!before.stays_on(j)) continue;
+        const auto& g = m.watched.at[j].row;
+        const int side = before.zeros[j] > 0 ? 1 : -1;
+        const double limit = side > 0 ? g.upper : g.lower;
+        const double margin = side * (limit - plain(guard_value(g, 0, at.y, system.dimension())));
+        const double terms = plain(magnitude(g, 0, at.y, m.flow)) + abs(limit);
+        if (abs(margin - before.offset[j]) > rounding_after(applications, terms)) continue;
+        at.elements.zeros[j] = before.zeros[j];
+        at.elements.offset[j] = before.offset[j];
+    }
+}
+
 // A flight that ends on no stop: paused, at the horizon, or given up.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
@@ -206,7 +226,7 @@ end_without_transition(const hybrid<Flow>& system, trajectory<T, typename Flow::
         if (!(held && plain(at.flat[i]) < 0.0)) at.flat[i] = 0.0; // closed without force it stays
     }
     if constexpr (Flow::shape_type::max_watches > 0)
-        if (plain(end.duration) > 0.0) at.elements = {at.elements.code, true, 0, at.elements.size};
+        if (plain(end.duration) > 0.0) keep_limits(system, at, end.applications);
     return plain_event<T, typename Flow::shape_type>(status_of(end.end), end.contact, end.side,
                                                      end.duration, in_free_coordinates(system, at));
 }
