@@ -14,7 +14,9 @@
 //             leaves velocities as an impact makes them
 // Accuracy    zero is what lies below 64 ulp of the terms of a derivative, those of the next one times a
 //             step included; coordinates count with the largest at either end of the flight before,
-//             or half of what they counted with there
+//             or half of what they counted with there. Where nothing can last so, sixteen times as much is
+//             zero: an event may be as far off its limit as the one at which the flight began (4 eps of a
+//             release), and the terms of one state cancel in the rows of another
 // Fails       undecided: no combination can last; missing: a mode that was not built has this code, and
 //             nothing was changed
 // Reference   theory.md, "Elements"; Filippov, Differential Equations with Discontinuous Righthand
@@ -34,13 +36,18 @@ struct decided_states {
 
 namespace detail {
 
+// What rounding is relative to: the largest coordinate, and what counts as zero of a sum with such terms.
+struct noise {
+    double largest, zero = tie_margin;
+};
+
 template <class Guard, class Flow>
-VI_HD inline double rounding_of_derivative(const Guard& g, int m, double largest,
+VI_HD inline double rounding_of_derivative(const Guard& g, int m, const noise& of,
                                            const Flow& flow) {
     double sum = abs(g.gains[m]) + flow.step * abs(g.gains[m + 1]);
     for (int j = 0; j < flow.dimension(); ++j)
-        sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * largest;
-    return tie_margin * sum;
+        sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * of.largest;
+    return of.zero * sum;
 }
 
 template <int D>
@@ -58,15 +65,15 @@ struct standing {
     double margin;
 };
 template <class Guard, class Flow, int D>
-VI_HD inline standing standing_at(const Guard& g, int side, const vec<double, D>& y, double largest,
-                                  const Flow& flow) {
+VI_HD inline standing standing_at(const Guard& g, int side, const vec<double, D>& y,
+                                  const noise& of, const Flow& flow) {
     const double limit = side > 0 ? g.upper : g.lower;
     const int n = flow.dimension();
     const double margin = side * (limit - guard_value(g, 0, y, n));
     for (int m = 0; m <= most_zeros; ++m) {
         const double d = m == 0 ? margin : -side * guard_value(g, m, y, n);
         const double rounding =
-            rounding_of_derivative(g, m, largest, flow) + (m == 0 ? tie_margin * abs(limit) : 0.0);
+            rounding_of_derivative(g, m, of, flow) + (m == 0 ? of.zero * abs(limit) : 0.0);
         if (abs(d) > rounding) return {m, d > 0.0, margin};
     }
     return {most_zeros + 1, true, margin};
@@ -77,20 +84,19 @@ struct verdict_of_watch {
     bool allowed = true, inside = true;
 };
 template <class Watch, class Flow, int D>
-VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, double largest,
+VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, const noise& of,
                                       const Flow& flow) {
     const double u = guard_value(w.row, 0, y, flow.dimension());
     verdict_of_watch out;
     if (w.held) {
         // four times, as the states that slip have larger terms than this one, u' being zero here
-        out.allowed = abs(u) <= 4.0 * rounding_of_derivative(w.row, 0, largest, flow);
+        out.allowed = abs(u) <= 4.0 * rounding_of_derivative(w.row, 0, of, flow);
         return {out.allowed, out.allowed};
     }
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? w.row.upper : w.row.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
-        const double rounding =
-            rounding_of_derivative(w.row, 0, largest, flow) + tie_margin * abs(limit);
+        const double rounding = rounding_of_derivative(w.row, 0, of, flow) + of.zero * abs(limit);
         const double margin = side * (limit - u);
         out.allowed = out.allowed && margin >= -rounding;
         out.inside = out.inside && margin > rounding;
@@ -100,7 +106,7 @@ VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, d
 
 // (1) for watch j of a mode: the side on which it is led outside, or 0; `to` says then where the flight starts.
 template <class Mode, class States, int D>
-VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, double largest,
+VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, const noise& of,
                               States& to) {
     const auto& g = m.watched.at[j].row;
     int crossed = 0;
@@ -108,7 +114,7 @@ VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, dou
     to.offset[j] = 0.0;
     for (int side = -1; side <= 1; side += 2) {
         if (!(abs(side > 0 ? g.upper : g.lower) < 0x1p1000)) continue;
-        const auto at = standing_at(g, side, y, largest, m.flow);
+        const auto at = standing_at(g, side, y, of, m.flow);
         if (!at.inside && crossed == 0) crossed = side;
         if (at.zeros == 0) continue;
         to.zeros[j] = side * at.zeros;
@@ -119,13 +125,13 @@ VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, dou
 
 // (1) for all watches of a mode.
 template <class Mode, class States, int D>
-VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double largest, States& to) {
+VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, const noise& of, States& to) {
     for (int j = 0; j < m.watched.count; ++j) {
         const auto& w = m.watched.at[j];
         to.zeros[j] = 0;
         to.offset[j] = 0.0;
-        if (!look_at(w, y, largest, m.flow).allowed) return false;
-        if (!w.held && side_crossed(m, j, y, largest, to) != 0) return false;
+        if (!look_at(w, y, of, m.flow).allowed) return false;
+        if (!w.held && side_crossed(m, j, y, of, to) != 0) return false;
     }
     return true;
 }
@@ -190,7 +196,7 @@ struct combinations {
 template <class Flow>
 VI_HD inline combinations<Flow::shape_type::max_elements>
 open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension>& y,
-               double largest, int closed, int code, bool all, int& missing) {
+               const noise& of, int closed, int code, bool all, int& missing) {
     combinations<Flow::shape_type::max_elements> out;
     const int sets = system.closed_sets();
     const auto& now = system.modes[system.find_mode(closed + sets * code)];
@@ -198,7 +204,7 @@ open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension
         bool asked = all;
         for (int j = 0; j < now.watched.count; ++j)
             if (now.watched.at[j].element == e)
-                asked = asked || !look_at(now.watched.at[j], y, largest, now.flow).inside;
+                asked = asked || !look_at(now.watched.at[j], y, of, now.flow).inside;
         if (!asked) continue;
         int allowed = 0;
         for (int s = 0; s < radix; ++s) {
@@ -216,7 +222,7 @@ open_questions(const hybrid<Flow>& system, const vec<double, Flow::max_dimension
                 const bool known = !system.elements.joint[e] &&
                                    (system.elements.soft[e] || (s == sticking_state) == w.held);
                 if (w.element == e && known)
-                    may = may && look_at(w, y, largest, system.modes[m].flow).allowed;
+                    may = may && look_at(w, y, of, system.modes[m].flow).allowed;
             }
             if (may) allowed |= 1 << s;
         }
@@ -241,19 +247,20 @@ VI_HD inline decided_states decide_states(const hybrid<Flow>& system,
                                           const vec<double, Flow::max_dimension>& y, int closed,
                                           element_states<Flow::shape_type::max_watches>& to) {
     const int n = system.dimension(), sets = system.closed_sets();
-    const double largest = max(to.size, largest_of(y, n)); // rounding is of the whole flight
+    noise of{max(to.size, largest_of(y, n))}; // rounding is of the whole flight
     const bool start = to.code == no_states;
     if (start) to.code = 0;
     const int now = system.find_mode(closed + sets * to.code);
     if (now < 0) return {decision::missing, closed + sets * to.code};
     auto next = to;
-    if (!start && can_last(system.modes[now], y, largest, next)) {
+    if (!start && can_last(system.modes[now], y, of, next)) {
         to = next;
         return {decision::kept};
     }
-    for (int all = 0; all < 2; ++all) {
+    for (int all = 0; all < 3; ++all) {
+        if (all == 2) of.zero = 16.0 * tie_margin;
         int missing = -1, taken = -1;
-        const auto asked = open_questions(system, y, largest, closed, to.code, all == 1, missing);
+        const auto asked = open_questions(system, y, of, closed, to.code, all > 0, missing);
         if (missing >= 0) return {decision::missing, missing};
         bool unique = true;
         for (int number = 0;; ++number) {
@@ -262,7 +269,7 @@ VI_HD inline decided_states decide_states(const hybrid<Flow>& system,
             const int m = system.find_mode(closed + sets * next.code);
             if (m < 0) return {decision::missing, closed + sets * next.code};
             auto found = next;
-            if (!can_last(system.modes[m], y, largest, found)) continue;
+            if (!can_last(system.modes[m], y, of, found)) continue;
             if (taken < 0) {
                 taken = found.code;
                 to = found;
@@ -282,12 +289,12 @@ VI_HD inline decided_states enter_given(const hybrid<Flow>& system,
                                         trajectory<T, typename Flow::shape_type>& at) {
     const auto& m = system.modes[at.mode];
     const auto y = plain_state(at.y, system.dimension());
-    const double largest = largest_of(y, system.dimension());
+    const noise of{largest_of(y, system.dimension())};
     auto& to = at.elements;
     to.settled = true;
     to.due = 0;
     for (int j = 0; j < m.watched.count; ++j) {
-        const int side = side_crossed(m, j, y, largest, to);
+        const int side = side_crossed(m, j, y, of, to);
         if (to.due == 0) to.due = side * (j + 1);
     }
     return {decision::kept};
