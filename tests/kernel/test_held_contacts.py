@@ -162,3 +162,24 @@ def test_frictions_on_nearly_the_same_line_are_named() -> None:
     )  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match=r"elements\[0\] and elements\[1\]"):
         vi.simulate(m, vi.State((1.0, 0.0), (0.0, 0.0)), t_max=1.0)
+
+
+@pytest.mark.parametrize("mass", [0.45, 1.0, 2.0])
+def test_a_mass_that_friction_held_on_a_stop_is_pressed_on_it_again(mass: float) -> None:
+    """The force on the mass, N, and the level are known: rest on the stop ends where N = -level, and begins there again."""
+    constant, sine, cosine, omega, phase, level = -0.79, 0.047, -0.573, 0.319, 1.744, 0.226
+    m = vi.Mechanism(
+        mass=[[mass]], damping=[[0.0]], stiffness=[[0.47]], constant_force=(constant,),
+        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.5),),
+        elements=(vi.Friction((1.0,), level),), forces=(vi.Harmonic(omega, (sine,), (cosine,)),),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0,), (0.0,), phase), t_max=6.0)
+    assert run.end is vi.RunEnd.HORIZON
+    size, lag = math.hypot(sine, cosine), math.atan2(cosine, sine)
+    turn = math.asin((-level - constant) / size)  # constant + size sin(theta + lag) = -level
+    leaves, returns = (
+        ((angle - phase - lag) % (2.0 * math.pi)) / omega for angle in (turn, math.pi - turn)
+    )
+    assert run.time[run.status == vi.Status.RELEASE] == pytest.approx([leaves], rel=1e-11)
+    assert run.time[run.status == vi.Status.STICK] == pytest.approx([0.0, returns], rel=1e-11)
+    assert np.all(run.position == 0.0)

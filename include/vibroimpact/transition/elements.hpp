@@ -18,7 +18,9 @@
 //             leaves velocities as an impact makes them
 // Accuracy    zero is what lies below 64 ulp of the terms of a derivative, those of the next one times a
 //             step included; coordinates count with the largest at either end of the flight before,
-//             or half of what they counted with there
+//             or half of what they counted with there. Where nothing can last so, sixteen times as much is
+//             zero: an event may be as far off its limit as the one at which the flight began (4 eps of a
+//             release), and the terms of one state cancel in the rows of another
 // Fails       undecided: no combination can last; missing: a mode that was not built has this code, and
 //             nothing was changed
 // Reference   theory.md, "Elements"; Filippov, Differential Equations with Discontinuous Righthand
@@ -38,13 +40,18 @@ struct decided_states {
 
 namespace detail {
 
+// What rounding is relative to: the largest coordinate, and what counts as zero of a sum with such terms.
+struct noise {
+    double largest, zero = tie_margin;
+};
+
 template <class Guard, class Flow>
-VI_HD inline double rounding_of_derivative(const Guard& g, int m, double largest,
+VI_HD inline double rounding_of_derivative(const Guard& g, int m, const noise& of,
                                            const Flow& flow) {
     double sum = abs(g.gains[m]) + flow.step * abs(g.gains[m + 1]);
     for (int j = 0; j < flow.dimension(); ++j)
-        sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * largest;
-    return tie_margin * sum;
+        sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * of.largest;
+    return of.zero * sum;
 }
 
 template <int D>
@@ -62,15 +69,15 @@ struct standing {
     double margin;
 };
 template <class Guard, class Flow, int D>
-VI_HD inline standing standing_at(const Guard& g, int side, const vec<double, D>& y, double largest,
-                                  const Flow& flow) {
+VI_HD inline standing standing_at(const Guard& g, int side, const vec<double, D>& y,
+                                  const noise& of, const Flow& flow) {
     const double limit = side > 0 ? g.upper : g.lower;
     const int n = flow.dimension();
     const double margin = side * (limit - guard_value(g, 0, y, n));
     for (int m = 0; m <= most_zeros; ++m) {
         const double d = m == 0 ? margin : -side * guard_value(g, m, y, n);
         const double rounding =
-            rounding_of_derivative(g, m, largest, flow) + (m == 0 ? tie_margin * abs(limit) : 0.0);
+            rounding_of_derivative(g, m, of, flow) + (m == 0 ? of.zero * abs(limit) : 0.0);
         if (abs(d) > rounding) return {m, d > 0.0, margin};
     }
     return {most_zeros + 1, true, margin};
@@ -81,20 +88,19 @@ struct verdict_of_watch {
     bool allowed = true, inside = true;
 };
 template <class Watch, class Flow, int D>
-VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, double largest,
+VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, const noise& of,
                                       const Flow& flow) {
     const double u = guard_value(w.row, 0, y, flow.dimension());
     verdict_of_watch out;
     if (w.held) {
         // four times, as the states that slip have larger terms than this one, u' being zero here
-        out.allowed = abs(u) <= 4.0 * rounding_of_derivative(w.row, 0, largest, flow);
+        out.allowed = abs(u) <= 4.0 * rounding_of_derivative(w.row, 0, of, flow);
         return {out.allowed, out.allowed};
     }
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? w.row.upper : w.row.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
-        const double rounding =
-            rounding_of_derivative(w.row, 0, largest, flow) + tie_margin * abs(limit);
+        const double rounding = rounding_of_derivative(w.row, 0, of, flow) + of.zero * abs(limit);
         const double margin = side * (limit - u);
         out.allowed = out.allowed && margin >= -rounding;
         out.inside = out.inside && margin > rounding;
@@ -104,7 +110,7 @@ VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, d
 
 // (1) for watch j of a mode: the side on which it is led outside, or 0; `to` says then where the flight starts.
 template <class Mode, class States, int D>
-VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, double largest,
+VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, const noise& of,
                               States& to) {
     const auto& g = m.watched.at[j].row;
     int crossed = 0;
@@ -112,7 +118,7 @@ VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, dou
     to.offset[j] = 0.0;
     for (int side = -1; side <= 1; side += 2) {
         if (!(abs(side > 0 ? g.upper : g.lower) < 0x1p1000)) continue;
-        const auto at = standing_at(g, side, y, largest, m.flow);
+        const auto at = standing_at(g, side, y, of, m.flow);
         if (!at.inside && crossed == 0) crossed = side;
         if (at.zeros == 0) continue;
         to.zeros[j] = side * at.zeros;
@@ -123,13 +129,13 @@ VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, dou
 
 // (1) for all watches of a mode.
 template <class Mode, class States, int D>
-VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, double largest, States& to) {
+VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, const noise& of, States& to) {
     for (int j = 0; j < m.watched.count; ++j) {
         const auto& w = m.watched.at[j];
         to.zeros[j] = 0;
         to.offset[j] = 0.0;
-        if (!look_at(w, y, largest, m.flow).allowed) return false;
-        if (!w.held && side_crossed(m, j, y, largest, to) != 0) return false;
+        if (!look_at(w, y, of, m.flow).allowed) return false;
+        if (!w.held && side_crossed(m, j, y, of, to) != 0) return false;
     }
     return true;
 }
@@ -175,10 +181,10 @@ VI_HD inline bool is_driven_in(const hybrid<Flow>& system, const State& at, int 
     if (keeps_gap(m, contact)) return false;
     const auto& g = m.guards[contact];
     const int n = system.dimension();
-    const double largest = max(at.elements.size, largest_of(at.y, n));
+    const noise of{max(at.elements.size, largest_of(at.y, n))};
     for (int k = 2; k <= most_zeros; ++k) {
         const double d = gap_derivative<double>(system, at, contact, k);
-        if (abs(d) > rounding_of_derivative(g, k, largest, m.flow)) return d < 0.0;
+        if (abs(d) > rounding_of_derivative(g, k, of, m.flow)) return d < 0.0;
     }
     return false;
 }
@@ -235,7 +241,7 @@ struct combinations {
 template <class Flow>
 VI_HD inline combinations<Flow::shape_type::max_elements>
 open_questions(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_type& now,
-               const vec<double, Flow::max_dimension>& y, double largest, int closed, int code,
+               const vec<double, Flow::max_dimension>& y, const noise& of, int closed, int code,
                bool start, bool all, int& missing) {
     combinations<Flow::shape_type::max_elements> out;
     const int sets = system.closed_sets();
@@ -244,7 +250,7 @@ open_questions(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_typ
         for (int j = 0; j < now.watched.count; ++j)
             if (now.watched.at[j].element == e)
                 asked = asked || (start && now.watched.at[j].held && !system.elements.joint[e]) ||
-                        !look_at(now.watched.at[j], y, largest, now.flow).inside;
+                        !look_at(now.watched.at[j], y, of, now.flow).inside;
         if (!asked) continue;
         int allowed = 0;
         for (int s = 0; s < radix; ++s) {
@@ -262,7 +268,7 @@ open_questions(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_typ
                 const bool known = !system.elements.joint[e] &&
                                    (system.elements.soft[e] || (s == sticking_state) == w.held);
                 if (w.element == e && known)
-                    may = may && look_at(w, y, largest, system.modes[m].flow).allowed;
+                    may = may && look_at(w, y, of, system.modes[m].flow).allowed;
             }
             if (may) allowed |= 1 << s;
         }
@@ -295,7 +301,7 @@ VI_HD inline int free_watches(const Mode& m, int element) {
 // that stay closed if friction alone held these. `missing`: a mode that this takes.
 template <class Flow, class State>
 VI_HD inline bool opposes(const hybrid<Flow>& system, const State& at,
-                          const typename hybrid<Flow>::mode_type& m, double largest, int code,
+                          const typename hybrid<Flow>::mode_type& m, const noise& of, int code,
                           int& missing) {
     const int sets = system.closed_sets(), open = system.find_mode(sets * code);
     if (!system.is_open(at.mode) || open < 0 || &system.modes[open] == &m) return true;
@@ -318,7 +324,7 @@ VI_HD inline bool opposes(const hybrid<Flow>& system, const State& at,
     for (int j = 0; j < watched.count; ++j) {
         const int e = watched.at[j].element;
         if (!watched.at[j].held && state_in_code(stuck, e) != state_in_code(code, e) &&
-            side_crossed(system.modes[without], j, at.y, largest, to) != 0)
+            side_crossed(system.modes[without], j, at.y, of, to) != 0)
             return false;
     }
     return true;
@@ -328,11 +334,11 @@ VI_HD inline bool opposes(const hybrid<Flow>& system, const State& at,
 template <class Flow, int D, class States>
 VI_HD inline bool
 brought_to_rest(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_type& m,
-                const vec<double, D>& before, double largest, const States& lasting) {
+                const vec<double, D>& before, const noise& of, const States& lasting) {
     for (int j = 0; j < m.watched.count; ++j) {
         const auto& w = m.watched.at[j];
         if (!w.held && !system.elements.soft[w.element] && lasting.zeros[j] != 0 &&
-            look_at(w, before, largest, m.flow).inside)
+            look_at(w, before, of, m.flow).inside)
             return true;
     }
     return false;
@@ -345,7 +351,7 @@ VI_HD inline decided_states decide_states(const hybrid<Flow>& system, const Stat
                                           element_states<Flow::shape_type::max_watches>& to) {
     const int n = system.dimension(), sets = system.closed_sets();
     const auto& y = at.y;
-    const double largest = max(to.size, largest_of(y, n)); // rounding is of the whole flight
+    noise of{max(to.size, largest_of(y, n))}; // rounding is of the whole flight
     const bool start = to.code == no_states;
     if (start) to.code = 0;
     auto closed = closed_beside(system, at, to.code);
@@ -356,9 +362,9 @@ VI_HD inline decided_states decide_states(const hybrid<Flow>& system, const Stat
     if (now < 0) return {decision::missing, closed.code + sets * to.code};
     auto next = to;
     int missing = -1;
-    if (!start && solved && can_last(system.modes[now], y, largest, next) &&
-        !(before && brought_to_rest(system, system.modes[now], *before, largest, next))) {
-        const bool rather = opposes(system, at, system.modes[now], largest, next.code, missing);
+    if (!start && solved && can_last(system.modes[now], y, of, next) &&
+        !(before && brought_to_rest(system, system.modes[now], *before, of, next))) {
+        const bool rather = opposes(system, at, system.modes[now], of, next.code, missing);
         if (missing >= 0) return {decision::missing, missing};
         if (rather) {
             to = next;
@@ -369,9 +375,10 @@ VI_HD inline decided_states decide_states(const hybrid<Flow>& system, const Stat
     int taken = -1;
     bool unique = true, lasting = false;
     auto best = to;
-    for (int all = 0; all < 2 && taken < 0; ++all) {
-        const auto asked = open_questions(system, system.modes[now], y, largest, stay, to.code,
-                                          start, all == 1, missing);
+    for (int all = 0; all < 3 && taken < 0 && !(all == 2 && lasting); ++all) {
+        if (all == 2) of.zero = 16.0 * tie_margin;
+        const auto asked = open_questions(system, system.modes[now], y, of, stay, to.code, start,
+                                          all > 0, missing);
         if (missing >= 0) return {decision::missing, missing};
         for (int number = 0;; ++number) {
             next.code = asked.of(number, to.code);
@@ -382,8 +389,8 @@ VI_HD inline decided_states decide_states(const hybrid<Flow>& system, const Stat
             const int m = system.find_mode(beside.code + sets * next.code);
             if (m < 0) return {decision::missing, beside.code + sets * next.code};
             auto found = next;
-            if (!can_last(system.modes[m], y, largest, found)) continue;
-            const bool rather = opposes(system, at, system.modes[m], largest, found.code, missing);
+            if (!can_last(system.modes[m], y, of, found)) continue;
+            const bool rather = opposes(system, at, system.modes[m], of, found.code, missing);
             if (missing >= 0) return {decision::missing, missing};
             if (rather && taken >= 0) unique = unique && law_decides(system, taken, found.code);
             if (rather ? taken < 0 : !lasting) best = found;
@@ -403,12 +410,12 @@ VI_HD inline decided_states enter_given(const hybrid<Flow>& system,
                                         trajectory<T, typename Flow::shape_type>& at) {
     const auto& m = system.modes[at.mode];
     const auto y = plain_state(at.y, system.dimension());
-    const double largest = largest_of(y, system.dimension());
+    const noise of{largest_of(y, system.dimension())};
     auto& to = at.elements;
     to.settled = true;
     to.due = 0;
     for (int j = 0; j < m.watched.count; ++j) {
-        const int side = side_crossed(m, j, y, largest, to);
+        const int side = side_crossed(m, j, y, of, to);
         if (to.due == 0) to.due = side * (j + 1);
     }
     return {decision::kept};
