@@ -166,7 +166,7 @@ def test_frictions_on_nearly_the_same_line_are_named() -> None:
 
 @pytest.mark.parametrize("mass", [0.45, 1.0, 2.0])
 def test_a_mass_that_friction_held_on_a_stop_is_pressed_on_it_again(mass: float) -> None:
-    """The force on the mass, N, and the level are known: rest on the stop ends where N = -level, and begins there again."""
+    """The force N on the mass is known: rest on the stop ends where N = -level, and begins there again."""
     constant, sine, cosine, omega, phase, level = -0.79, 0.047, -0.573, 0.319, 1.744, 0.226
     m = vi.Mechanism(
         mass=[[mass]], damping=[[0.0]], stiffness=[[0.47]], constant_force=(constant,),

@@ -219,44 +219,15 @@ def apart(
 AT_A_THRESHOLD = 0.08
 
 
-Seen = tuple[
-    vi.Run, list[Told], Any, Any
-]  # another run; its events, times, positions as ``apart`` takes them
-
-
-def compared(
-    kind: str,
-    first: int,
-    last: int,
-    elsewhere: Callable[[np.random.Generator, vi.Mechanism, vi.State, float], Seen],
-) -> None:
-    """Runs of machines beside what another description of each gives."""
-    wrong, events = [], 0
-    for seed, rng, m, state, t_max in cases(kind, first, last):
-        run, near = simulated(m, state, t_max), simulated(*changed(m, state), t_max)
-        what, count = apart(run, near, *elsewhere(rng, m, state, t_max))
-        events += count
-        if what:
-            wrong.append(f"seed {seed}: {what}")
-    machines = last - first
-    most = math.floor(AT_A_THRESHOLD * machines)
-    assert len(wrong) <= most, f"{len(wrong)} of {machines}:\n" + "\n".join(wrong)
-    assert events > machines  # friction that sticks, or a stop out of reach, has few
-
-
+# Another run; its events, times, positions as ``apart`` takes them.
+Seen = tuple[vi.Run, list[Told], Any, Any]
+Otherwise = Callable[[np.random.Generator, vi.Mechanism, vi.State, float], Seen]
 SMALL = {"length": 1e-9, "time": 1e-6, "mass": 1e-15}
 
 
-@KIND
-@pytest.mark.parametrize(("first", "last"), COUNTS)
-def test_nanometres_and_microseconds_change_rounding_only(kind: str, first: int, last: int) -> None:
-    def small(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
-        other = simulated(scaled(m, **SMALL), scaled(state, **SMALL), t_max * SMALL["time"])
-        return (
-            other, told(other), other.time / SMALL["time"], other.position / SMALL["length"],
-        )  # fmt: skip
-
-    compared(kind, first, last, small)
+def small(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
+    other = simulated(scaled(m, **SMALL), scaled(state, **SMALL), t_max * SMALL["time"])
+    return other, told(other), other.time / SMALL["time"], other.position / SMALL["length"]
 
 
 def in_mirror(m: vi.Mechanism) -> Name:
@@ -270,29 +241,59 @@ def in_mirror(m: vi.Mechanism) -> Name:
     return name
 
 
+def mirror(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
+    other = simulated(mirrored(m), mirrored(state), t_max)
+    return other, told(other, in_mirror(m)), other.time, -other.position
+
+
+def turned(rng: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
+    order = rng.permutation(m.degrees)
+    contacts, elements = (rng.permutation(len(part)) for part in (m.contacts, m.elements))
+    other = simulated(
+        reordered(renumbered(m, order), contacts, elements), renumbered(state, order), t_max
+    )
+    back = [*map(int, contacts), *(len(contacts) + int(i) for i in elements), -1]
+    position = np.empty_like(other.position)
+    position[:, order] = other.position
+    seen = told(other, lambda status, contact, which: (status, back[contact], which))
+    return other, seen, other.time, position
+
+
+def compared(kind: str, first: int, last: int, *ways: Otherwise) -> None:
+    """Runs of machines beside what other descriptions of each give."""
+    wrong: dict[str, list[str]] = {way.__name__: [] for way in ways}
+    events = dict.fromkeys(wrong, 0)
+    for seed, rng, m, state, t_max in cases(kind, first, last):
+        run, near = simulated(m, state, t_max), simulated(*changed(m, state), t_max)
+        for way in ways:
+            what, count = apart(run, near, *way(rng, m, state, t_max))
+            events[way.__name__] += count
+            if what:
+                wrong[way.__name__].append(f"seed {seed}: {what}")
+    machines = last - first
+    for way, found in wrong.items():
+        assert len(found) <= math.floor(AT_A_THRESHOLD * machines), "\n".join([way, *found])
+        assert events[way] > machines  # friction that sticks, or a stop out of reach, has few
+
+
 @KIND
-@pytest.mark.parametrize(("first", "last"), COUNTS)
-def test_a_mirrored_machine_moves_as_a_mirror_image(kind: str, first: int, last: int) -> None:
-    def mirror(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
-        other = simulated(mirrored(m), mirrored(state), t_max)
-        return other, told(other, in_mirror(m)), other.time, -other.position
-
-    compared(kind, first, last, mirror)
+def test_nanometres_and_microseconds_change_rounding_only(kind: str) -> None:
+    compared(kind, 0, QUICK, small)
 
 
 @KIND
-@pytest.mark.parametrize(("first", "last"), COUNTS)
-def test_coordinates_contacts_and_elements_have_no_order(kind: str, first: int, last: int) -> None:
-    def turned(rng: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
-        order = rng.permutation(m.degrees)
-        contacts, elements = (rng.permutation(len(part)) for part in (m.contacts, m.elements))
-        other = simulated(
-            reordered(renumbered(m, order), contacts, elements), renumbered(state, order), t_max
-        )
-        back = [*map(int, contacts), *(len(contacts) + int(i) for i in elements), -1]
-        position = np.empty_like(other.position)
-        position[:, order] = other.position
-        seen = told(other, lambda status, contact, which: (status, back[contact], which))
-        return other, seen, other.time, position
+def test_a_mirrored_machine_moves_as_a_mirror_image(kind: str) -> None:
+    compared(kind, 0, QUICK, mirror)
 
-    compared(kind, first, last, turned)
+
+@KIND
+def test_coordinates_contacts_and_elements_have_no_order(kind: str) -> None:
+    compared(kind, 0, QUICK, turned)
+
+
+@SLOW
+@KIND
+def test_many_machines_move_alike_in_small_units_in_a_mirror_and_in_another_order(
+    kind: str,
+) -> None:
+    compared(kind, QUICK, MANY, small, mirror, turned)

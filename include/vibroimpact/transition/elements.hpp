@@ -236,8 +236,8 @@ struct combinations {
 };
 
 // The elements with a watch in `now` that is not inside, at a start also friction whose slip speed contacts keep at
-// zero, or, with all, every one; and the states that values allow to each, the others being as they are: where y is in coordinates of closed contacts, with these. `missing`: a mode
-// that this takes.
+// zero, or, with `all`, every element; and the states that values allow to each, the others being as they are. Where y
+// is in coordinates of closed contacts, with these. `missing`: a mode that this takes.
 template <class Flow>
 VI_HD inline combinations<Flow::shape_type::max_elements>
 open_questions(const hybrid<Flow>& system, const typename hybrid<Flow>::mode_type& now,
