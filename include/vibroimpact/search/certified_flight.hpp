@@ -493,8 +493,9 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
         }
         const double left = horizon - at.steps() * flow.step, span = min(flow.step, left);
         examine(first, at.y, at.applications(), span);
-        if (first.what != finding::none && first.latest > span) { // others may be due after its end
-            const double beyond = min(min(first.latest, beyond_step * flow.step), left);
+        const double latest = first.latest * unit_of_time(flow.step);
+        if (first.what != finding::none && latest > span) { // others may be due after its end
+            const double beyond = min(min(latest, beyond_step * flow.step), left);
             earliest<taylor_order> both;
             examine(both, at.y, at.applications(), beyond);
             if (both.what != finding::none) first = both;
