@@ -186,10 +186,11 @@ def decouple(stiffness: numpy.typing.NDArray[numpy.float64], damping: numpy.typi
 
 def pace(parts: numpy.typing.NDArray[numpy.float64], own: numpy.typing.NDArray[numpy.float64], most: numpy.typing.NDArray[numpy.float64], system: numpy.typing.NDArray[numpy.int32], position: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], run: numpy.typing.NDArray[numpy.float64], elements: bool, slowest: float, fastest: float) -> numpy.typing.NDArray[numpy.float64]:
     """
-    Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where it meets nothing.
+    Rate at which each of N motions meets stops or slips, a power of two within slowest and fastest, (N); 0 where it meets nothing.
 
     parts, (S, P, n + 5), has for each system and part: row, lower, upper, largest pull, that of lines, speed of the belt;
-    own, (S), fastest rates of the systems; most, (S), paces up to which they serve; system, (N), position and velocity, (N, n). It is within slowest and fastest.
+    own, (S), fastest rates of the systems; most, (S), paces up to which they serve; system, (N), position and velocity, (N, n);
+    run, (N), lengths of the runs, which count beside own rates only with elements.
     """
 
 class Position:

@@ -264,6 +264,24 @@ def test_beats_of_nearly_equal_frequencies_lose_no_digits(
         assert check((f"{detuning}", m, vi.State((start,), (0.0,), 0.7)))
 
 
+@pytest.mark.parametrize("omega", [1.0, 0.9999, 1.00001])
+def test_a_resonance_of_a_machine_on_its_stops_is_no_set_that_cannot_be_compiled(
+    omega: float,
+) -> None:
+    """With the third mass held on its stop the others have the frequency 1: modes are built as they are needed."""
+    unit = np.eye(3)
+    m = vi.Mechanism(
+        mass=unit, damping=np.zeros((3, 3)), constant_force=(0.0, -50.0, -50.0),
+        stiffness=[[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]],
+        forces=(vi.Harmonic(omega, (1.0, 0.0, 0.0)),),
+        contacts=(vi.Contact(tuple(unit[1]), lower=0.0, restitution=0.0),
+                  vi.Contact(tuple(unit[2]), lower=0.0, restitution=0.0),
+                  vi.Contact(tuple(unit[0]), upper=1e6, restitution=0.5)),
+    )  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0, 0.1, 0.1), (0.0, 0.0, 0.0)), t_max=50.0)
+    assert run.end is vi.RunEnd.HORIZON
+
+
 def test_a_resonance_grows_until_it_meets_a_stop() -> None:
     """x'' + x = 2 cos t from rest is t sin t."""
     m = vi.Mechanism(

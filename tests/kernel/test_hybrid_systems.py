@@ -65,32 +65,46 @@ def test_of_two_guards_reached_at_one_instant_the_one_given_first_decides(
 
 @pytest.mark.parametrize("names", ["gh", "hg"])
 @pytest.mark.parametrize("rate", [0.9, 2.3, 13.0])
+@pytest.mark.parametrize("faster", [1.0, 16.0])
 def test_of_guards_due_on_either_side_of_the_end_of_a_step_the_one_given_first_decides(
-    names: str, rate: float
+    names: str, rate: float, faster: float
 ) -> None:
     # x' = 1 beside a swing that sets the step: x reaches its level within some ulp of the end of a step,
-    # and 3 x three times the level, rounded otherwise.
+    # and 3 x three times the level, rounded otherwise. The unit of time is that of the mode of the start.
     first = {
         "g": vi.Transition("a", "g", "rising", "b"),
         "h": vi.Transition("a", "h", "rising", "c"),
     }
-    swing = vi.LinearMode([[0.0, 0.0, 0.0], [0.0, 0.0, rate], [0.0, -rate, 0.0]], [1.0, 0.0, 0.0])
-    after = set()
-    for ulps, steps in itertools.product((-2, -1, 0, 1, 2), (1, 2, 3, 4, 8)):
-        system = vi.HybridSystem(
-            modes=dict.fromkeys("abc", swing),
+
+    def swing(rate: float) -> vi.LinearMode:
+        return vi.LinearMode(
+            [[0.0, 0.0, 0.0], [0.0, 0.0, rate], [0.0, -rate, 0.0]], [1.0, 0.0, 0.0]
+        )
+
+    def system(begin: float, ulps: int) -> vi.HybridSystem:
+        return vi.HybridSystem(
+            modes=dict.fromkeys("abc", swing(rate)) | {"start": swing(faster * rate)},
             guards={
+                "begin": vi.LinearGuard([1.0, 0.0, 0.0], begin),
                 "g": vi.LinearGuard([1.0, 0.0, 0.0], 1.0),
                 "h": vi.LinearGuard([3.0, 0.0, 0.0], 3.0 * (1.0 + ulps * 2.0**-52)),
             },
-            transitions=tuple(first[name] for name in names),
+            transitions=(
+                vi.Transition("start", "begin", "rising", "a"),
+                *(first[name] for name in names),
+            ),
         )
-        units = units_of(system, "a", np.array([0.0, 0.1, 0.0]), 50.0)
-        end = steps * GivenSystem(system, units).steps[0] * units.time
+
+    after = set()
+    for ulps, steps in itertools.product((-2, -1, 0, 1, 2), (1, 2, 3, 4, 8)):
+        one = system(0.5, ulps)
+        units = units_of(one, "start", np.array([0.0, 0.1, 0.0]), 50.0)
+        end = steps * GivenSystem(one, units).steps[0] * units.time
         for shift in range(-6, 7):
-            start = [1.0 - end + shift * 2.0**-53, 0.1, 0.0]
-            run = vi.simulate_hybrid(system, "a", start, t_max=50.0)
-            after.add(run.modes[1])
+            begin = 1.0 - end + shift * 2.0**-53
+            start = [begin - 1e-3, 0.1, 0.0]
+            run = vi.simulate_hybrid(system(begin, ulps), "start", start, t_max=50.0)
+            after.add(run.modes[2])
     assert after == {first[names[0]].to}
 
 

@@ -59,6 +59,10 @@ def pair_of(kind: str, units: tuple[float, float, float]) -> Pair:
 
 
 IN_UNITS = pytest.mark.parametrize("units", UNITS, ids=str)
+# All units at once; one unit alone, which tells what is wrong, in the slow tests.
+IN_ALL_UNITS = pytest.mark.parametrize(
+    "units", [*(pytest.param(u, marks=pytest.mark.slow) for u in UNITS[:3]), UNITS[3]], ids=str
+)
 
 
 @pytest.fixture(params=itertools.product(PARTS, UNITS), ids=str)
@@ -115,7 +119,7 @@ def same_curves(one: Any, other: Any) -> None:
     np.testing.assert_array_equal(one.multipliers, other.multipliers)
 
 
-@IN_UNITS
+@IN_ALL_UNITS
 @pytest.mark.parametrize("case", BRANCHES)
 def test_branches_have_the_same_bits_in_units_of_powers_of_two(
     case: str, units: tuple[float, float, float]

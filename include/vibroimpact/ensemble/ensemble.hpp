@@ -23,7 +23,7 @@ enum class member_end : int {
     missing = 4,             // a closed set of contacts has no mode
     initial_penetration = 5, // the start lies behind a stop
     interrupted = 6,         // from outside
-    diverged = 8,            // the state is so large that nothing can be decided; 7 is the host's
+    diverged = 8,            // the state is so large that nothing can be decided
     steps = 9,               // a flight took more steps than are allowed
 };
 

@@ -106,8 +106,7 @@ struct growth {
     R events = R(0.0); // in the window
     mask_t<R> broken{};
     R states = R(infinity()); // coordinates of the motion after the last event, by (3)
-    mask_t<R>
-        lost{}; // a vector that was not 0 is so short now, or so nearly parallel to those before it
+    mask_t<R> lost{}; // a vector that was not 0 is now `parallel` to those before it, or as short
 
     template <class Flow>
     VI_HD void see(const event<jet<R, W>, typename Flow::shape_type>& e,

@@ -2,8 +2,8 @@
 //
 // Method      The march is step by step. In every step each gap function is a Taylor
 //             polynomial (18 derivatives, rows of the guard times y), and its first root is found or
-//             excluded by first_root.hpp. The earliest over all guards ends the flight. Where it may wait
-//             beyond the end of the step, so far is looked for others that are due with it.
+//             excluded by first_root.hpp. The earliest over all guards ends the flight. Where it is due, within
+//             rounding, only beyond the end of the step, guards are examined up to there, too.
 //             Where nothing that moves can reach a stop (search/reach.hpp), 32 or 1024 steps are taken
 //             at once; the states are those of the march, but where 2^15 or more are. Flows without
 //             blocks take strides of 2^n steps (system/stride.hpp). After a while it is asked whether
@@ -35,7 +35,6 @@ namespace vi {
 inline constexpr double most_steps = 0x1p51;  // of one flight: the time is known to a step's part
 inline constexpr int steps_in_a_row = 4096;   // leaps and strides are one: some milliseconds
 inline constexpr int most_in_a_row = 1 << 22; // while it is on a stop that it started on
-inline constexpr double beyond_step = 1.0 + 0x1p-12; // to where the series of a step still holds
 inline constexpr int longer_leap = 5; // doublings: then the states are not those of the march
 
 enum class flight_end { contact, grazing, horizon, paused, searching, undecided, steps, diverged };
@@ -495,7 +494,7 @@ VI_CALL landing<T, Shape> certified_flight(const Mode& m, const trajectory<T, Sh
         examine(first, at.y, at.applications(), span);
         const double latest = first.latest * unit_of_time(flow.step);
         if (first.what != finding::none && latest > span) { // others may be due after its end
-            const double beyond = min(min(latest, beyond_step * flow.step), left);
+            const double beyond = min(min(latest, (1.0 + beyond_step) * flow.step), left);
             earliest<taylor_order> both;
             examine(both, at.y, at.applications(), beyond);
             if (both.what != finding::none) first = both;

@@ -56,6 +56,12 @@ inline constexpr int most_bounces = 64;
 // For every round that a busy lane flies, as much of one may pass an idle one that waits.
 inline constexpr double waiting_share = 1.0 / 16;
 
+// With tangents: where the flights of lanes began.
+template <class T, class Shape, bool Tangents>
+struct begun_flights : lane_trajectories<T, Shape> {};
+template <class T, class Shape>
+struct begun_flights<T, Shape, false> {};
+
 // The runs in the lanes of a pack, as the host lends them: their clocks and counts.
 template <int N, class Flow, class Host>
 class lane_runs {
@@ -399,8 +405,8 @@ private:
     real most_{}; // of the next events, impacts as a rule, so many may come
     growth<1, real> tangents_{};
     tangent_norm<real, has_tangent ? Shape::max_dimension : 1> norm_{};
-    lane_trajectories<T, Shape> begun_{}; // with tangents: where the flights of lanes began
-    double patience_ = 0.0;               // so many rounds idle lanes may wait, all together
+    [[no_unique_address]] begun_flights<T, Shape, has_tangent> begun_{};
+    double patience_ = 0.0; // so many rounds idle lanes may wait, all together
 };
 
 // Several packs keep the units of a core busy where one waits; more leave no room in its nearest cache.

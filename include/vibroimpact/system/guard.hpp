@@ -61,7 +61,7 @@ struct guard {
     R spread, bend, push;
     R lower, upper; // infinite where there is no stop
     R reach;        // the largest finite |limit|
-    R own_size;     // of u, by its limits, lines and constant forces; of a modal flow
+    R own_size;     // of u, as limits, lines and constant forces give it; in flows with blocks only
     int closed;     // side held in this mode, or no_side: then rows give the force, not the gap
 };
 

@@ -10,7 +10,7 @@
 //             p T > 2^17: then forces have moved it far beyond l, of which every place counts here.
 //             Without any, a stop may also be met once, at s / l, where no step need be shorter than
 //             T / 2^10; and p is at most 2^17 / T.                                           (2)
-//             Rates of 2^-40 of (2) are none in a run of T < 1 / rate, and in one without an end where no
+//             Rates of 2^-40 of (2) count as none in a run of T < 1 / rate, and in one without an end where no
 //             line pushes more than constant forces: no motion notices them. Beside others p is at most
 //             2^40 times these.                                                              (3)
 //             Rounded down to a power of two, within the range of rates that can be searched.

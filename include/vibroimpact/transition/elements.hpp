@@ -189,9 +189,9 @@ VI_HD inline bool is_driven_in(const hybrid<Flow>& system, const State& at, int 
     return false;
 }
 
-// The contacts that are closed beside elements in the states of a code; none (-1) where these cannot be. A closed mode keeps its own. In an open one
-// those of all at rest that these states press; while one is approached its impact comes first. Undecided: the mode
-// of this set and code is missing.
+// The contacts that are closed beside elements in the states of a code; -1 where these states cannot be. A closed mode
+// keeps its own. In an open one they are those of all at rest that these states press; while a contact is approached,
+// whose impact comes first, those that are still closed. Undecided: the mode of this set and code is missing.
 template <class Flow, class State>
 VI_HD inline closing closed_beside(const hybrid<Flow>& system, const State& at, int code) {
     if (!system.is_open(at.mode)) return {system.codes[at.mode] % system.closed_sets(), true};
@@ -297,8 +297,8 @@ VI_HD inline int free_watches(const Mode& m, int element) {
     return count;
 }
 
-// (2) for states that last in mode m: where contacts keep slip speeds at zero, the way they would go beside the contacts
-// that stay closed if friction alone held these. `missing`: a mode that this takes.
+// (2) for states that last in mode m: where contacts keep slip speeds at zero, the way they would go beside the
+// contacts that stay closed if friction alone held these. `missing`: a mode that this takes.
 template <class Flow, class State>
 VI_HD inline bool opposes(const hybrid<Flow>& system, const State& at,
                           const typename hybrid<Flow>::mode_type& m, const noise& of, int code,

@@ -48,14 +48,16 @@ nb::object pace(const array& parts, const array& own, const array& most,
 void bind_pace(nb::module_& m) {
     m.def("pace", &pace, "parts"_a, "own"_a, "most"_a, "system"_a, "position"_a, "velocity"_a,
           "run"_a, "elements"_a, "slowest"_a, "fastest"_a,
-          "Rate at which each of N motions meets stops or slips, a power of two, (N); 0 where it "
-          "meets "
-          "nothing.\n\nparts, (S, P, n + 5), has for each system and part: row, lower, upper, "
-          "largest pull, that of lines, speed of the belt;\nown, (S), fastest rates of the "
-          "systems; most, (S), "
-          "paces up to which they serve; "
-          "system, (N), position and velocity, (N, n). It is "
-          "within slowest and fastest.",
+          "Rate at which each of N motions meets stops or slips, a power of two within slowest and "
+          "fastest, (N); "
+          "0 where it meets nothing.\n\n"
+          "parts, (S, P, n + 5), has for each system and part: row, lower, upper, largest pull, "
+          "that of lines, "
+          "speed of the belt;\n"
+          "own, (S), fastest rates of the systems; most, (S), paces up to which they serve; "
+          "system, (N), position "
+          "and velocity, (N, n);\n"
+          "run, (N), lengths of the runs, which count beside own rates only with elements.",
           nb::sig("def pace(parts: numpy.typing.NDArray[numpy.float64], "
                   "own: numpy.typing.NDArray[numpy.float64], "
                   "most: numpy.typing.NDArray[numpy.float64], "

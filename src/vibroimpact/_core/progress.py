@@ -19,7 +19,9 @@ BAR = 24  # characters
 REDRAW = 0.1  # seconds between two drawings of the bar
 MEASURED = 0.5  # seconds of work from which the rest is estimated
 LONG = 60.0  # seconds of work that are announced
-PROBED = 2**14  # a count that takes no minute, at 3 ms each: of more a beginning is measured first
+PROBED = (
+    2**14
+)  # a count that takes less than a minute, at 3 ms each; of more, a beginning is measured first
 FIRST = 2**10  # of it, doubled until it tells enough
 CLEARLY = 1 / 8  # of LONG: what is expected to take less is not measured longer
 LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal
@@ -173,7 +175,7 @@ class Announcement:
 def announce_measured(
     name: str, count: int, work: Callable[[int], object], most: int | None = None
 ) -> None:
-    """Announce a long work that is one call on so many items, the count if not given: `expected`."""
+    """Announce a long work in one call, on at most ``most`` items (by default the count); see :func:`expected`."""
     whole = count if most is None else most
 
     def beginning(part: int) -> float:
@@ -186,7 +188,7 @@ def announce_measured(
 def expected(most: int, beginning: Callable[[int], float]) -> float:
     """Seconds that a long work in one call takes, from a beginning of it; 0 where it is short.
 
-    Done in parts it would have other last bits. The beginning is repeated, a quarter of a second.
+    In parts the work would have other last bits, so a beginning of it is done apart, of about a quarter of a second.
 
     Parameters
     ----------

@@ -193,8 +193,10 @@ class Hybrid:
 
     def _responds(self) -> bool:
         """Whether the forcing is at no resonance; at one, the full matrix serves."""
+        few = len(self.mechanism.contacts) <= MOST
+        sets = self._possible([some[:1] for some in self._sides()]) if few else self._known()
         try:
-            for closed in ((), *self._known()):
+            for closed in ((), *sets):
                 self._coordinates(closed)
         except ResonanceError:
             return False

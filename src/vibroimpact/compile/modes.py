@@ -12,10 +12,8 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
 STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
-SLOWEST, FASTEST = (
-    2.0**-108,
-    2.0**108,
-)  # seven derivatives at these rates stay within the range of doubles
+# Seven derivatives at these rates, of 2^256 of the machine's size, stay within range: 256 + 7 * 108 < 1024.
+SLOWEST, FASTEST = 2.0**-108, 2.0**108
 
 Guard = tuple[Vector, float, float, float, int]  # row, gain, lower, upper, side closed
 # row, gain, lower, upper, element, held, number of a reset and code of the next mode (-1: none)

@@ -9,10 +9,9 @@ Method      A machine says how fast it moves by the rates of its vibrations, das
 
                 p^2 > LARGER |k - omega^2 + i c omega|,                                     (1)
 
-            k and c those of a block that it pushes: the start would be lost in its rounding. A constant
-            force that is split off as an equilibrium, as damping that is not classical needs it, is one of
-            omega = 0. Then the flow is written without blocks; so it is where rates of the machine's own,
-            k + omega^2 for p^2, find the response too large: next to a resonance.
+            k and c those of a block that it pushes: the start would be lost in its rounding. A constant force that
+            is split off as an equilibrium, where damping is not classical, counts as one of omega = 0. Then the
+            flow is written without blocks. So it is next to a resonance, where (1) holds with k + omega^2 for p^2.
 Accuracy    a particular motion costs the digits of LARGER, four; velocities v / rate those of FASTER, three
 Reference   theory.md, "Flight"
 """
@@ -95,8 +94,8 @@ def paces_of(
     """Paces of N motions from their starts in runs of these lengths, zero where own rates serve.
 
     ``parts`` of S systems have shape (S, P, n + 5), their fastest rates ``own`` and the paces ``most`` up to which
-    these serve (S,). What states elements take is decided relative to the pace: there the length of the run
-    counts. Rigid machines may be moved far beyond where they started.
+    these serve (S,). With elements the length of the run counts beside own rates, too: states are decided relative
+    to the pace.
     """
     which = system.astype(np.int32)
     return _kernel.pace(

@@ -36,7 +36,7 @@ from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transitio
 
 Row = tuple[Floats, float]  # on (y, 1)
 
-SLOWEST, FASTEST = 1e-12, 1e12  # rates of modes, relative to that of the mode at the start
+SLOWEST_MODE, FASTEST_MODE = 1e-12, 1e12  # rates, relative to that of the mode at the start
 
 
 class Flow(NamedTuple):
@@ -144,12 +144,12 @@ class GivenSystem:
 
     def _step(self, name: str, flow: Flow) -> float:
         rate = max(balanced_norm(flow.matrix[: self.n, : self.n]), *self.omegas, flow.floor)
-        if not rate <= FASTEST:
+        if not rate <= FASTEST_MODE:
             raise InvalidParameterError(
                 f"mode {name!r} has the rate {rate / self.units.time!r}, {rate:.3g} times that of the mode at the "
-                f"start: must be at most {FASTEST} times."
+                f"start: must be at most {FASTEST_MODE} times."
             )
-        return rounded_down(STEP_ANGLE / max(rate, SLOWEST), STEP_BITS)
+        return rounded_down(STEP_ANGLE / max(rate, SLOWEST_MODE), STEP_BITS)
 
     def _map(self, matrix: Floats, shift: Floats) -> tuple[Floats, Floats] | None:
         n, unit = self.n, self.units.states

@@ -2,8 +2,8 @@
 
 The kernel's sine and cosine are for |theta| <= 2^20. A State takes any phase; runs whose lines have no common
 period go on counting it, and that of a line is the frequency's ratio to the first times as large. Larger ones
-are taken back by whole turns, exactly: theta is a whole number of 2^-n, and so is 2 pi, but for 2^-60 in the
-largest multiple that a double can hold.
+are taken back by whole turns, in whole numbers: theta is one of 2^-n, and 2 pi is taken so exactly that the largest
+multiple that a double can hold is off by less than 2^-60.
 """
 
 from __future__ import annotations

@@ -307,13 +307,15 @@ def _from_events(
     wanted, events = min(wanted, TANGENTS), events_for(m, impacts)
     tangents = min(wanted + len(m.massless), TANGENTS)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
-    announce_measured(
-        "impacts", impacts,
-        lambda n: kernel.spectrum(motion.at, math.inf, limit, events, n, n, tangents),
-    )  # fmt: skip
-    part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
-    while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
-        part = kernel.spectrum(motion.at, math.inf, limit, events, impacts, 1, tangents)
+
+    def through(count: int, every: int) -> Any:
+        part = kernel.spectrum(motion.at, math.inf, limit, events, count, every, tangents)
+        while RunEnd(part["why"]) is RunEnd.MISSING and motion.compiled.add_code(part["code"]):
+            part = kernel.spectrum(motion.at, math.inf, limit, events, count, every, tangents)
+        return part
+
+    announce_measured("impacts", impacts, lambda n: through(n, n))
+    part = through(impacts, 1)
     end = RunEnd(part["why"])
     if end not in (*GOES_ON, RunEnd.OBSERVER):
         return _without(wanted, end, end.sentence)

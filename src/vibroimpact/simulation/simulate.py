@@ -145,7 +145,7 @@ class Run:
     rate_before, rate_after
         Rate of the gap, relative to a stop that moves: -rate_before is the impact speed.
     limit_side
-        Side of the limit that ended the flight, 1 or -1, 0 none: of a gap or slip speed, or of a force.
+        Side of the limit that ended the flight: 1 upper, -1 lower, 0 none; of a gap, a slip speed or a force.
     end
         :class:`RunEnd`, why the run ended.
     start, system
@@ -558,7 +558,7 @@ def _record(
         return compiled.kernel.simulate(there, t_max, limit, count, impacts), there
 
     def shares(part: Any) -> tuple[float, float]:
-        """Of the impacts and of the time; without t_max the record of so many events is full before."""
+        """Shares of the impacts and of t_max; without t_max, of impacts or room for events, whichever is full first."""
         if part["why"] != RunEnd.EVENTS:
             return 1.0, 1.0
         counted = np.count_nonzero(np.isin(part["status"], COUNTED)) / impacts

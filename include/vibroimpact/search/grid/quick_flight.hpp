@@ -98,8 +98,6 @@ VI_HOT void step_by_series(const Mode& m, const scan_result<R>& hit, neighbour<T
     to.scale = 1.0 / speed_at(m, z, hit.stop);
 }
 
-inline constexpr double beyond_interval = 0x1p-12; // of a step, as in certified_flight.hpp
-
 // Whether all contacts but the one that hits are between their limits.
 template <class Mode, class R, int D>
 VI_RARE mask_t<R> is_first(const Mode& m, const vec<R, D>& y, const stop_hit<R>& hit) {
@@ -132,7 +130,7 @@ VI_HOT void land(const Mode& m, const neighbour<T, real_t<T>, D>& near,
     if constexpr (Mode::flow_type::several_may_cross) {
         // another may be due within rounding, also just beyond the end of the interval
         const mask_t<R> asked =
-            hit.several | (s >= fma(hit.length, part, begin) - beyond_interval * flow.step);
+            hit.several | (s >= fma(hit.length, part, begin) - beyond_step * flow.step);
         if (any(asked & out.landed))
             out.landed =
                 out.landed & (!asked | is_first(m, values_of(y, flow.dimension()), hit.stop));
