@@ -13,7 +13,7 @@ from support.random_machines import KINDS, random_machine, random_start, scaled
 
 import vibroimpact as vi
 
-QUICK, MANY = 2, 20  # machines of each kind
+QUICK, MANY = 2, 8  # machines of each kind
 SLOW = pytest.mark.slow
 COUNTS = [pytest.param(0, QUICK, id="quick"), pytest.param(QUICK, MANY, id="many", marks=SLOW)]
 KIND = pytest.mark.parametrize("kind", KINDS)
@@ -69,7 +69,7 @@ def test_exponents_of_sweeps_have_the_same_bits_in_units_of_powers_of_two(
 @pytest.mark.slow
 @KIND
 def test_estimated_exponents_have_the_same_bits_in_units_of_powers_of_two(kind: str) -> None:
-    compare(kind, 0, 4, of_motions)
+    compare(kind, 0, 2, of_motions)
 
 
 @pytest.mark.parametrize("units", [(2.0**-20, 2.0**-30, 2.0**-40), (2.0**9, 2.0**5, 2.0**21)])
