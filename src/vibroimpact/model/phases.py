@@ -22,9 +22,10 @@ BITS = 1024 + 64  # of 2 pi: the largest double has not 2^1024 turns
 def phases_at(first: Floats | float, ratios: Floats) -> Floats:
     """Phases of lines when the first has this one, by the ratios of their frequencies to that of the first."""
     phases = np.asarray(first * ratios, dtype=float)
+    if np.abs(phases).max(initial=0.0) <= LARGEST:
+        return phases
     large = (np.abs(phases) > LARGEST) & np.isfinite(phases)
-    if np.any(large):
-        phases[large] = [_taken_back(x) for x in phases[large].tolist()]
+    phases[large] = [_taken_back(x) for x in phases[large].tolist()]
     return phases
 
 

@@ -566,8 +566,10 @@ def _record(
             return max(counted, len(part["status"]) / events), 0.0
         return counted, float(part["high"][-1]) / t_max
 
-    part, there = begun(events if events < PROBED else FIRST)
-    if part["why"] != RunEnd.EVENTS or events < PROBED:
+    if events < PROBED:
+        return compiled.kernel.simulate(at, t_max, limit, events, impacts), at
+    part, there = begun(FIRST)
+    if part["why"] != RunEnd.EVENTS:
         return part, there
     by_impacts, by_time = shares(part)
     seconds = expected(events, lambda count: max(shares(begun(count)[0])))
@@ -618,22 +620,23 @@ def assembled(
     )
 
 
+_STOP_OF_SIDE: Codes = np.array([1, -1, 0], dtype=np.int32)  # of -1, 0, 1
+
+
 def stops_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mode: Codes) -> Codes:
     """The stop of each event: of the limit met, or of the soft stop that changes its state.
 
     ``mode``: that at the start, then those after the events.
     """
-    sides = np.array(side, dtype=np.int32)
+    sides = np.array(side)
     first = len(compiled.mechanism.contacts)
-    changed = np.isin(status, (Status.CHANGE, Status.NON_UNIQUE))
     for number, element in enumerate(compiled.mechanism.elements, first):
-        if (
-            isinstance(element, SoftStop)
-            and (here := np.flatnonzero(changed & (contact == number))).size
-        ):
+        if not isinstance(element, SoftStop):
+            continue
+        changed = (status == Status.CHANGE) | (status == Status.NON_UNIQUE)
+        if (here := np.flatnonzero(changed & (contact == number))).size:
             states = states_of_modes(compiled, mode)[:, number]
             known = np.array([one.side for one in SoftStopState], dtype=np.int32)
             was, now = known[states[here]], known[states[here + 1]]
             sides[here] = np.where(now, now, was)
-    stops: Codes = np.where(sides > 0, 0, np.where(sides < 0, 1, -1)).astype(np.int32)
-    return stops
+    return _STOP_OF_SIDE[sides + 1]
