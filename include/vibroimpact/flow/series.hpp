@@ -22,7 +22,7 @@ inline constexpr double beyond_step = 0x1p-12;
 // The unit of time of Taylor polynomials, a power of two next to the step: their derivatives are as large as the
 // motion then, whatever the rates of the machine are, and stay within the range of doubles.
 VI_HD constexpr double unit_of_time(double step) {
-    return from_bits<double>(bits(step) >> 52 << 52);
+    return power_of_two_below(step);
 }
 
 VI_HD constexpr double inverse_factorial(int n) {

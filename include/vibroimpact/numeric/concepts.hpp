@@ -102,6 +102,11 @@ VI_HD constexpr R from_bits(const bits_t<R>& b) {
         return R::from_bits(b);
 }
 
+// The largest power of two that is not above a positive number.
+VI_HD constexpr double power_of_two_below(double x) {
+    return from_bits<double>(bits(x) >> 52 << 52);
+}
+
 VI_HD inline double sqrt(double x) {
 #if defined(__CUDA_ARCH__)
     return __dsqrt_rn(x);

@@ -119,14 +119,6 @@ struct earliest {
     taylor<N> gap{};
 };
 
-template <class T, int D>
-VI_HD inline vec<double, D> plain_state(const vec<T, D>& y, int n) {
-    vec<double, D> z{};
-    for (int i = 0; i < n; ++i)
-        z[i] = plain(y[i]);
-    return z;
-}
-
 // u and its derivatives in units of time, values only.
 template <int N, class T, int Dimension, int Orders, class Flow>
 VI_HD inline taylor<N> derivatives(const guard<double, Dimension, Orders>& g,

@@ -278,9 +278,7 @@ VI_HD inline bool keeps_limit(const Mode& m, int j, const vec<double, D>& y, con
 // Whether it is proved that nothing is to come in mode m from the state y on, of a flight that began at `start`.
 template <class Mode, class T, int D, class Start>
 VI_RARE bool is_silent(const Mode& m, const vec<T, D>& y, const Start& start) {
-    vec<double, D> z{};
-    for (int i = 0; i < m.flow.dimension(); ++i)
-        z[i] = plain(y[i]);
+    const vec<double, D> z = detail::plain_state(y, m.flow.dimension());
     if constexpr (is_modal<typename Mode::flow_type>) {
         return detail::all_silent(m, z);
     } else {

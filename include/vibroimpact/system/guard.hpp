@@ -240,6 +240,19 @@ VI_HD inline vec<real_t<T>, D> values_of(const vec<T, D>& y, int n) {
     return out;
 }
 
+namespace detail {
+
+// Its values only, and zeros beyond.
+template <class T, int D>
+VI_HD inline vec<double, D> plain_state(const vec<T, D>& y, int n) {
+    vec<double, D> z{};
+    for (int i = 0; i < n; ++i)
+        z[i] = plain(y[i]);
+    return z;
+}
+
+} // namespace detail
+
 // u^(m) at y, m up to plain_orders.
 template <class T, class R, int Dimension, int Orders>
 VI_HOT T guard_value(const guard<R, Dimension, Orders>& g, int m, const vec<T, Dimension>& y,

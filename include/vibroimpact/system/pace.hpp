@@ -92,8 +92,8 @@ private:
 
 // p rounded down to a power of two within the range; 0 is 0.
 VI_HD inline double searchable(double p, double slowest, double fastest) {
-    const auto below = [](double x) { return from_bits<double>(bits(x) >> 52 << 52); };
-    return p > 0.0 ? vi::min(vi::max(below(p), 2.0 * below(slowest)), below(fastest)) : 0.0;
+    const double least = 2.0 * power_of_two_below(slowest), most = power_of_two_below(fastest);
+    return p > 0.0 ? vi::min(vi::max(power_of_two_below(p), least), most) : 0.0;
 }
 
 } // namespace vi

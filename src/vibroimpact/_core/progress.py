@@ -19,9 +19,8 @@ BAR = 24  # characters
 REDRAW = 0.1  # seconds between two drawings of the bar
 MEASURED = 0.5  # seconds of work from which the rest is estimated
 LONG = 60.0  # seconds of work that are announced
-PROBED = (
-    2**14
-)  # a count that takes less than a minute, at 3 ms each; of more, a beginning is measured first
+# A count that takes less than a minute, at 3 ms each; of more, a beginning is measured first.
+PROBED = 2**14
 FIRST = 2**10  # of it, doubled until it tells enough
 CLEARLY = 1 / 8  # of LONG: what is expected to take less is not measured longer
 LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal

@@ -81,6 +81,11 @@ def choose(truth: Truth, x: Any, y: Any) -> float:
     return cast(float, x if truth else y)
 
 
+def cleared(x: Any, bound: Any) -> float:
+    """Return x, or zero where it is no larger than the bound."""
+    return choose(above(abs(x), bound), x, 0.0)
+
+
 def anywhere(truth: Truth) -> bool:
     """Whether the truth value holds for any system."""
     return bool(truth.any()) if isinstance(truth, np.ndarray) else truth

@@ -176,6 +176,10 @@ class Hybrid:
         count = len(self.mechanism.contacts)
         if self.proportion or not FEW < count <= MOST:
             return self.closed
+        return self._on_one_side()
+
+    def _on_one_side(self) -> list[Closed]:
+        """Every set of contacts that can be closed together, each on its first side."""
         return self._possible([some[:1] for some in self._sides()])
 
     def _block_forms(self) -> list[BlockForm]:
@@ -194,7 +198,7 @@ class Hybrid:
     def _responds(self) -> bool:
         """Whether the forcing is at no resonance; at one, the full matrix serves."""
         few = len(self.mechanism.contacts) <= MOST
-        sets = self._possible([some[:1] for some in self._sides()]) if few else self._known()
+        sets = self._on_one_side() if few else self._known()
         try:
             for closed in ((), *sets):
                 self._coordinates(closed)

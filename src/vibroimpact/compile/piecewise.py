@@ -46,8 +46,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
     ROUNDING,
-    above,
-    choose,
+    cleared,
     greatest,
     is_infinite,
     least,
@@ -887,6 +886,6 @@ def _cleared(row: list[Any], terms: Vector) -> list[Any]:
     what is left: their derivatives count.
     """
     return [
-        x if isinstance(x, Jet) else choose(above(abs(x), ROUNDING * size), x, 0.0)
+        x if isinstance(x, Jet) else cleared(x, ROUNDING * size)
         for x, size in zip(row, terms, strict=True)
     ]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vibroimpact._core.linear import dot
-from vibroimpact._core.scalars import ROUNDING, above, choose, greatest
+from vibroimpact._core.scalars import ROUNDING, above, choose, cleared, greatest
 from vibroimpact.model.mechanism import Mechanism
 
 Entry = tuple[float, float, float]  # of M, K and C
@@ -26,7 +26,7 @@ class Proportion(NamedTuple):
         """Damping c of a vibration mode; zero where it is rounding of the two parts."""
         parts = self.of_mass, self.of_stiffness * k
         c = parts[0] + parts[1]
-        return choose(above(abs(c), ROUNDING * greatest(map(abs, parts))), c, 0.0)
+        return cleared(c, ROUNDING * greatest(map(abs, parts)))
 
     def terms(self, m: float, k: float) -> float:
         """Size of the parts of an entry."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
-from vibroimpact._core.scalars import ROUNDING, above, choose, greatest, square_root
+from vibroimpact._core.scalars import ROUNDING, cleared, greatest, square_root
 from vibroimpact.compile.rayleigh import Proportion
 from vibroimpact.compile.reduction import Reduced
 
@@ -112,7 +112,7 @@ def _diagonal(phi: Matrix, a: Matrix, lost: Vector) -> Vector:
     """Diagonal of Phi^T A Phi, with entries below rounding set to zero."""
     inside = product(transpose(phi), product(a, phi))
     values = zip((row[i] for i, row in enumerate(inside)), lost, strict=True)
-    return [choose(above(abs(x), least), x, 0.0) for x, least in values]
+    return [cleared(x, least) for x, least in values]
 
 
 def _lost(phi: Matrix, a: Matrix) -> Vector:

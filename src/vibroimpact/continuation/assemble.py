@@ -130,9 +130,7 @@ def _tests(problem: Scaled, points: list[_Point]) -> dict[str, Floats]:
 def _mean_singular_values(points: list[_Point]) -> Floats:
     found = [determinant(point.node, point.sense * point.node.tangent) for point in points]
     reference, count = largest_of(found), len(points[0].node.y)
-    return np.array([
-        at.sign * math.exp(at.log_over(reference) / count) if at.sign else 0.0 for at in found
-    ])  # fmt: skip
+    return np.array([at.over(reference, count) for at in found])
 
 
 def _special(problem: Scaled, walk: Walk, sense: int) -> Iterator[SpecialPoint]:

@@ -160,6 +160,10 @@ class Determinant(NamedTuple):
     log: float
     exponent: int
 
+    def over(self, other: Determinant, root: int = 1) -> float:
+        """The quotient by another one; of its modulus, the root."""
+        return self.sign * math.exp(self.log_over(other) / root) if self.sign else 0.0
+
     def log_over(self, other: Determinant) -> float:
         """Logarithm of the modulus, relative to another one."""
         return self.log - other.log + (self.exponent - other.exponent) * math.log(2.0)

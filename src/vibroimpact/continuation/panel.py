@@ -247,8 +247,7 @@ def test_values(
 
 
 def _relative_determinant(node: Node, row: Floats, reference: Determinant) -> float:
-    found = determinant(node, row)
-    return found.sign * math.exp(found.log_over(reference)) if found.sign else 0.0
+    return determinant(node, row).over(reference)
 
 
 def _noise(problem: Scaled, node: Node, row: Floats) -> float:

@@ -18,36 +18,22 @@ from vibroimpact.model.state import COORDINATE
 if TYPE_CHECKING:
     import xarray as xr
 
-POWERS = {  # (a, b, c) of mass^a length^b time^c, the factor of a quantity
-    "length": (0, 1, 0),
-    "velocity": (0, 1, -1),
-    "acceleration": (0, 1, -2),
-    "time": (0, 0, 1),
-    "frequency": (0, 0, -1),
-    "rate": (0, 0, -1),
-    "force": (1, 1, -2),
-    "impulse": (1, 1, -1),
-    "energy": (1, 2, -2),
-    "power": (1, 2, -3),
-    "mass": (1, 0, 0),
-    "stiffness": (1, 0, -2),
-    "damping": (1, 0, -1),
+QUANTITIES = {  # (a, b, c) of mass^a length^b time^c, the factor of a quantity, and its unit
+    "length": ((0, 1, 0), "m"),
+    "velocity": ((0, 1, -1), "m/s"),
+    "acceleration": ((0, 1, -2), "m/s²"),
+    "time": ((0, 0, 1), "s"),
+    "frequency": ((0, 0, -1), "rad/s"),
+    "rate": ((0, 0, -1), "1/s"),
+    "force": ((1, 1, -2), "N"),
+    "impulse": ((1, 1, -1), "N s"),
+    "energy": ((1, 2, -2), "J"),
+    "power": ((1, 2, -3), "W"),
+    "mass": ((1, 0, 0), "kg"),
+    "stiffness": ((1, 0, -2), "N/m"),
+    "damping": ((1, 0, -1), "N s/m"),
 }
-UNITS = {
-    "length": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "time": "s",
-    "frequency": "rad/s",
-    "rate": "1/s",
-    "force": "N",
-    "impulse": "N s",
-    "energy": "J",
-    "power": "W",
-    "mass": "kg",
-    "stiffness": "N/m",
-    "damping": "N s/m",
-}
+PLAIN = ((0, 0, 0), "")  # of a number without dimension
 COORDINATES = {"x": "length", "v": "velocity"}
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
@@ -91,12 +77,12 @@ class Scales:
 
     def factor(self, quantity: str) -> float:
         """SI units per unit of a quantity, such as "velocity"; 1 for a plain number, ""."""
-        a, b, c = POWERS.get(quantity, (0, 0, 0))
+        (a, b, c), _ = QUANTITIES.get(quantity, PLAIN)
         return float(self.mass**a * self.length**b * self.time**c)
 
 
 class Quantity(NamedTuple):
-    """Quantity of a parameter (a key of ``POWERS``), and its label in figures."""
+    """Quantity of a parameter (a key of ``QUANTITIES``), and its label in figures."""
 
     quantity: str = ""
     label: str = ""
@@ -138,7 +124,7 @@ class Units(NamedTuple):
 
     def unit(self, quantity: str) -> str:
         """Unit of a quantity; "" for a number without dimension or in scaled units."""
-        return UNITS.get(quantity, "") if self.si else ""
+        return QUANTITIES.get(quantity, PLAIN)[1] if self.si else ""
 
     def label(self, text: str, quantity: str) -> str:
         """Label with its unit."""

@@ -596,15 +596,16 @@ def assembled(
 
     n = compiled.mechanism.degrees
     after, side = joined("after"), joined("side")
+    status, contact = joined("status"), joined("contact")
     mode = np.concatenate([[first_mode], joined("mode")]).astype(np.int32)
     time, low = rounded_times(joined("high"), joined("low"))
     return Run(
         system=system,
         start=state,
         time=time,
-        status=joined("status"),
-        contact=joined("contact"),
-        stop=stops_of(compiled, joined("status"), joined("contact"), side, mode),
+        status=status,
+        contact=contact,
+        stop=stops_of(compiled, status, contact, side, mode),
         position=after[:, :n],
         velocity_before=joined("before")[:, n:],
         velocity_after=after[:, n:],
