@@ -298,7 +298,8 @@ private:
             touching[i] = only(here, at_.touching[i]);
         detail::grid_scan<R, K> close;
         detail::scan_narrow_grid(m(), values_of(y, m().flow.dimension()), touching, close);
-        flown_ = flown_ + before * m().flow.part();
+        // lanes that never were in this mode have no steps of it: what stands there may be NaN
+        flown_ = flown_ + only(stuck_, before * m().flow.part());
         detail::select_state(stuck_ & !here, at_.y, y, m().flow); // the others are there
         detail::select_result(stuck_, wide_.result, close.result, m().flow);
     }
