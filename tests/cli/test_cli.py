@@ -34,8 +34,8 @@ SET_A = vi.ImpactDamper(
 
 
 def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
+    found = vi.load(path)
+    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def refused(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -479,7 +479,7 @@ def test_a_bad_file_is_refused_with_the_reason(
         (["simulate", "impact-damper/A", "--omega", "5"], "no symmetric orbit exists here"),
         (["orbit", "--config", "no.toml"], "no.toml: cannot be read"),
         (["orbit", *CASE, "--config", "no.toml"], "only one may be given"),
-        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .svg, .png, .pdf"),
+        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .csv, .svg, .png, .pdf"),
         (["orbit", *CASE, "--out", "no/o.nc"], "no must be a folder. Make it first"),
         (["reproduce", "impact-hammer", "--out", "r"], "'impact-hammer': must be one of impact"),
         (["reproduce", "impact-damper"], "required: --out"),

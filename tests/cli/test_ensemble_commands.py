@@ -38,8 +38,8 @@ def test_the_system_is_said_with_the_ranges_of_the_grid(capsys: pytest.CaptureFi
 
 
 def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
+    found = vi.load(path)
+    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:

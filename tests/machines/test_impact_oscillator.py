@@ -281,8 +281,8 @@ PARAMETERS = ["--zeta", "0.05", "--omega", "2.6", "--restitution", "0.7", "--cle
 
 
 def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
+    found = vi.load(path)
+    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def test_the_command_line_takes_its_parameters_and_its_starts() -> None:
@@ -373,7 +373,7 @@ def test_a_search_finds_the_closed_form_orbits_and_a_branch_of_one_is_stored() -
     assert all(min(abs(one - known) for known in speeds) < 1e-9 for one in listed)
     orbit = next(o for o in found.orbits if o.symbol == "1-1-0")
     branch = vi.continue_orbit(orbit, "clearance", (0.0, 0.15))
-    vi.save_branch(branch, "b.nc")
-    back = vi.load_branch("b.nc")
+    vi.save(branch, "b.nc")
+    back = vi.load("b.nc")
     assert back.family.system == branch.family.system
     np.testing.assert_array_equal(back.multipliers, branch.multipliers)

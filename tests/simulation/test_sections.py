@@ -78,7 +78,7 @@ def test_pieces_of_a_record_join_without_a_seam():
 
 def test_a_dataset_says_what_it_is():
     dataset = impact_section(DAMPER, PLAIN, points=5).to_dataset()
-    assert dataset.sizes == {"impact": 5, "coordinate": 2}
+    assert dataset.sizes == {"point": 5, "coordinate": 2}
     assert dataset.attrs["stop"] == "A"
     assert "omega=1.00314" in dataset.attrs["system"]
 
@@ -214,7 +214,7 @@ def test_a_stroboscopic_section_is_drawn_without_the_plus_of_impacts():
     section = vi.stroboscopic_section(DAMPER, PLAIN, points=5)
     assert section.plot().get_ylabel() == r"$\dot x_{1}$"
     assert impact_section(DAMPER, PLAIN, points=5).plot().get_ylabel() == r"$\dot x_{1+}$"
-    assert section.to_dataset().sizes == {"period": 5, "coordinate": 2}
+    assert section.to_dataset().sizes == {"point": 5, "coordinate": 2}
 
 
 @pytest.mark.parametrize(

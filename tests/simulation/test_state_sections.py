@@ -124,7 +124,7 @@ def test_the_last_state_goes_on_and_arrays_are_read_only():
 
 def test_a_dataset_says_which_change_it_is():
     dataset = vi.state_section(belt(), REST, takes="stick", points=4, settle=0).to_dataset()
-    assert dataset.sizes == {"change": 4, "coordinate": 1}
+    assert dataset.sizes == {"point": 4, "coordinate": 1}
     assert (dataset.attrs["element"], dataset.attrs["takes"]) == (0, "STICK")
 
 

@@ -49,6 +49,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations
+from vibroimpact.results.result import INSIDE, Result, along
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, no_exponent
 from vibroimpact.simulation.sections import (
     Section,
@@ -71,7 +72,7 @@ MOST_CHANGES = 3  # changes of the motion while exponents are measured, with a n
 
 
 @dataclass(frozen=True)
-class Attractor:
+class Attractor(Result):
     """Attractor of a motion.
 
     Attributes
@@ -118,15 +119,15 @@ class Attractor:
     shape: InvariantSet
     type: OrbitType | None
     symbol: str
-    multipliers: NDArray[np.complex128] | None
+    multipliers: NDArray[np.complex128] | None = field(metadata=along("multiplier"))
     symmetric: bool | None
     exponent: LyapunovEstimate
     periods_per_point: float
     impacts: int
     chatters: int
     sticks: int
-    section: AnySection = field(repr=False)
-    progress: Floats = field(repr=False)
+    section: AnySection = field(metadata=INSIDE, repr=False)
+    progress: Floats = field(metadata=along("coordinate"), repr=False)
     transient: int = 0
     windows: tuple[tuple[int, str], ...] = ()
     rest: str = ""

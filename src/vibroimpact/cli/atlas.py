@@ -64,5 +64,5 @@ def run(arguments: argparse.Namespace) -> str:
         most=arguments.most, progress=lambda count, last: progress.note(f"{count} curves, {last}"),
     )  # fmt: skip
     progress.close()
-    write(targets, data=atlas.to_dataset, picture=atlas.plot)
+    write(targets, data=atlas, picture=atlas.plot)
     return str(atlas) + common.listed(targets)

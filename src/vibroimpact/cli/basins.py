@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> str:
         case.system, over=over, start=members.base_of(arguments, case),
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
-    write(targets, data=lambda: found, picture=lambda: plot_basins(found))
+    write(targets, data=found, picture=lambda: plot_basins(found))
     return ensemble.report(arguments, targets, case, over, found, *_listed(case.system, found))
 
 

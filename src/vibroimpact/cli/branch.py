@@ -92,11 +92,7 @@ def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe the branches."""
     targets = common.targets_of(arguments)
     branches = branches_of(arguments)
-    write(
-        targets,
-        data=lambda: branches[-1].to_dataset(),
-        picture=lambda: _picture(arguments, branches),
-    )
+    write(targets, data=branches[-1], picture=lambda: _picture(arguments, branches))
     system = branches[0].family.system
     return "\n".join([str(system), *map(_described, branches)]) + common.listed(targets)
 

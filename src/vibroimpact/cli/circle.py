@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> str:
     family = None if along is None else _family(arguments, circle, along, progress)
     progress.close()
     result = circle if family is None else family
-    write(targets, data=result.to_dataset, picture=lambda: _picture(arguments, circle, family))
+    write(targets, data=result, picture=lambda: _picture(arguments, circle, family))
     said = [str(case.system), *_described(case.system, circle)]
     said += [] if family is None else [str(family), *_in_si(case.system, family)]
     return "\n".join(said) + common.listed(targets)

@@ -16,7 +16,6 @@ from typing import Any, Protocol, cast
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.progress import Progress
-from vibroimpact.cli.output import DATA
 from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
@@ -27,6 +26,7 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.results.files import SUFFIXES as DATA
 
 System = Machine | Mechanism
 ORBIT = "the stable orbit, or else the first"

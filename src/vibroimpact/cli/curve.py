@@ -83,11 +83,7 @@ def run(arguments: argparse.Namespace) -> str:
     bounds = _bounds(arguments)
     behind = None if arguments.behind is None else plane_in(arguments.behind, tuple(bounds))
     curves = _curves(arguments, bounds)
-    write(
-        targets,
-        data=lambda: curves[-1].to_dataset(),
-        picture=lambda: _picture(curves, behind),
-    )
+    write(targets, data=curves[-1], picture=lambda: _picture(curves, behind))
     system = curves[0].orbit(curves[0].curve.start).system
     return "\n".join([str(system), *map(described, curves)]) + common.listed(targets)
 

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> str:
     )  # fmt: skip
     if best.interrupted:
         raise KeyboardInterrupt
-    write(targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best))
+    write(targets, data=best, picture=best.plot, page=lambda: _page(arguments, best))
     return f"{case.system}\n{best}\n{_looked_at(best)}{common.listed(targets)}"
 
 

@@ -129,7 +129,7 @@ def computed(
     """Rehearse the picture, compute, and write."""
     _rehearse(targets, over, start, compute, draw)
     found = compute(over=over, start=start, **options_of(arguments))
-    write(targets, data=lambda: found, picture=lambda: draw(found))
+    write(targets, data=found, picture=lambda: draw(found))
     return found
 
 

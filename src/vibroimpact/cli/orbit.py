@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> str:
         )
     write(
         targets,
-        data=lambda: _dataset(damper, orbits),
+        data=_dataset(damper, orbits),
         picture=lambda: plot_multipliers(
             [o.half_multipliers for o in orbits], labels=[_name(o) for o in orbits]
         ),

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> str:
     if section.end not in WHOLE:
         raise common.Failure(f"after {len(section)} points: {section.end.sentence}.")
     axes = common.given(arguments, AXES)
-    write(targets, data=section.to_dataset, picture=lambda: plot_section(section, **axes))
+    write(targets, data=section, picture=lambda: plot_section(section, **axes))
     si = common.in_si(case.system, section.last, float(section.time[-1]))
     return f"{case.system}\n{state}\n{section}\nends in {section.last}{si}{common.listed(targets)}"
 

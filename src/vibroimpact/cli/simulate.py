@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> str:
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
         raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
-    write(targets, data=motion.to_dataset, picture=lambda: _picture(motion, arguments.window))
+    write(targets, data=motion, picture=lambda: _picture(motion, arguments.window))
     si = common.in_si(case.system, motion.last, float(motion.time[-1]))
     return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{si}{common.listed(targets)}"
 
@@ -78,7 +78,7 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase, targets: list[Path]
     )  # fmt: skip
     if motion.end not in (RunEnd.HORIZON, RunEnd.EVENTS):
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
-    write(targets, data=motion.to_dataset, picture=lambda: plot_hybrid_run(motion))
+    write(targets, data=motion, picture=lambda: plot_hybrid_run(motion))
     return f"{motion}\nends in {motion.modes[-1]}: {motion.after[-1]}{common.listed(targets)}"
 
 

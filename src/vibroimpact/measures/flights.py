@@ -72,6 +72,7 @@ class Rows:
     """
 
     def __init__(self, system: System, parameter: str = "") -> None:
+        self.system, self.parameter = system, parameter
         self.mechanism: Mechanism = mechanism_of(system)
         varied = expanded(system, parameter) if parameter else self.mechanism
         self.varied, self.pieces = varied, Piecewise(varied)
@@ -346,6 +347,20 @@ class Signal:
     flights: Flights
     series: Floats
     series_by: Floats
+
+    def at(self, flight: Integers, since: Floats) -> Floats:
+        """Values at times since the starts of flights."""
+        w = self.flights.windows
+        window = np.minimum(w.first[flight] + (since / w.length).astype(int), w.last[flight])
+        x = 2.0 * (since - w.start[window]) / w.length - 1.0
+        return _values(self.series, window, x)
+
+    def sampled(self, t: Floats) -> Floats:
+        """Values at rising times since the start of the motion."""
+        durations = self.flights.durations
+        begin = np.cumsum(durations) - durations
+        flight = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(begin) - 1)
+        return self.at(flight, np.minimum(t - begin[flight], durations[flight]))
 
     def extremes(self) -> tuple[Dual, Dual]:
         """Smallest and largest value, with their derivatives, by (2)."""

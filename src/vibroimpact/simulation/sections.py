@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact import _kernel
 from vibroimpact._core.checks import check_count, check_memory, check_stop_name, real, refusal
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
@@ -25,12 +23,12 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations, translations_of
+from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
 from vibroimpact.simulation.simulator import Impacts, Simulator
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
+    pass
 
 
 # Beyond this many impacts per requested section point, on average, the stop counts as not reached:
@@ -40,14 +38,14 @@ LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 
 @dataclass(frozen=True)
-class SectionPoints:
+class SectionPoints(Result):
     """States of a motion on a section, read-only: common part of all sections."""
 
     system: System
-    position: Floats
-    velocity: Floats
-    phase: Floats
-    time: Floats
+    position: Floats = field(metadata=along("point", "coordinate"))
+    velocity: Floats = field(metadata=along("point", "coordinate"))
+    phase: Floats = field(metadata=along("point"))
+    time: Floats = field(metadata=along("point"))
     end: RunEnd
     last: State = field(repr=False)
 
@@ -87,31 +85,6 @@ class SectionPoints:
         """Positions, velocities and the point (cos phase, sin phase), shape (n_point, 2 n + 2)."""
         return coordinates(self.position, self.velocity, self.phase)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the section; see :func:`vibroimpact.plotting.sections.plot_section`."""
-        axes: Axes = deferred("plotting.sections", "plot_section")(self, ax=ax)
-        return axes
-
-    def _dataset(self, along: str, **attrs: Any) -> xr.Dataset:
-        import xarray as xr
-
-        both = (along, "coordinate")
-        return xr.Dataset(
-            {
-                "position": (both, self.position),
-                "velocity": (both, self.velocity),
-                "phase": (along, self.phase),
-                "time": (along, self.time),
-            },
-            attrs={
-                "system": repr(self.system),
-                **attrs,
-                "end": self.end.name,
-                "end_reason": self.end.sentence,
-                "version": _kernel.version(),
-            },
-        )
-
 
 @dataclass(frozen=True, repr=False)
 class Section(SectionPoints):
@@ -137,18 +110,13 @@ class Section(SectionPoints):
 
     contact: int
     stop: StopName
-    status: Codes
+    status: Codes = field(metadata=along("point"))
 
     def __repr__(self) -> str:
         return (
             f"Section: {len(self)} impacts at stop {self.stop} of contact {self.contact}; "
             f"{self.end.sentence}"
         )
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset; attributes describe system, stop and end."""
-        dataset = self._dataset("impact", contact=self.contact, stop=self.stop)
-        return dataset.assign(status=("impact", self.status))
 
 
 @dataclass(frozen=True, repr=False)
@@ -172,10 +140,6 @@ class StroboscopicSection(SectionPoints):
     def __repr__(self) -> str:
         at = f" at phase {self.phase[0]:.6g} of the force" if len(self) else ""
         return f"StroboscopicSection: {len(self)} states{at}; {self.end.sentence}"
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset."""
-        return self._dataset("period")
 
 
 @dataclass(frozen=True)

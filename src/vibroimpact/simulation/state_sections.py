@@ -22,6 +22,7 @@ from vibroimpact._core.types import Codes
 from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import along
 from vibroimpact.simulation.sections import (
     IMPACTS_PER_POINT,
     Section,
@@ -42,7 +43,7 @@ from vibroimpact.simulation.simulate import (
 from vibroimpact.simulation.simulator import CHUNK, Simulator
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,7 +70,7 @@ class StateSection(SectionPoints):
 
     element: int
     takes: IntEnum | None
-    state: Codes = field(repr=False)
+    state: Codes = field(metadata=along("point"), repr=False)
 
     def __repr__(self) -> str:
         label = element_labels(mechanism_of(self.system))[self.element]
@@ -77,12 +78,6 @@ class StateSection(SectionPoints):
         rare = "fewer than one event in 64 is such a change"
         end = rare if self.end is RunEnd.EVENTS else self.end.sentence
         return f"StateSection: {len(self)} states where {what}; {end}"
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset; attributes say which element and state."""
-        takes = self.takes.name if self.takes is not None else "any"
-        dataset = self._dataset("change", element=self.element, takes=takes)
-        return dataset.assign(state=("change", self.state))
 
 
 AnySection = Section | StroboscopicSection | StateSection
