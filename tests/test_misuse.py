@@ -499,7 +499,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "plot_exponents": (
             plotting.plot_exponents,
-            {"exponents": vi.lyapunov_exponent(damper, state, impacts=1024, settle=1), "ax": None},
+            {"exponents": vi.lyapunov_exponent(damper, state, impacts=1024, settle_impacts=1), "ax": None},
         ),
         "plot_orbit": (plotting.plot_orbit, {"orbit": orbit, "row": "x1", "ax": None}),
         "plot_orbits": (

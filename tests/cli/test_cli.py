@@ -361,7 +361,7 @@ def test_a_relay_in_a_file_switches_at_the_times_of_its_closed_form() -> None:
     assert cli.main([*arguments, "--out", "r.png"]) == 0
     run = opened("r.nc")
     np.testing.assert_allclose(run.time[:-1], np.log(2.0) * np.arange(1, 12), rtol=1e-14)
-    assert run.attrs["mode_at_start"] == "on"
+    assert run.modes.values[0] == "on"
     assert Path("r.png").stat().st_size > 0
 
 

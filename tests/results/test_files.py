@@ -262,7 +262,7 @@ def test_numbers_of_a_table_are_written_to_the_last_bit(broken: vi.Branch, tmp_p
 def test_a_sweep_comes_back_and_its_table_has_a_row_for_each_member(tmp_path: Path) -> None:
     over = {"omega": [1.1, 1.2], "zeta": [0.04, 0.05, 0.06]}
     start = vi.State((0.0, 0.0), (0.0, 1.0))
-    found = vi.sweep(SET_A, over=over, start=start, settle=5, periods=5, progress=False)
+    found = vi.sweep(SET_A, over=over, start=start, settle_periods=5, periods=5, progress=False)
     xr.testing.assert_identical(again(found, tmp_path), found)
     table = dataframe_of(found)
     assert len(table) == 6

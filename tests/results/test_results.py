@@ -59,12 +59,12 @@ def orbit() -> vi.Orbit:
 
 @cache
 def circle() -> vi.Circle:
-    return vi.find_circle(SPIN, (1.0, 0.0, 0.0), p=0.9, settle=500, points=500)
+    return vi.find_circle(SPIN, (1.0, 0.0, 0.0), p=0.9, settle_iterates=500, points=500)
 
 
 @cache
 def objective() -> vi.Objective:
-    return vi.worst_over("omega", (0.9, 1.0), points=2, starts=1, settle=20, periods=10)
+    return vi.worst_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=20, periods=10)
 
 
 def tongue() -> vi.Tongue:
@@ -91,18 +91,18 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "ForceRecord": lambda: RECORD,
     "FreeDecay": lambda: vi.free_decay(SET_A, {"v1": 1.0}),
     "HybridRun": lambda: vi.simulate_hybrid(RELAY, "on", [0.0], t_max=5.0),
-    "LyapunovEstimate": lambda: vi.lyapunov_exponent(SET_A, START, impacts=1024, settle=1),
-    "LyapunovSpectrum": lambda: vi.lyapunov_spectrum(SET_A, START, impacts=1024, settle=1),
+    "LyapunovEstimate": lambda: vi.lyapunov_exponent(SET_A, START, impacts=1024, settle_impacts=1),
+    "LyapunovSpectrum": lambda: vi.lyapunov_spectrum(SET_A, START, impacts=1024, settle_impacts=1),
     "Orbit": orbit,
     "OrbitSearch": lambda: vi.find_orbits(SET_A, cycles=1, impacts=2, starts=5),
     "ParetoFront": lambda: vi.pareto_front(
         SET_A, {"half_clearance": (4.0, 6.0)},
-        (objective(), vi.mean_over("omega", (0.9, 1.0), points=2, starts=1, settle=20, periods=10)),
+        (objective(), vi.mean_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=20, periods=10)),
         budget=64, progress=False,
     ),
     "RecordResponse": lambda: vi.simulate_record(SET_A, RECORD),
     "Response": lambda: vi.frequency_response(
-        SET_A, "omega", (0.94, 0.96), number=3, starts=1, settle=50, periods=20, steps=FEW,
+        SET_A, "omega", (0.94, 0.96), number=3, starts=1, settle_periods=50, periods=20, steps=FEW,
     ),
     "ResponseSpectrum": lambda: vi.response_spectrum(RECORD, [1.0, 2.0, 3.0], clearance=0.2),
     "Run": lambda: vi.simulate(OSCILLATOR, vi.State((0.0,), (0.0,)), impacts=30),

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DIMS, ROWS, MERGED, ATTRS = "dims", "rows", "merged", "attrs"
-INSIDE = {
-    MERGED: True
-}  # of a field that holds a dataclass whose own variables are variables of the dataset, too
+INSIDE = {MERGED: True}
+"""Metadata of a field that holds a dataclass whose own variables are variables of the dataset, too."""
 
 
 def along(*dims: str, **attrs: str) -> dict[str, Any]:
@@ -64,10 +63,8 @@ class Result:
         Axes
             The Axes drawn on.
         """
-        pictures = import_module(
-            "vibroimpact.plotting.of_results"
-        )  # imported when something is drawn
-        axes: Axes = pictures.drawing_of(type(self))(self, *shown, ax=ax, **options)
+        drawn = plotting("of_results").drawing_of(type(self))
+        axes: Axes = drawn(self, *shown, ax=ax, **options)
         return axes
 
     def to_dataset(self) -> xr.Dataset:
@@ -123,12 +120,13 @@ def _table(dim: str, records: Sequence[Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name in names:
         values = [getattr(one, name) for one in records]
-        held = {type(value) for value in values if value is not None}
-        if held and held <= {str}:
-            found[f"{dim}_{name}"] = dim, np.array([value or "" for value in values], dtype=object)
-        elif held and held <= {int, float, bool, np.float64}:
-            given = [math.nan if value is None else value for value in values]
-            found[f"{dim}_{name}"] = dim, np.array(given)
+        held = [value for value in values if value is not None]
+        if held and all(isinstance(value, str) for value in held):
+            words = ["" if value is None else str(value) for value in values]
+            found[f"{dim}_{name}"] = dim, np.array(words, dtype=object)
+        elif held and all(isinstance(value, int | float | np.number | np.bool_) for value in held):
+            numbers = [math.nan if value is None else value for value in values]
+            found[f"{dim}_{name}"] = dim, np.array(numbers)
     return found
 
 

@@ -79,13 +79,13 @@ def _place(kind: Any) -> str | None:
 
 
 def _at(place: str) -> Any:
+    """Class or function of a name; nothing but what :func:`_place` names."""
     module, _, name = place.rpartition(":")
-    if not f"{module}.".startswith(f"{PACKAGE}."):
-        raise InvalidParameterError(f"data: {place} is not of this package.")
-    found = getattr(import_module(module), name, None)
-    if found is None:
+    ours = f"{module}.".startswith(f"{PACKAGE}.")
+    found = getattr(import_module(module), name, None) if ours else None
+    if _place(found) != place:
         raise InvalidParameterError(
-            f"data: {place} is not in this version. Compute the result again."
+            f"data: {place} is no class of this version of the package. Compute the result again."
         )
     return found
 
@@ -227,6 +227,8 @@ class _Reader:
         if "code" in tree:
             return self._code(tree)
         kind = _at(tree["class"])
+        if not isinstance(kind, type):
+            raise TypeError(f"{kind} is no class")
         found = {name: self._argument(kind, name, part) for name, part in tree["arguments"].items()}
         return kind(**found)
 
