@@ -384,7 +384,7 @@ def test_a_sweep_in_a_store_and_its_repetition_are_the_same_bits() -> None:
         TWO, over=over, start=start, observe=["symbol", "lyapunov"], store="s.zarr", **window
     )
     xr.testing.assert_identical(found, kept.load())
-    found.to_netcdf("s.nc", engine="h5netcdf")
+    vi.save(found, "s.nc")
     xr.testing.assert_identical(vi.rerun_sweep(opened("s.nc"), progress=False), found)
 
 
