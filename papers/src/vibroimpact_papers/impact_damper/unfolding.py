@@ -19,7 +19,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.switch_curve import switch_curve
 from vibroimpact.continuation import Steps
-from vibroimpact.normal_forms.strong_resonance import OneToFour, StrongResonance
+from vibroimpact.normal_forms import CodimensionTwo
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import on_circle, symmetric_orbits
@@ -84,12 +84,12 @@ class Unfolded:
 def unfolded(chosen: ParameterSet, point: CodimensionTwoPoint) -> Unfolded:
     """Return the portraits around a point. Cost: some seconds."""
     form = point.normal_form
-    assert isinstance(form, StrongResonance)
+    assert isinstance(form, CodimensionTwo)
     flow = flow_at(form)
     start = [point.parameters[name] for name in AXES]
     made = tuple(_sector(chosen, start, flow, place) for place in flow.places())
     born: tuple[Floats, ...] = ()
-    if isinstance(form, OneToFour) and form.folds_exist:
+    if form.kind == "R4" and form.switchable:
         w, h = (BEYOND_WINDOW * half for half in reach(start, made))
         bounds = (start[0] - w, start[0] + w), (start[1] - h, start[1] + h)
         switched = switch_curve(point, bounds, steps=FOLDS)
