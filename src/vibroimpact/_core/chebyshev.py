@@ -14,7 +14,7 @@ from numpy.polynomial import chebyshev
 
 from vibroimpact._core.types import Floats, Integers
 
-RESOLVED = 1e-10  # an expansion is resolved when its last coefficients are below this part of the first
+RESOLVED = 1e-10  # last coefficients of a resolved expansion, relative to the largest
 EDGE = 1e-6  # zeros this far outside the interval, relative to its length, are kept and polished
 NEAR = 1.1  # bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5
 
