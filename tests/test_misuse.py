@@ -42,7 +42,7 @@ RESULTS = {  # made by functions, not by hand
     "Atlas", "AtlasPoint", "Attractor", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
-    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
+    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
     "StateSection", "StroboscopicSection", "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
     "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",
