@@ -17,7 +17,8 @@ from vibroimpact.model.mechanism import Contact, Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.sections import Section, check_stop, impact_section
+from vibroimpact.simulation.places import AtStop, check_stop
+from vibroimpact.simulation.sections import Section, section
 
 SystemOf = Callable[[float], System]
 
@@ -57,7 +58,7 @@ def sweep_attractor(
     keep
         Section points kept at every value, >= 1.
     stop, contact
-        The section, as in :func:`~vibroimpact.impact_section`.
+        The section, as in :func:`~vibroimpact.AtStop`.
 
     Returns
     -------
@@ -96,14 +97,12 @@ def sweep_attractor(
     whole = isinstance(values, np.ndarray) or not isinstance(values, Iterable)
     for value in vector("values", cast(ArrayLike, values if whole else list(values))):
         here = make(value)
-        check_stop(here, contact, stop)
+        check_stop(here, AtStop(stop, contact))
         state = carried(mechanism_of(here), state, contact, stop, on_stop=on_stop)
-        section = impact_section(
-            here, state, points=keep, settle=settle, stop=stop, contact=contact
-        )
-        if len(section):
-            state, on_stop = section.last, True
-        steps.append(Step(value, section, state))
+        found = section(here, state, at=AtStop(stop, contact), points=keep, settle=settle)
+        if len(found):
+            state, on_stop = found.last, True
+        steps.append(Step(value, found, state))
     return steps
 
 

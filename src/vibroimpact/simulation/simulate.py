@@ -528,7 +528,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     mechanism = mechanism_of(system)
     size = record_bytes(mechanism)
     if t_max == math.inf:
-        check_memory("impacts", impacts, size, "Give t_max, or take vi.impact_section.")
+        check_memory("impacts", impacts, size, "Give t_max, or take vi.section.")
     compiled = compile_mechanism(mechanism, state, t_max)
     at = begin(compiled, state)
     first, first_mode = np.array(at.y), at.mode

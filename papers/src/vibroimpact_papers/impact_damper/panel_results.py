@@ -14,7 +14,7 @@ from vibroimpact.attractors.classify import Attractor, classify
 from vibroimpact.attractors.sweep_attractor import Step, carried, sweep_attractor
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.model.state import State
-from vibroimpact.simulation.sections import impact_section
+from vibroimpact.simulation.sections import section
 from vibroimpact_papers.impact_damper import Panel, ParameterSet
 from vibroimpact_papers.impact_damper.measures import same_cloud
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
@@ -118,10 +118,10 @@ def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: P
 
 def _points(attractor: Attractor) -> Floats:
     """Return the points of the last window, or the last period of a periodic orbit."""
-    section, curve = attractor.section, attractor.shape.curve
+    found, curve = attractor.section, attractor.shape.curve
     if curve is not None and curve.widest_gap > CLOSED * curve.length:
-        section = impact_section(section.system, section.last, points=MORE_POINTS, settle=0)
-    points = np.column_stack([section.x1, section.v1])
+        found = section(found.system, found.last, points=MORE_POINTS, settle=0)
+    points = np.column_stack([found.x1, found.v1])
     return points[-attractor.shape.period :] if attractor.shape.period else points
 
 
