@@ -95,7 +95,7 @@ def test_a_plane_that_was_written_lies_behind(
     expected: vi.BifurcationCurve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     grid = ["--over", "omega=0.9:0.95:4", "--over", "half_clearance=4.8:5.5:3"]
-    said(["plane", CASE, *grid, "--settle", "5", "--periods", "5", "--out", "p.nc"], capsys)
+    said(["plane", CASE, *grid, "--settle-periods", "5", "--periods", "5", "--out", "p.nc"], capsys)
     out = said([*BRANCH, *NEAR, "--behind", "p.nc", "--out", "c.png"], capsys)
     assert repr(expected) in out
     assert Path("c.png").stat().st_size > 1000
@@ -139,6 +139,6 @@ def test_misuse_is_refused_with_what_is_allowed(
 
 def test_a_plane_of_other_parameters_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     grid = ["--over", "half_clearance=4.8:5.5:2", "--over", "omega=0.9:0.95:2"]
-    said(["plane", CASE, *grid, "--settle", "5", "--periods", "5", "--out", "p.nc"], capsys)
+    said(["plane", CASE, *grid, "--settle-periods", "5", "--periods", "5", "--out", "p.nc"], capsys)
     assert cli.main([*BRANCH, *NEAR, "--behind", "p.nc"]) == cli.MISUSE
     assert "need a plane of omega and half_clearance, in this order" in capsys.readouterr().err

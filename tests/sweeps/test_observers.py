@@ -86,7 +86,7 @@ def test_a_motion_without_impacts_has_states_at_a_phase() -> None:
         over={"omega": omegas},
         start=vi.State((0.0,), (0.0,)),
         points=4,
-        settle=400,
+        settle_periods=400,
         progress=False,
     )
     z = 0.5 * np.exp(1j) / (1.0 - omegas**2 + 0.1j * omegas)

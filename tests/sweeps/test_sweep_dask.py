@@ -29,7 +29,7 @@ OVER = {"omega": np.linspace(1.0, 1.2, 8), "half_clearance": np.linspace(2.0, 5.
 
 def swept(**options):
     asked = {
-        "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle": 20, "periods": 10,
+        "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle_periods": 20, "periods": 10,
         "progress": False,
     }  # fmt: skip
     return vi.sweep(paper_damper("A", 1.2), **(asked | options))

@@ -26,7 +26,7 @@ DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
 OVER = {"omega": np.linspace(1.0, 1.2, 4), "half_clearance": np.linspace(2.0, 5.0, 6)}
 ASKED = {
-    "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle": 20, "periods": 10,
+    "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle_periods": 20, "periods": 10,
     "progress": False,
 }  # fmt: skip
 TILES = 8  # of three members
@@ -244,7 +244,7 @@ def impatient(*running, **how):
 
 threads.wait = impatient
 try:
-    vi.sweep(damper, over={{"omega": np.linspace(1.0, 1.2, %d)}}, settle=2000, periods=10,
+    vi.sweep(damper, over={{"omega": np.linspace(1.0, 1.2, %d)}}, settle_periods=2000, periods=10,
              start=vi.State((0.0, 0.0), (0.0, 1.0)), tile=50_000, follow=%r, progress=False)
 finally:
     assert not interrupts
@@ -276,7 +276,7 @@ vi.sweep(%s, over={{"omega": [1.0, 1.2]}}, start=vi.State((0.0, 0.0), (0.0, 1.0)
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("system", "observe", "settle"),
+    ("system", "observe", "settle_periods"),
     [
         ("damper", "impacts", 1.0),
         ("damper", "impacts", 1e9),
@@ -378,7 +378,7 @@ OTHER = {
         r"start.base.velocity\[1\] = 2.0, not 1.0",
     ),
     "the observers": ({"observe": "final"}, r"observe\[0\].observer = 'final', not 'symbol'"),
-    "the window": ({"settle": 21}, "window.settle = 21.0, not 20.0"),
+    "the window": ({"settle_periods": 21}, "window.settle_periods = 21.0, not 20.0"),
     "the cap": ({"most_impacts": 9999}, "window.most_impacts = 9999, not"),
     "following": ({"follow": "omega"}, "follow = 'omega', not None"),
 }
@@ -400,7 +400,7 @@ def test_a_store_of_another_sweep_is_refused_with_what_differs(complete, options
 
 def test_a_store_that_was_refused_is_as_it_was(complete):
     with pytest.raises(vi.InvalidParameterError):
-        swept(complete, settle=21)
+        swept(complete, settle_periods=21)
     assert_resumes(complete)
 
 

@@ -23,7 +23,7 @@ EXAMPLE = (
     "  vibroimpact circle impact-damper/A --omega 1.0 --along omega 0.99 1.02 --out circles.nc "
     "--out rotation.svg"
 )
-SEARCH, LIMITS = ("settle", "points"), ("tolerance", "most_nodes")
+SEARCH, LIMITS = ("settle_iterates", "points"), ("tolerance", "most_nodes")
 AXES = ("x", "y")
 ALONG = ("NAME", "LOW", "HIGH")
 

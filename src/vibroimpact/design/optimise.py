@@ -385,7 +385,7 @@ def optimise(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
-    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle=50),
+    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
     ...                    budget=48, progress=False)
     >>> 5.0 < best.values["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True

@@ -147,7 +147,7 @@ class Response:
         found = self._largest
         if found is None:
             raise InvalidParameterError(
-                "response: holds no stable motion at all. Raise starts, or settle."
+                "response: holds no stable motion at all. Raise starts, or settle_periods."
             )
         return self._shown(self._complete(found))
 
@@ -324,7 +324,7 @@ def frequency_response(
     starts: int | RandomStarts | GridStarts | ListedStarts = 16,
     start: State | None = None,
     seed: int = 0,
-    settle: float = 400,
+    settle_periods: float = 400,
     periods: float = 100,
     most: int = 8,
     depth: int = 1,
@@ -358,7 +358,7 @@ def frequency_response(
         Start of the motion that is followed up and down; by default the machine's free start.
     seed
         Of the random starts.
-    settle, periods
+    settle_periods, periods
         Forcing periods before, and while, motions are observed.
     most
         Largest number of branches that are followed, >= 0; with 0 there is simulation, and the motion
@@ -408,14 +408,14 @@ def frequency_response(
     measured = measure_of(measure, first)
     for name, value, least in (("number", number, 2), ("most", most, 0), ("depth", depth, 0)):
         check_count(name, value, least)
-    nonnegative("settle", settle)
+    nonnegative("settle_periods", settle_periods)
     positive("periods", periods)
     check_steps(steps, None)
     check_progress(progress)
     report = Sentences(progress, "frequency response")
     simulation = Simulation(
         first, parameter, measured, start if start is not None else rest_of(first),
-        _starts(starts, seed, first, chosen, start), float(settle), float(periods),
+        _starts(starts, seed, first, chosen, start), float(settle_periods), float(periods),
         {} if workers is None else {"workers": workers},
     )  # fmt: skip
     values = chosen.values(number)

@@ -43,7 +43,7 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
         The system, if it is code that no file holds: a :class:`~vibroimpact.Family`, a class of
         one's own.
     **options
-        Options of that function that replace the stored ones: ``settle=4000``, ``progress=False``.
+        Options of that function that replace the stored ones: ``settle_periods=4000``, ``progress=False``.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def _arguments(found: xr.Dataset, shared: tuple[str, ...]) -> dict[str, Any]:
         "start": lambda: _start(found),
         "observe": lambda: _observers(json.loads(attrs["observe"])),
         "follow": lambda: attrs["follow"] or None,
-        "settle": lambda: float(attrs["settle"]),
+        "settle_periods": lambda: float(attrs["settle_periods"]),
         "periods": lambda: float(attrs["periods"]),
         "most_impacts": lambda: int(attrs["most_impacts"]),
     }
@@ -172,7 +172,7 @@ def _listed(found: xr.Dataset) -> ListedStarts:
     return ListedStarts(columns[:, :degrees], columns[:, degrees:-1], columns[:, -1])
 
 
-WINDOW = ("settle", "periods", "most_impacts")
+WINDOW = ("settle_periods", "periods", "most_impacts")
 SWEEP = ("over", "start", "observe", "follow", *WINDOW)
 MAKERS: dict[str, tuple[Callable[..., xr.Dataset], tuple[str, ...]]] = {
     "sweep": (sweep, SWEEP),

@@ -69,7 +69,7 @@ def sweep(
     start: Start,
     observe: str | Observer | Sequence[str | Observer] = "symbol",
     follow: str | None = None,
-    settle: float = 250,
+    settle_periods: float = 250,
     periods: float = 50,
     most_impacts: int | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -98,7 +98,7 @@ def sweep(
     follow
         Name of one parameter: each member starts from the final state at the former value;
         upwards, or with a minus sign (``"-omega"``) downwards. It settles at every value.
-    settle, periods
+    settle_periods, periods
         Length of a run before, and while, it is observed, in forcing periods (first forcing
         line), >= 0 and > 0. In units of time for a system without forcing.
     most_impacts
@@ -161,7 +161,7 @@ def sweep(
     >>> dict(plane.sizes)
     {'omega': 2, 'half_clearance': 3}
     """
-    plan = plan_of(system, over, start, observe, follow, settle, periods, most_impacts)
+    plan = plan_of(system, over, start, observe, follow, settle_periods, periods, most_impacts)
     path = None if store is None else store_path(store)
     compute_tiles = backend_of(backend)
     if client is not None and backend != "dask":
@@ -202,7 +202,7 @@ def plan_of(
     start: Start,
     observe: str | Observer | Sequence[str | Observer],
     follow: str | None,
-    settle: float,
+    settle_periods: float,
     periods: float,
     most_impacts: int | None,
 ) -> Plan:
@@ -214,19 +214,19 @@ def plan_of(
     if not axes and not starts.dims:
         raise InvalidParameterError("over = {}: names no parameter, and there is one start only.")
     _check_follow(follow, axes)
-    length = nonnegative("settle", settle) + positive("periods", periods)
+    length = nonnegative("settle_periods", settle_periods) + positive("periods", periods)
     if length > LONGEST:
-        raise refusal("settle + periods", length, f"at most {LONGEST:g}")
+        raise refusal("settle_periods + periods", length, f"at most {LONGEST:g}")
     if most_impacts is None:
         ends = (mechanism_of(with_parameters(system, corner)) for corner in corners(axes))
         most = max(_ordinary(one, length, starts) for one in (mechanism, *ends))
         if most > LARGEST_COUNT:
             raise InvalidParameterError(
-                f"settle + periods = {length:g}: must be shorter, or give most_impacts."
+                f"settle_periods + periods = {length:g}: must be shorter, or give most_impacts."
             )
         most_impacts = 2 ** math.ceil(math.log2(most))  # eigenvalues differ between machines
     check_count("most_impacts", most_impacts, 1, LARGEST_COUNT)
-    window = Window(float(settle), float(periods), int(most_impacts))
+    window = Window(float(settle_periods), float(periods), int(most_impacts))
     return Plan(first, axes, starts, resolve(observe), window, follow)
 
 
@@ -279,7 +279,7 @@ def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:
 
 def _members(plan: Plan, schema: Schema) -> int:
     """Default number of members of a tile."""
-    cycles = (plan.window.settle + plan.window.periods) * len(rounds(plan.observers))
+    cycles = (plan.window.settle_periods + plan.window.periods) * len(rounds(plan.observers))
     size = schema.member_bytes + compiled_bytes(plan.mechanism)
     along = 1 if plan.followed is None else plan.shape[plan.followed]
     return members_per_tile(plan.size, cycles, size, along)
