@@ -57,7 +57,7 @@ LONG = {
     ("sine_sweep", "periods_per_step"), ("section", "settle"),
     ("lyapunov_exponent", "settle_impacts"), ("lyapunov_exponent", "impacts"),
     ("lyapunov_spectrum", "settle_impacts"), ("lyapunov_spectrum", "impacts"),
-    ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
+    ("find_orbits", "starts"), ("find_orbits", "impacts"),
     ("find_circle", "settle_iterates"), ("find_circle, formula", "settle_iterates"),
     ("worst_over", "points"), ("mean_over", "points"), ("optimise", "budget"),
     ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
@@ -325,10 +325,6 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "section_jacobian": (
             vi.section_jacobian, {"damper": damper, "state": closed.state, "impacts": 2},
-        ),
-        "sweep_attractor": (
-            vi.sweep_attractor,
-            motion | {"stop": "A", "contact": 0, "parameter": "omega", "values": [1.2], "settle": 2, "keep": 2},
         ),
         "symmetric_orbits": (vi.symmetric_orbits, {"damper": damper}),
         "symmetric_bifurcations": (
@@ -724,7 +720,7 @@ NAMES = [
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",
     "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "section",
     "AtStop", "AtPhase", "AtChange", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
-    "lyapunov_spectrum", "map_derivative", "section_jacobian", "sweep_attractor",
+    "lyapunov_spectrum", "map_derivative", "section_jacobian",
     "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "find_circle", "find_circle, formula", "CircleGuess", "Circle.at", "Circle.plot",

@@ -34,7 +34,6 @@ GROUPS = {
             "AtStop",
             "AtPhase",
             "AtChange",
-            "sweep_attractor",
         ),
     ],
     "Symmetric orbits and bifurcations": [

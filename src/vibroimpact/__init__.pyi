@@ -14,7 +14,6 @@ from vibroimpact.attractors.classify import classify as classify
 from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet
 from vibroimpact.attractors.point_sets import Kind as Kind
 from vibroimpact.attractors.point_sets import classify_points as classify_points
-from vibroimpact.attractors.sweep_attractor import sweep_attractor as sweep_attractor
 from vibroimpact.bifurcations.atlas import Atlas as Atlas
 from vibroimpact.bifurcations.atlas import AtlasPoint as AtlasPoint
 from vibroimpact.bifurcations.atlas import bifurcation_atlas as bifurcation_atlas

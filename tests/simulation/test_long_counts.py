@@ -33,7 +33,6 @@ CALLS = [
     "vi.section(clattering, away, points=10**7)",
     "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtPhase(), points=10**8)",
     "vi.classify(clattering, away, points=10**7)",
-    "vi.sweep_attractor(lambda _: clattering, None, [1.2], away, keep=10**7)",
     "vi.section(damper, state, points=3, settle=10**11)",
     "vi.section(damper, state, at=vi.AtPhase(), points=3, settle=10**11)",
     "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtChange(), points=3, settle=10**11)",
@@ -43,7 +42,6 @@ CALLS = [
     "vi.lyapunov_spectrum(damper, state, impacts=10**7)",
     "vi.lyapunov_spectrum(damper, state, settle_impacts=10**11)",
     "vi.map_derivative(damper, state, impacts=10**9)",
-    "vi.sweep_attractor(damper, 'omega', [1.2], state=state, settle=10**11)",
     "vi.find_orbits(damper, cycles=1, impacts=2, starts=10**9)",
     "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle_iterates=10**11)",
 ]

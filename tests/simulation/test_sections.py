@@ -1,4 +1,4 @@
-"""Sections and following: points lie on the stop, obey the law of impact, and carry over."""
+"""Sections: points lie on the stop, obey the law of impact, and carry over."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.attractors.sweep_attractor import carried, sweep_attractor
 from vibroimpact.simulation.sections import section_of_impacts, take_impacts
 from vibroimpact.simulation.simulate import RunEnd
 from vibroimpact.simulation.simulator import Simulator
@@ -225,54 +224,3 @@ def test_without_forcing_there_is_no_phase_to_look_at():
     )  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match="no forcing"):
         vi.section(free, vi.State((2.0,), (0.0,)), at=vi.AtPhase())
-
-
-# --- following -----------------------------------------------------------------------------------
-
-
-def test_every_step_starts_where_the_last_one_ended():
-    values = [1.2, 1.15, 1.1]
-    steps = sweep_attractor(DAMPER, "omega", values, PLAIN, settle=50, keep=20)
-    state = PLAIN
-    for step, value in zip(steps, values, strict=True):
-        alone = vi.section(replace(DAMPER, omega=value), state, points=20, settle=50)
-        assert step.value == value
-        assert np.array_equal(step.section.position, alone.position)
-        state = step.last
-        assert state == alone.last
-
-
-def test_down_and_up_may_differ_but_agree_on_a_single_attractor():
-    down = sweep_attractor(DAMPER, "omega", [1.3, 1.25, 1.2], PLAIN, settle=3000, keep=10)
-    up = sweep_attractor(DAMPER, "omega", [1.1, 1.15, 1.2], PLAIN, settle=3000, keep=10)
-    assert np.allclose(down[-1].section.x1, up[-1].section.x1, atol=1e-12)
-
-
-def test_a_moving_stop_takes_the_free_mass_along():
-    steps = sweep_attractor(DAMPER, "half_clearance", [5.0, 4.9, 5.1], PLAIN, settle=0, keep=1)
-    for step in steps:
-        u = step.section.x2[-1] - step.section.x1[-1]
-        assert abs(u) == pytest.approx(step.value, rel=1e-15)
-
-
-def test_placing_a_state_keeps_the_centre_of_mass_and_nothing_moves_with_an_equal_stop():
-    state = DAMPER.on_stop("A", x1=0.7, v1=0.1, v2=-3.0, phase=1.0)
-    wider = replace(DAMPER, half_clearance=5.5)
-    placed = carried(wider.mechanism, state, 0, "A", on_stop=True)
-    mass = np.array([1.0, DAMPER.mass_ratio])
-    assert placed.position[1] - placed.position[0] == pytest.approx(5.5, rel=1e-15)
-    assert mass @ placed.position == pytest.approx(float(mass @ state.position), rel=1e-14)
-    assert carried(DAMPER.mechanism, state, 0, "A", on_stop=True) is state
-
-
-def test_a_function_of_the_parameter_can_be_followed():
-    steps = sweep_attractor(
-        bouncing_ball, None, [0.5, 0.4], vi.State((1.0,), (0.0,)), settle=10, keep=5, stop="B"
-    )
-    assert [len(step.section) for step in steps] == [5, 5]
-
-
-@pytest.mark.parametrize("parameter", ["frequency", None])
-def test_a_parameter_that_is_not_there_is_named(parameter):
-    with pytest.raises(vi.InvalidParameterError, match="parameter"):
-        sweep_attractor(DAMPER, parameter, [1.0], PLAIN)
