@@ -102,8 +102,8 @@ def test_a_plane_that_was_written_lies_behind(
 
 
 def test_the_stages_are_shown(told: Told) -> None:
-    assert "[1/2] branch" in told.shown
-    assert "[2/2] curve through NS1" in told.shown
+    assert "[1/1] branch" in told.shown
+    assert "[1/1] curve of NS" in told.shown
 
 
 def test_an_interrupted_curve_leaves_no_file(
@@ -112,7 +112,7 @@ def test_an_interrupted_curve_leaves_no_file(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
+    monkeypatch.setattr("vibroimpact._core.progress.Display.note", interrupted)
     argv = [*BRANCH, *NEAR, "--out", "c.nc"]
     assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 

@@ -209,8 +209,8 @@ def test_the_picture_has_si_units_and_lines_by_stability(
 
 
 def test_an_interruption_keeps_the_curves_found() -> None:
-    def stop(text: str) -> None:
-        if text.startswith("branch 0"):
+    def stop(report: vi.ProgressReport) -> None:
+        if report.text.startswith("branch 0"):
             raise KeyboardInterrupt
 
     found = vi.frequency_response(

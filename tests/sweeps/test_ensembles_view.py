@@ -361,8 +361,9 @@ def test_an_interruption_while_members_go_on_says_what_is_kept(tmp_path: Path) -
     pytest.importorskip("zarr")
     axis = np.linspace(-6.0, 6.0, 9)
 
-    def stop(_: int, total: int) -> None:
-        if total < axis.size**2:
+    def stop(report: vi.ProgressReport) -> None:
+        assert report.total is not None
+        if report.total < axis.size**2:
             raise KeyboardInterrupt
 
     options = {

@@ -298,7 +298,7 @@ def test_the_value_of_a_swept_parameter_in_the_given_system_is_of_no_consequence
 
 def test_progress_counts_members():
     told: list[tuple[int, int]] = []
-    swept(tile=8, progress=lambda done, total: told.append((done, total)))
+    swept(tile=8, progress=lambda report: told.append((report.done, report.total)))
     assert told[-1] == (20, 20)
     assert [done for done, _ in told] == sorted({done for done, _ in told})
 
@@ -310,7 +310,7 @@ def test_progress_on_a_terminal_shows_the_rate_and_the_time_left(monkeypatch):
 
     monkeypatch.setattr(progress.time, "monotonic", itertools.count().__next__)
     terminal = Terminal()
-    bar = progress.Progress(1, stream=terminal)
+    bar = progress.Display(1, stream=terminal)
     assert [*bar.track("sweep", [30, 70], 100, size=int, unit="members")] == [30, 70]
     drawn = terminal.getvalue().split("\r")
     assert re.search(r"sweep +\.{24}$", drawn[2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from vibroimpact._core.checks import (
     shown,
 )
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
-from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Arrays
 from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.model.elements import SoftStop
@@ -58,8 +58,6 @@ UNIT = float(np.finfo(float).eps)
 LONGEST = 1e100  # forcing periods: times stay finite
 LOOKED_AT = 4096.0  # starts, for the default of most_impacts
 
-ProgressCallback = Callable[[int, int], None]
-
 
 @interruptible("nothing new was computed")
 def sweep(
@@ -77,7 +75,7 @@ def sweep(
     workers: int | None = None,
     client: Any = None,
     tile: int | None = None,
-    progress: bool | ProgressCallback = True,
+    progress: ProgressOption = True,
 ) -> xr.Dataset:
     """Run many members, in parameters and starts, and observe each as it runs.
 
@@ -119,7 +117,8 @@ def sweep(
         Number of members computed, and stored, together. By default about a second's work. The
         results do not depend on it.
     progress
-        Whether to show it on standard error; or a function called with (done, total) members.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every tile of members.
 
     Returns
     -------
@@ -331,19 +330,9 @@ class Memory:
 
 
 def _shown(
-    results: Iterable[Done], missing: Sequence[Tile], progress: bool | ProgressCallback
+    results: Iterable[Done], missing: Sequence[Tile], progress: ProgressOption
 ) -> Generator[Done, None, None]:
     """Yield results, and report the progress after each."""
     total = sum(tile.size for tile in missing)
-    if callable(progress):
-        done = 0
-        for tile, arrays in results:
-            yield tile, arrays
-            done += tile.size
-            progress(done, total)
-        return
-    bar = Progress(1, quiet=not progress)
-    try:
-        yield from bar.track("sweep", results, total, size=lambda d: d[0].size, unit="members")
-    finally:
-        bar.close()
+    with Reporter(progress, "sweep") as report:
+        yield from report.track(results, total, "members", size=lambda done: done[0].size)
