@@ -327,7 +327,7 @@ def test_random_mechanisms_with_two_sided_contacts_give_consistent_orbits() -> N
         m = random_mechanism(np.random.default_rng([7, seed]), 1 + seed % 3, contacts=1)
         start = vi.State((0.0,) * m.degrees, (0.3,) * m.degrees)
         run = vi.simulate(m, start, impacts=30)
-        stops = {"A" if s == 0 else "B" for s in run.stop[run.status == vi.Status.IMPACT]}
+        stops = {"?AB"[s] for s in run.side[run.status == vi.Status.IMPACT]}
         if stops != {"A", "B"}:
             continue
         orbit = vi.find_orbit(m, run, impacts=["A", "B"], cycles=1)

@@ -50,8 +50,8 @@ def counted(mechanism: vi.Mechanism, cycles: int) -> list[tuple[int, int]]:
     period = 2.0 * np.pi / mechanism.omega
     run = vi.simulate(mechanism, REST, impacts=20_000, t_max=(300 + cycles) * period)
     late = (run.time > 300 * period) & (run.status == vi.Status.IMPACT)
-    counts = Counter(zip(run.contact[late].tolist(), run.stop[late].tolist(), strict=True))
-    return [(counts[contact, 0], counts[contact, 1]) for contact in (0, 1)]
+    counts = Counter(zip(run.contact[late].tolist(), run.side[late].tolist(), strict=True))
+    return [(counts[contact, 1], counts[contact, -1]) for contact in (0, 1)]
 
 
 @pytest.mark.parametrize(("omega", "gap", "wall", "name"), POINTS)

@@ -45,7 +45,7 @@ def test_points_stand_on_their_stop_and_depart(stop, side):
 def test_a_section_is_what_the_simulation_records_at_that_stop():
     run = vi.simulate(DAMPER, PLAIN, impacts=400)
     section = vi.section(DAMPER, PLAIN, points=100, settle=0)
-    at_a = np.flatnonzero(run.impacts & (run.stop == 0))[:100]
+    at_a = np.flatnonzero(run.impacts & (run.side == 1))[:100]
     assert np.array_equal(section.position, run.position[at_a])
     assert np.array_equal(section.velocity, run.velocity_after[at_a])
     assert np.array_equal(section.phase, run.phase[at_a])
@@ -55,7 +55,7 @@ def test_a_section_is_what_the_simulation_records_at_that_stop():
 def test_settling_skips_that_many_impacts():
     run = vi.simulate(DAMPER, PLAIN, impacts=400)
     section = vi.section(DAMPER, PLAIN, points=20, settle=101)
-    at_a = np.flatnonzero(run.stop == 0)
+    at_a = np.flatnonzero(run.side == 1)
     assert np.array_equal(section.x1, run.position[at_a[at_a >= 101][:20], 0])
 
 

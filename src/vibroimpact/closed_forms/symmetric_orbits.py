@@ -28,6 +28,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
 from vibroimpact.simulation.simulate import Run, Status, simulate
 
 SAME_TIME = 1e-9  # relative: two event times are one; rounding of a flight is far below
@@ -235,13 +236,13 @@ def _why_inadmissible(damper: ImpactDamper, state: State) -> str:
     if not len(run) or run.status[0] != Status.IMPACT:
         what = Status(int(run.status[0])).name.lower() if len(run) else "nothing"
         return f"the first event is {what}, not an impact at B"
-    if run.stop[0] == 1 and abs(run.time[0] - half) <= SAME_TIME * half:
+    if run.side[0] == -1 and abs(run.time[0] - half) <= SAME_TIME * half:
         return ""
     return _early(run, half)
 
 
 def _early(run: Run, half: float) -> str:
-    stop = "AB"[int(run.stop[0])]
+    stop = Stop(0, int(run.side[0])).name
     return f"contact at {stop} after t = {run.time[0]:.6g} instead of B after {half:.6g}"
 
 
