@@ -106,12 +106,8 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     ),
     "ResponseSpectrum": lambda: vi.response_spectrum(RECORD, [1.0, 2.0, 3.0], clearance=0.2),
     "Run": lambda: vi.simulate(OSCILLATOR, vi.State((0.0,), (0.0,)), impacts=30),
-    "Section": lambda: vi.impact_section(SET_A, START, points=30, settle=10),
+    "Section": lambda: vi.section(SET_A, START, points=30),
     "SineSweep": lambda: vi.sine_sweep(SET_A, "omega", (0.9, 1.0), steps=4, progress=False),
-    "StateSection": lambda: vi.state_section(
-        OSCILLATOR, vi.State((0.0,), (0.0,)), element=1, points=20, settle=5
-    ),
-    "StroboscopicSection": lambda: vi.stroboscopic_section(SET_A, START, points=30, settle=10),
     "Tongue": tongue,
     "TunedDamper": lambda: vi.tuned_damper(0.05, optimum="den hartog"),
 }  # fmt: skip

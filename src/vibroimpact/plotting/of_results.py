@@ -41,7 +41,7 @@ from vibroimpact.response.tuned import TunedDamper
 from vibroimpact.simulation.hybrid_run import HybridRun
 from vibroimpact.simulation.lyapunov import LyapunovEstimate
 from vibroimpact.simulation.lyapunov_spectrum import LyapunovSpectrum
-from vibroimpact.simulation.sections import SectionPoints
+from vibroimpact.simulation.sections import Section
 from vibroimpact.simulation.simulate import Run
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
@@ -104,7 +104,7 @@ DRAWINGS: dict[type, Callable[..., Axes]] = {
     Response: plot_response,
     ResponseSpectrum: plot_response_spectrum,
     Run: plot_history,
-    SectionPoints: plot_section,
+    Section: plot_section,
     SineSweep: plot_sine_sweep,
     Tongue: plot_tongue,
     TunedDamper: plot_tuned_damper,

@@ -21,6 +21,7 @@ from vibroimpact.plotting.sections import coordinate_label, coordinate_names
 from vibroimpact.plotting.variables import combination
 
 POINTS_PER_FLIGHT = 200
+INSIDE_FLIGHT = 1e-9  # share of a flight: its ends belong to the flights beside it, too
 
 
 def plot_orbit(orbit: Orbit, row: Row = "x1", *, ax: Axes | None = None) -> Axes:
@@ -106,11 +107,10 @@ def plot_orbits(
 def _sampled(flights: Flights, row: Floats, order: int) -> Floats:
     """A row of positions or velocities during each flight, shape (flights, points)."""
     signal = flights.signal(lambda code: flights.rows.moved(code, row, order))
-    flight, share = (
-        np.arange(len(flights.durations))[:, None],
-        np.linspace(0.0, 1.0, POINTS_PER_FLIGHT),
-    )
-    return signal.at(flight, share * flights.durations[:, None])
+    durations = flights.durations[:, None]
+    begin = np.cumsum(durations, axis=0) - durations
+    share = np.linspace(INSIDE_FLIGHT, 1.0 - INSIDE_FLIGHT, POINTS_PER_FLIGHT)
+    return signal.at((begin + share * durations).ravel()).reshape(len(durations), -1)
 
 
 def _with_gaps(rows: Floats) -> Floats:

@@ -172,8 +172,8 @@ class FreeDecay(Result):
         span = float(self._signal.flights.durations.sum())
         t = np.linspace(0.0, span, count)
         unit = self.scales.factor(self._unit)
-        without = None if self._without is None else unit * self._without.sampled(t)
-        return t * self.scales.time, unit * self._signal.sampled(t), without
+        without = None if self._without is None else unit * self._without.at(t)
+        return t * self.scales.time, unit * self._signal.at(t), without
 
     def __repr__(self) -> str:
         percent = f"{100.0 * self.to:g} %"
