@@ -58,7 +58,6 @@ def _described(orbit: SymmetricOrbit) -> str:
     return (
         f"{orbit}\n  moduli of the multipliers of the full map: {sizes}\n"
         f"  relative error of the determinant identity: {orbit.determinant_error:.1e}"
-        + common.in_si(orbit.damper, orbit.state).replace("\n", "\n  ")
     )
 
 

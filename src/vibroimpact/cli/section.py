@@ -59,8 +59,7 @@ def run(arguments: argparse.Namespace) -> str:
         raise common.Failure(f"after {len(section)} points: {section.end.sentence}.")
     axes = common.given(arguments, AXES)
     write(targets, data=section.to_dataset, picture=lambda: plot_section(section, **axes))
-    si = common.in_si(case.system, section.last, float(section.time[-1]))
-    return f"{case.system}\n{state}\n{section}\nends in {section.last}{si}{common.listed(targets)}"
+    return f"{case.system}\n{state}\n{section}\nends in {section.last}{common.listed(targets)}"
 
 
 def _section(arguments: argparse.Namespace, system: System, state: State) -> AnySection:

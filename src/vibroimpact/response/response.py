@@ -88,7 +88,7 @@ class Response:
     system
         The machine.
     band
-        :class:`Band`: parameter, range in the system's own units, unit of the user.
+        :class:`Band`: parameter, range, unit of the user.
     measure
         What is measured.
     curves
@@ -174,7 +174,8 @@ class Response:
         InvalidParameterError
             A value outside the band.
         """
-        own = self.band.own(positive("value", value) if self.band.unit else real("value", value))
+        own = positive("value", value) if self.band.unit else real("value", value)
+        own /= self.band.factor
         low, high = self.band.low, self.band.high
         slack = 1e-12 * (high - low)
         if not low - slack <= own <= high + slack:
@@ -192,14 +193,10 @@ class Response:
 
     @cached_property
     def shown(self) -> Shown:
-        """Factors to the units in which numbers are printed and drawn."""
+        """Units in which answers are printed."""
         units = units_of(self.system)
-        across = units.quantity_of(self.parameter)
-        factor, unit = units.factor(across), units.unit(across)
-        if self.band.unit:
-            factor, unit = self.band.factor, self.band.unit
-        quantity = self.measure.dimension
-        return Shown(factor, unit, units.factor(quantity), units.unit(quantity))
+        across = self.band.unit or units.unit(units.quantity_of(self.parameter))
+        return Shown(units.unit(self.measure.dimension), across, self.band.factor)
 
     def _shown(self, answer: Answer) -> Answer:
         return replace(answer, shown=self.shown)
@@ -212,13 +209,8 @@ class Response:
         rms, peak = (measure.of_orbit(answer.orbit) for measure in others)
         return replace(answer, rms=rms, peak=peak)
 
-    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
+    def to_dataset(self) -> xr.Dataset:
         """Convert to a dataset: points of all curves, and simulated answers.
-
-        Parameters
-        ----------
-        si
-            In SI units, where the machine has physical scales; by default in its own.
 
         Returns
         -------
@@ -228,7 +220,7 @@ class Response:
             parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
             ``units`` where they are SI.
         """
-        data: xr.Dataset = deferred("response.response_data", "dataset_of")(self, si=si)
+        data: xr.Dataset = deferred("response.response_data", "dataset_of")(self)
         return data
 
     def plot(
@@ -271,7 +263,7 @@ class Response:
         )
 
     def __repr__(self) -> str:
-        across, unit = self.shown[:2]
+        unit, across = self.shown[1:]
         low, high = (end * across for end in (self.band.low, self.band.high))
         what = f"{self.measure.label} over {self.parameter}"
         lines = [f"Response: {what} {low:.6g} to {high:.6g} {unit}".rstrip()]
@@ -346,8 +338,8 @@ def frequency_response(
         A measure or its name, such as "x1" (amplitude), "rms v1", "transmissibility x1", "power":
         see :func:`~vibroimpact.measure_of`.
     unit
-        "Hz" or "rad/s" if the band is in these; by default it is in the unit of the parameter, scaled
-        for a machine made by ``from_physical``.
+        "Hz" if the band is in hertz and the parameter is the forcing frequency in radians per second;
+        by default the band is in the unit of the parameter.
     number
         Values of the parameter that are simulated, evenly spaced, >= 2.
     starts
@@ -464,7 +456,7 @@ class _Search:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The band in the system's own units."""
+        """The band in the unit of the parameter."""
         return self.band.low, self.band.high
 
     def without_impacts(self, values: Floats) -> None:

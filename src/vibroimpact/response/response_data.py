@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_flag
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import units_of
 
@@ -18,18 +17,13 @@ if TYPE_CHECKING:
 END = -1  # kind at the last point of a curve, from which no stretch begins
 
 
-def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
+def dataset_of(response: Response) -> xr.Dataset:
     """See :meth:`Response.to_dataset`."""
-    check_flag("si", si)
     units = units_of(response.system)
-    quantity = response.measure.dimension
     across = units.quantity_of(response.parameter)
-    up, over = (units.factor(q) if si else 1.0 for q in (quantity, across))
 
     def attrs(text: str, of: str) -> dict[str, str]:
-        unit = units.unit(of) if si else ""
-        known = {"quantity": "" if si else of, "units": unit}
-        return {"long_name": text} | {name: value for name, value in known.items() if value}
+        return {"long_name": text} | ({"quantity": of} if of else {}) | units.attrs(of)
 
     name = response.parameter
     curves = response.curves
@@ -39,8 +33,7 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
     measures = response.simulation.measures  # the others are those of its row
     names = ("value", "rms", "peak")[: len(measures)]
     measured = {
-        kind: (units.factor(one.dimension) if si else 1.0, attrs(one.label, one.dimension))
-        for kind, one in zip(names, measures, strict=True)
+        kind: attrs(one.label, one.dimension) for kind, one in zip(names, measures, strict=True)
     }
 
     def joined(parts: list[Floats]) -> Floats:
@@ -50,11 +43,11 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
         {
             "curve": ("point", np.repeat(np.arange(len(curves)), [len(c.value) for c in curves])),
             f"{name}_of_point": (
-                "point", joined([c.parameter for c in curves]) * over, attrs(name, across),
+                "point", joined([c.parameter for c in curves]), attrs(name, across),
             ),
-            "value_of_point": ("point", joined([c.value for c in curves]) * up, measured["value"][1]),
+            "value_of_point": ("point", joined([c.value for c in curves]), measured["value"]),
             "derivative": (
-                "point", joined([c.derivative for c in curves]) * (up / over),
+                "point", joined([c.derivative for c in curves]),
                 {"long_name": f"derivative of {response.measure.label} by {name}"},
             ),
             "kind": (
@@ -67,13 +60,13 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
             ),
             "symbol": ("branch", np.array([c.symbol for c in curves], dtype=object)),
             f"{name}_of_answer": (
-                "answer", np.array([a.parameter for a in answers]) * over, attrs(name, across),
+                "answer", np.array([a.parameter for a in answers]), attrs(name, across),
             ),
             **{
                 f"{kind}_of_answer": (
-                    "answer", np.array([getattr(a, kind) for a in answers]) * factor, known,
+                    "answer", np.array([getattr(a, kind) for a in answers]), known,
                 )
-                for kind, (factor, known) in measured.items()
+                for kind, known in measured.items()
             },
             "motion": ("answer", np.array([a.motion for a in answers], dtype=object)),
             "members": ("answer", np.array([a.members for a in answers], dtype=np.int32)),
@@ -82,7 +75,7 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
         attrs={
             "system": repr(response.system),
             "parameter": name,
-            "band": [response.band.low * over, response.band.high * over],
+            "band": [response.band.low, response.band.high],
             "measure": response.measure.label,
             "settle_periods": response.simulation.settle_periods,
             "periods": response.simulation.periods,
