@@ -173,13 +173,13 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         )
 
     calls: dict[str, Call] = {
-        "ImpactDamper": (vi.ImpactDamper, DAMPER | {"force": 1.0, "scales": vi.Scales()}),
+        "ImpactDamper": (vi.ImpactDamper, DAMPER | {"force": 1.0, "mass": 1.0, "si": False}),
         "ImpactDamper.from_physical": (vi.ImpactDamper.from_physical, SI),
         "ImpactDamper.on_stop": (
             damper.on_stop, {"stop": "A", "x1": 0.0, "v1": 0.0, "v2": -1.0, "phase": 0.0},
         ),
         "ImpactOscillator": (
-            vi.ImpactOscillator, OSCILLATOR | {"force": 1.0, "scales": vi.Scales()},
+            vi.ImpactOscillator, OSCILLATOR | {"force": 1.0, "omega_n": 1.0, "mass": 1.0, "si": False},
         ),
         "ImpactOscillator.from_physical": (
             vi.ImpactOscillator.from_physical,
@@ -189,7 +189,6 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ImpactOscillator.on_stop": (
             vi.ImpactOscillator(**OSCILLATOR).on_stop, {"stop": "B", "v1": 1.0, "phase": 0.0},
         ),
-        "Scales": (vi.Scales, {"time": 1.0, "length": 1.0, "mass": 1.0}),
         "Contact": (
             vi.Contact, {"row": (1.0,), "lower": -1.0, "upper": 1.0, "restitution": (0.5, 0.5)},
         ),
@@ -576,7 +575,6 @@ def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
                    "progress": False},
         ),
         "Response.at": (response.at, {"value": 1.15}),
-        "Response.to_dataset": (response.to_dataset, {"si": False}),
         "Response.plot": (response.plot, {"decibel": False, "compare": (), "marks": True, "ax": None}),
         "Response.report": (response.report, {"path": folder / "report.html", "decibel": False}),
         "measure_of": (vi.measure_of, {"what": "x1", "system": damper}),
@@ -616,11 +614,9 @@ def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
             vi.design_map,
             {"system": damper, "over": over, "objective": both[0], "workers": 1, "progress": False},
         ),
-        "DesignMap.to_dataset": (drawn.to_dataset, {"si": False}),
         "DesignMap.plot": (drawn.plot, {"ax": None}),
         "pareto_front": (vi.pareto_front, asked | {"objectives": both, "refine": 1}),
         "ParetoFront.machine": (front.machine, {"number": 0}),
-        "ParetoFront.to_dataset": (front.to_dataset, {"si": False}),
         "ParetoFront.plot": (front.plot, {"ax": None}),
         "plot_design": (plotting.plot_design, {"design": best, "what": "response", "ax": None}),
         "plot_design_map": (plotting.plot_design_map, {"found": drawn, "ax": None}),
@@ -690,7 +686,6 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
              "clearance": 0.1, "lower_clearance": None, "restitution": 0.5, "progress": False},
         ),
         "ResponseSpectrum.plot": (spectrum.plot, {"quantity": "displacement", "ax": None}),
-        "Energies.scaled": (decay.energies.scaled, {"factor": 2.0}),
         "plot_free_decay": (plotting.plot_free_decay, {"decay": decay, "ax": None}),
         "plot_sine_sweep": (
             plotting.plot_sine_sweep, {"swept": swept, "quantity": "rms", "ax": None},
@@ -715,7 +710,7 @@ NONSENSE = {
 }  # fmt: skip
 NAMES = [
     "ImpactDamper", "ImpactDamper.from_physical", "ImpactDamper.on_stop", "ImpactOscillator",
-    "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "Scales", "Contact", "RigidStop",
+    "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "Contact", "RigidStop",
     "SoftStop", "Friction", "NormalLoad", "PhaseSwitch", "HybridSystem", "LinearMode",
     "LinearGuard", "Transition", "simulate_hybrid", "HybridRun.at",
     "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family",
@@ -743,10 +738,10 @@ NAMES = [
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
-    "worst_over", "mean_over", "optimise", "Design.plot", "design_map", "DesignMap.to_dataset",
-    "DesignMap.plot", "pareto_front", "ParetoFront.machine", "ParetoFront.to_dataset",
+    "worst_over", "mean_over", "optimise", "Design.plot", "design_map",
+    "DesignMap.plot", "pareto_front", "ParetoFront.machine",
     "ParetoFront.plot", "plot_design", "plot_design_map", "plot_pareto_front",
-    "frequency_response", "Response.at", "Response.to_dataset", "Response.plot", "Response.report",
+    "frequency_response", "Response.at", "Response.plot", "Response.report",
     "measure_of",
     "measures.Amplitude", "measures.Peak", "measures.Rms", "measures.Harmonic",
     "measures.Transmissibility", "measures.DissipatedPower", "measures.ContactForce",
@@ -758,7 +753,7 @@ NAMES = [
     "RecordResponse.peak_acceleration", "RecordResponse.to_dataset", "RecordResponse.plot",
     "free_decay", "free_decay, start", "FreeDecay.to_dataset", "FreeDecay.plot", "sine_sweep",
     "sine_sweep, rate", "SineSweep.quantity", "SineSweep.plot", "response_spectrum",
-    "ResponseSpectrum.plot", "Energies.scaled", "plot_free_decay", "plot_sine_sweep",
+    "ResponseSpectrum.plot", "plot_free_decay", "plot_sine_sweep",
     "plot_record", "plot_record_response", "plot_response_spectrum",
 ]  # fmt: skip
 

@@ -200,7 +200,7 @@ def test_the_full_map_turns_twice_as_fast(capsys: pytest.CaptureFixture[str]) ->
     assert "turns per full map" not in out
 
 
-def test_a_machine_in_metres_shows_its_numbers_in_si_units(
+def test_a_circle_of_a_machine_in_metres_is_followed_in_si_units(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     physical = {"M1": 10.0, "M2": 1.0, "K": 4.0e4, "C": 56.92, "F0": 60.0, "D": 0.0075}
@@ -208,9 +208,9 @@ def test_a_machine_in_metres_shows_its_numbers_in_si_units(
     rows = [f"{name} = {value}" for name, value in physical.items()]
     text = "\n".join(["[physical]", *rows, f"Omega = {1.8 * rate}", "restitution = 0.8"])
     Path("damper.toml").write_text(text)
-    out = said(["circle", "--config", "damper.toml", "--along", "omega", "1.795", "1.805"], capsys)
-    assert f"in SI units: omega {1.795 * rate:.6g} to" in out
-    assert "in SI units: x = " in out
+    ends = [f"{part * rate}" for part in (1.795, 1.805)]
+    out = said(["circle", "--config", "damper.toml", "--along", "omega", *ends], capsys)
+    assert f"the end of its range: {float(ends[0]):.6f}" in out
 
 
 def test_motion_that_is_not_on_a_circle_is_a_failure_with_the_reason(

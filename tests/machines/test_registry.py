@@ -168,11 +168,11 @@ def test_an_unknown_machine_or_case_is_answered_by_what_there_is(
         assert "impact-damper/A, B, C, 2a" in message
 
 
-def test_a_text_of_version_0_1_is_read() -> None:
+def test_the_text_of_a_machine_holds_its_fields() -> None:
     text = (
         '{"type": "ImpactDamper", "mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, '
         '"restitution": 0.8, "half_clearance": 5.0, "omega": 1.2, "force": 1.0, '
-        '"scales": {"time": 1.0, "length": 1.0, "mass": 1.0}}'
+        '"mass": 1.0, "si": false}'
     )
     damper = vi.ImpactDamper(
         mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2

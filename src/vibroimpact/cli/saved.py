@@ -43,7 +43,7 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
     )
     parser.add_argument(
         "--over", action="append", default=[], metavar=RANGE,
-        help="a parameter of the curve and its range, scaled; may be given for both (default: the ranges of the "
+        help="a parameter of the curve and its range; may be given for both (default: the ranges of the "
         "curve). The smaller they are, the sooner the result is there",
     )  # fmt: skip
     add_behind(parser)

@@ -39,5 +39,4 @@ def run(arguments: argparse.Namespace) -> str:
         raise common.Failure(f"after {len(found)} points: {found.end.sentence}.")
     axes = common.given(arguments, AXES)
     write(targets, data=found, picture=lambda: plot_section(found, **axes))
-    si = common.in_si(case.system, found.last, float(found.time[-1]))
-    return f"{case.system}\n{state}\n{found}\nends in {found.last}{si}{common.listed(targets)}"
+    return f"{case.system}\n{state}\n{found}\nends in {found.last}{common.listed(targets)}"

@@ -21,7 +21,6 @@ import numpy as np
 from vibroimpact._core.checks import (
     LARGEST_SEED,
     check_count,
-    check_flag,
     check_index,
     check_progress,
     refusal,
@@ -58,9 +57,9 @@ class ParetoFront(Result):
     Attributes
     ----------
     names, table
-        Names and values, shape (k, d), of the parameters that vary, in own units.
-    own_values
-        Both objectives, shape (k, 2), in own units.
+        Names and values, shape (k, d), of the parameters that vary.
+    values
+        Both objectives, shape (k, 2).
     machines
         How many were tried.
     interrupted
@@ -70,7 +69,7 @@ class ParetoFront(Result):
     system: System
     names: tuple[str, ...]
     table: Floats = field(repr=False)
-    own_values: Floats = field(repr=False)
+    values: Floats = field(repr=False)
     machines: int
     interrupted: bool
     judges: tuple[Judge, ...] = field(repr=False)
@@ -89,29 +88,22 @@ class ParetoFront(Result):
         """The objectives in words."""
         return tuple(map(label_of, self.judges))
 
-    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
-        """Convert to a dataset along ``machine``: parameters, first, second.
-
-        Parameters
-        ----------
-        si
-            In SI units, where the machine has physical scales; by default in its own.
-        """
+    def to_dataset(self) -> xr.Dataset:
+        """Convert to a dataset along ``machine``: parameters, first, second."""
         import xarray as xr
 
-        check_flag("si", si)
         units = units_of(self.system)
         columns = {
             name: (units.quantity_of(name), self.table[:, i]) for i, name in enumerate(self.names)
         }
         words = dict(zip(("first", "second"), self.labels, strict=True))
         for i, name in enumerate(words):
-            columns[name] = self.judges[i].measure.dimension, self.own_values[:, i]
+            columns[name] = self.judges[i].measure.dimension, self.values[:, i]
         return xr.Dataset(
             {
                 name: (
-                    "machine", values * (units.factor(of) if si else 1.0),
-                    {"long_name": words.get(name, name), "units": units.unit(of) if si else ""},
+                    "machine", values,
+                    {"long_name": words.get(name, name)} | units.attrs(of),
                 )
                 for name, (of, values) in columns.items()
             }
@@ -166,7 +158,7 @@ def pareto_front(
     ...         for what in ("x1", "impact speed")]
     >>> front = vi.pareto_front(damper, {"half_clearance": (2.0, 30.0)}, both, budget=64,
     ...                         progress=False)
-    >>> bool((front.own_values[1:, 1] < front.own_values[:-1, 1]).all())
+    >>> bool((front.values[1:, 1] < front.values[:-1, 1]).all())
     True
     """
     variables = variables_of(system, vary)

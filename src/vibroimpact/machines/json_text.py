@@ -7,9 +7,7 @@ import math
 from dataclasses import asdict
 from typing import Any, cast
 
-from vibroimpact.machines.machine import SCALES
 from vibroimpact.machines.registry import machine_of_class, name_of
-from vibroimpact.machines.units import Scales
 from vibroimpact.model.elements import Element, NormalLoad
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import KINDS, Contact, Mechanism, kind_of
@@ -74,7 +72,7 @@ def system_of(text: str) -> System | None:
     kind = numbers.pop("type")
     if kind != "Mechanism":
         machine = machine_of_class(kind) if numbers else None  # None for a class of the user
-        return cast(System, machine(**_with_scales(numbers))) if machine else None
+        return cast(System, machine(**numbers)) if machine else None
     contacts = [_restored(Contact, pair) for pair in numbers.pop("contacts")]
     elements = [_restored(KINDS[e.pop("kind")], e) for e in numbers.pop("elements", [])]
     forces = [Harmonic(**line) for line in numbers.pop("forces")]
@@ -83,8 +81,3 @@ def system_of(text: str) -> System | None:
         contacts=tuple(contacts), forces=tuple(forces), contact_names=names,
         elements=tuple(elements), **numbers,
     )  # fmt: skip
-
-
-def _with_scales(numbers: dict[str, Any]) -> dict[str, Any]:
-    scales = numbers.get(SCALES)
-    return numbers | {SCALES: Scales(**scales)} if scales else numbers

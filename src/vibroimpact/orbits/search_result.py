@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.machines.units import scales_of, scales_or_ones
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
@@ -94,8 +94,8 @@ class OrbitSearch(Result):
         )
 
     def table(self) -> str:
-        """Table of the orbits; clearances are in metres for a system with physical scales."""
-        least = "clearance [m]" if scales_of(self.system) else "clearance"
+        """Table of the orbits."""
+        least = units_of(self.system).label("clearance", "length")
         heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", least, "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]
         sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -106,7 +106,6 @@ class OrbitSearch(Result):
 
     def _row(self, k: int) -> tuple[str, ...]:
         orbit, image = self.orbits[k], self.mirror_of[k]
-        length = scales_or_ones(self.system).length
         remark = f"mirror image of {image}" if image is not None else ""
         why = orbit.inadmissible_reason and f"not admissible: {orbit.inadmissible_reason}"
         return (
@@ -115,7 +114,7 @@ class OrbitSearch(Result):
             "yes" if orbit.symmetric else "no",
             "yes" if orbit.stable else "no",
             f"{abs(orbit.multipliers[0]):.6g}",
-            f"{orbit.clearance_to_grazing * length:.4g}",
+            f"{orbit.clearance_to_grazing:.4g}",
             "; ".join(filter(None, [remark, why])),
         )
 

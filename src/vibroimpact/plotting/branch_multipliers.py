@@ -81,9 +81,9 @@ def _mark(ax: Axes, points: list[BifurcationPoint]) -> None:
 
 def _paths(ax: Axes, branch: Branch) -> None:
     points = profile(branch)
-    units, name = units_of(branch.family.system), branch.parameter
+    units = units_of(branch.family.system)
     values = _sorted(_multipliers(branch, points))
-    parameter = points.parameter * units.factor(units.quantity_of(name))
+    parameter = points.parameter
     norm = Normalize(float(parameter.min()), float(parameter.max()))
     look: dict[str, Any] = {"cmap": COLOURS, "norm": norm, "linewidths": 1.6, "zorder": 3}
     middle = (parameter[1:] + parameter[:-1]) / 2.0
@@ -98,7 +98,7 @@ def _paths(ax: Axes, branch: Branch) -> None:
                    norm=norm, zorder=3)  # fmt: skip
     figure = cast(Figure, ax.get_figure(root=True))
     colours = ScalarMappable(norm, mpl.colormaps[COLOURS])
-    figure.colorbar(colours, ax=ax, label=parameter_label(name, units), shrink=0.85)
+    figure.colorbar(colours, ax=ax, label=parameter_label(branch.parameter, units), shrink=0.85)
 
 
 def _multipliers(branch: Branch, points: BranchProfile) -> Complexes:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.types import Floats
-from vibroimpact.machines.units import of_coordinate, units_of
+from vibroimpact.machines.units import units_of
 from vibroimpact.measures.flights import Flights
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.measures.motions import flights_of
@@ -46,7 +46,6 @@ def plot_orbit(orbit: Orbit, row: Row = "x1", *, ax: Axes | None = None) -> Axes
     chosen = Peak(row).coefficients(orbit.mechanism)
     units = units_of(orbit.system)
     x, v = (_sampled(flights, chosen, order) for order in (0, 1))
-    x, v = x * units.factor("length"), v * units.factor("velocity")
     colour = style.BLUE if orbit.stable else style.GREY
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         ax.plot(_with_gaps(x), _with_gaps(v), color=colour)
@@ -93,9 +92,7 @@ def plot_orbits(
         for orbit, colour in zip(search.orbits, style.series(len(search)), strict=True):
             states = flights_of(orbit).states.copy()
             states[:, -1] %= 2.0 * np.pi
-            across, up = (
-                states[:, names.index(n)] * units.factor(of_coordinate(n)) for n in (x, y)
-            )
+            across, up = (states[:, names.index(n)] for n in (x, y))
             face = colour if orbit.stable else "none"
             ax.plot(across, up, "o", color=colour, markerfacecolor=face, label=orbit.symbol)
         ax.set(xlabel=coordinate_label(x, units), ylabel=coordinate_label(y, units))

@@ -26,7 +26,6 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
-    check_flag,
     nonnegative,
     positive,
     real,
@@ -90,7 +89,7 @@ class Response(Result):
     system
         The machine.
     band
-        :class:`Band`: parameter, range in the system's own units, unit of the user.
+        :class:`Band`: parameter, range, unit of the user.
     measure
         What is measured.
     curves
@@ -176,7 +175,8 @@ class Response(Result):
         InvalidParameterError
             A value outside the band.
         """
-        own = self.band.own(positive("value", value) if self.band.unit else real("value", value))
+        own = positive("value", value) if self.band.unit else real("value", value)
+        own /= self.band.factor
         low, high = self.band.low, self.band.high
         slack = 1e-12 * (high - low)
         if not low - slack <= own <= high + slack:
@@ -194,14 +194,10 @@ class Response(Result):
 
     @cached_property
     def shown(self) -> Shown:
-        """Factors to the units in which numbers are printed and drawn."""
+        """Units in which answers are printed."""
         units = units_of(self.system)
-        across = units.quantity_of(self.parameter)
-        factor, unit = units.factor(across), units.unit(across)
-        if self.band.unit:
-            factor, unit = self.band.factor, self.band.unit
-        quantity = self.measure.dimension
-        return Shown(factor, unit, units.factor(quantity), units.unit(quantity))
+        across = self.band.unit or units.unit(units.quantity_of(self.parameter))
+        return Shown(units.unit(self.measure.dimension), across, self.band.factor)
 
     def _shown(self, answer: Answer) -> Answer:
         return replace(answer, shown=self.shown)
@@ -214,13 +210,8 @@ class Response(Result):
         rms, peak = (measure.of_orbit(answer.orbit) for measure in others)
         return replace(answer, rms=rms, peak=peak)
 
-    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
+    def to_dataset(self) -> xr.Dataset:
         """Convert to a dataset: points of all curves, and simulated answers.
-
-        Parameters
-        ----------
-        si
-            In SI units, where the machine has physical scales; by default in its own.
 
         Returns
         -------
@@ -232,16 +223,11 @@ class Response(Result):
         """
         import xarray as xr
 
-        check_flag("si", si)
         units = units_of(self.system)
-        quantity = self.measure.dimension
         across = units.quantity_of(self.parameter)
-        up, over = (units.factor(q) if si else 1.0 for q in (quantity, across))
 
         def attrs(text: str, of: str) -> dict[str, str]:
-            unit = units.unit(of) if si else ""
-            known = {"quantity": "" if si else of, "units": unit}
-            return {"long_name": text} | {name: value for name, value in known.items() if value}
+            return {"long_name": text} | ({"quantity": of} if of else {}) | units.attrs(of)
 
         name = self.parameter
         curves = self.curves
@@ -251,8 +237,7 @@ class Response(Result):
         measures = self.simulation.measures  # the others are those of its row
         names = ("value", "rms", "peak")[: len(measures)]
         measured = {
-            kind: (units.factor(one.dimension) if si else 1.0, attrs(one.label, one.dimension))
-            for kind, one in zip(names, measures, strict=True)
+            kind: attrs(one.label, one.dimension) for kind, one in zip(names, measures, strict=True)
         }
 
         def joined(parts: list[Floats]) -> Floats:
@@ -262,11 +247,11 @@ class Response(Result):
             {
                 "curve": ("point", np.repeat(np.arange(len(curves)), [len(c.value) for c in curves])),
                 f"{name}_of_point": (
-                    "point", joined([c.parameter for c in curves]) * over, attrs(name, across),
+                    "point", joined([c.parameter for c in curves]), attrs(name, across),
                 ),
-                "value_of_point": ("point", joined([c.value for c in curves]) * up, measured["value"][1]),
+                "value_of_point": ("point", joined([c.value for c in curves]), measured["value"]),
                 "derivative": (
-                    "point", joined([c.derivative for c in curves]) * (up / over),
+                    "point", joined([c.derivative for c in curves]),
                     {"long_name": f"derivative of {self.measure.label} by {name}"},
                 ),
                 "kind": (
@@ -279,13 +264,13 @@ class Response(Result):
                 ),
                 "symbol": ("branch", np.array([c.symbol for c in curves], dtype=object)),
                 f"{name}_of_answer": (
-                    "answer", np.array([a.parameter for a in answers]) * over, attrs(name, across),
+                    "answer", np.array([a.parameter for a in answers]), attrs(name, across),
                 ),
                 **{
                     f"{kind}_of_answer": (
-                        "answer", np.array([getattr(a, kind) for a in answers]) * factor, known,
+                        "answer", np.array([getattr(a, kind) for a in answers]), known,
                     )
-                    for kind, (factor, known) in measured.items()
+                    for kind, known in measured.items()
                 },
                 "motion": ("answer", np.array([a.motion for a in answers], dtype=object)),
                 "members": ("answer", np.array([a.members for a in answers], dtype=np.int32)),
@@ -294,7 +279,7 @@ class Response(Result):
             attrs={
                 "system": repr(self.system),
                 "parameter": name,
-                "band": [self.band.low * over, self.band.high * over],
+                "band": [self.band.low, self.band.high],
                 "measure": self.measure.label,
                 "settle_periods": self.simulation.settle_periods,
                 "periods": self.simulation.periods,
@@ -330,7 +315,7 @@ class Response(Result):
         plotting("report").write_report(self, path, title=title, compare=compare, decibel=decibel)
 
     def __repr__(self) -> str:
-        across, unit = self.shown[:2]
+        unit, across = self.shown[1:]
         low, high = (end * across for end in (self.band.low, self.band.high))
         what = f"{self.measure.label} over {self.parameter}"
         lines = [f"Response: {what} {low:.6g} to {high:.6g} {unit}".rstrip()]
@@ -405,8 +390,8 @@ def frequency_response(
         A measure or its name, such as "x1" (amplitude), "rms v1", "transmissibility x1", "power":
         see :func:`~vibroimpact.measure_of`.
     unit
-        "Hz" or "rad/s" if the band is in these; by default it is in the unit of the parameter, scaled
-        for a machine made by ``from_physical``.
+        "Hz" if the band is in hertz and the parameter is the forcing frequency in radians per second;
+        by default the band is in the unit of the parameter.
     number
         Values of the parameter that are simulated, evenly spaced, >= 2.
     starts
@@ -523,7 +508,7 @@ class _Search:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The band in the system's own units."""
+        """The band in the unit of the parameter."""
         return self.band.low, self.band.high
 
     def without_impacts(self, values: Floats) -> None:

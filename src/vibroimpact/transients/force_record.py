@@ -82,8 +82,7 @@ class ForceRecord(Result):
 
     Notes
     -----
-    Units are those of the machine that it drives: seconds, and newtons or metres per second
-    squared, where that has ``scales`` (made by ``from_physical``), otherwise those of the system.
+    Units are those of the machine that it drives.
 
     Examples
     --------
