@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from vibroimpact_papers.report import Word
+from vibroimpact_papers.impact_damper.judged import Word
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli

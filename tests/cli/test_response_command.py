@@ -223,7 +223,7 @@ def test_the_report_is_one_well_formed_file_that_loads_nothing(
 def test_the_report_escapes_what_the_user_wrote(written: tuple[Path, str], page: Page) -> None:
     text = (written[0] / "r.html").read_text(encoding="utf-8")
     assert "<b>" not in text
-    assert text.count("<title>Frame &lt;b&gt; &amp; &quot;slot&quot;</title>") == 1
+    assert text.count("<title>Frame &lt;b&gt; &amp; &#34;slot&#34;</title>") == 1
     assert TITLE in page.words
 
 

@@ -21,12 +21,11 @@ from vibroimpact_papers.impact_damper import (
 )
 from vibroimpact_papers.impact_damper.circles import ALTERNATE, Measured, measure
 from vibroimpact_papers.impact_damper.judge_circles import circle_here
-from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.normal_forms import Appendix, appendix
 from vibroimpact_papers.impact_damper.plan import Plan
 from vibroimpact_papers.impact_damper.story_circles import point_record
 from vibroimpact_papers.impact_damper.verdicts import judge, plain
-from vibroimpact_papers.report import Word
 
 from vibroimpact import symmetric_bifurcations
 from vibroimpact.orbits.find import of_symmetric
