@@ -182,7 +182,7 @@ def test_circle_writes_and_says_the_circle_of_the_library(
 
 
 def test_along_follows_the_circle_and_shows_the_stages(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = [*CIRCLE, "--along", "omega", "0.998", "1.02", "--out", "f.nc", "--out", "f.png"]
+    argv = [*CIRCLE, "--along", "omega=0.998:1.02", "--out", "f.nc", "--out", "f.png"]
     assert cli.main(argv) == cli.DONE
     captured = capsys.readouterr()
     assert "[2/2] along omega" in captured.err
@@ -208,7 +208,7 @@ def test_a_machine_in_metres_shows_its_numbers_in_si_units(
     rows = [f"{name} = {value}" for name, value in physical.items()]
     text = "\n".join(["[physical]", *rows, f"Omega = {1.8 * rate}", "restitution = 0.8"])
     Path("damper.toml").write_text(text)
-    out = said(["circle", "--config", "damper.toml", "--along", "omega", "1.795", "1.805"], capsys)
+    out = said(["circle", "--config", "damper.toml", "--along", "omega=1.795:1.805"], capsys)
     assert f"in SI units: omega {1.795 * rate:.6g} to" in out
     assert "in SI units: x = " in out
 
@@ -232,17 +232,17 @@ def test_an_interrupted_family_leaves_no_file(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
-    argv = [*CIRCLE, "--along", "omega", "0.99", "1.02", "--out", "f.nc", "--out", "f.svg"]
+    argv = [*CIRCLE, "--along", "omega=0.99:1.02", "--out", "f.nc", "--out", "f.svg"]
     assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 
 
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        ([*CIRCLE, "--along", "omega", "low", "high"], "must be NAME LOW HIGH with two numbers"),
-        ([*CIRCLE, "--along", "omega", "1.1", "1.2"], "must hold omega = 1"),
-        ([*CIRCLE, "--along", "speed", "0", "1"], "'speed'"),
-        ([*CIRCLE, "--along", "omega", "0.9", "1.1", "--x", "x2"], "not with --along"),
+        ([*CIRCLE, "--along", "omega=low:high"], "must be NAME=LOW:HIGH"),
+        ([*CIRCLE, "--along", "omega=1.1:1.2"], "must hold omega = 1"),
+        ([*CIRCLE, "--along", "speed=0:1"], "'speed'"),
+        ([*CIRCLE, "--along", "omega=0.9:1.1", "--x", "x2"], "not with --along"),
         ([*CIRCLE, "--x", "x9", "--out", "c.png"], "x = 'x9': must be one of x1, x2, v1, v2"),
         ([*CIRCLE, "--points", "9"], "points = 9: must be"),
         ([*CIRCLE, "--tolerance", "0"], "tolerance = 0.0: must be > 0"),

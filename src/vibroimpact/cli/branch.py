@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice, ends_of, range_of
+from vibroimpact._core.checks import ends_of, range_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, unstable
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.cli import common
-from vibroimpact.cli.output import write
-from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
+from vibroimpact.cli.output import Done
+from vibroimpact.closed_forms.by_machine import has_symmetric_orbits
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.toml_file import Case
-from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import STATE
-from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
@@ -42,13 +41,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def add_branch(parser: argparse.ArgumentParser) -> None:
     """Add the options that define the branch."""
-    common.add_system(parser)
     common.add_start(parser)
     group = parser.add_argument_group(
         "branch",
         "Without a state to start from, the branch of the symmetric orbit, for a machine whose "
         "symmetric orbit has a closed form. Else the branch of the orbit to which the motion from "
-        "the start settles. A frequency that is not given is the middle of the range.",
+        "the start settles. The parameter, where nothing else fixes it, is in the middle of the range.",
     )
     group.add_argument(
         "--parameter", default="omega", metavar="NAME",
@@ -88,36 +86,28 @@ def _rule(text: str) -> Rule | Inadmissible:
     )
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Follow, write, and describe the branches."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Follow the branch, and every one that is switched to."""
     branches = branches_of(arguments)
-    write(
-        targets,
-        data=lambda: branches[-1].to_dataset(),
-        picture=lambda: _picture(arguments, branches),
-    )
     system = branches[0].family.system
-    return "\n".join([str(system), *map(_described, branches)]) + common.listed(targets)
-
-
-def _described(branch: Branch) -> str:
-    """Description of a branch, also with the parameter in SI units if the system has scales."""
-    units, name = units_of(branch.family.system), branch.parameter
-    ends = common.ranges_in_si(branch.family.system, {name: branch.extent})
-    if not ends:
-        return str(branch)
-    places = (
-        (p.label, units.text(units.quantity_of(name), p.parameter)) for p in branch.special_points
+    said = [[one, *_in_si(one)] for one in branches]
+    return Done(
+        [system, *itertools.chain(*said)],
+        branches[-1].to_dataset,
+        lambda: _picture(arguments, branches),
     )
-    points = [f"{label} at {place}" for label, place in places]
-    return f"{branch}\n  in SI units: {', '.join([ends, *points])}"
+
+
+def _in_si(branch: Branch) -> list[str]:
+    """Range and special points in SI units, if the system has scales."""
+    extent = {branch.parameter: branch.extent}
+    return common.along_in_si(branch.family.system, extent, branch.special_points)
 
 
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     """Requested branch, and every one that was switched to."""
     name, bounds = arguments.parameter, ends_of("range", arguments.range)
-    case = case_of_branch(arguments)
+    case = common.case_of(arguments, {name: bounds}, "parameter")
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of("range", bounds, name, parameter_value(case.system, name))
     branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
@@ -132,40 +122,16 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     return branches
 
 
-def case_of_branch(arguments: argparse.Namespace) -> Case:
-    """System of the branch; a frequency that is not given is the middle of its range."""
-    if not arguments.config:
-        check_choice("parameter", arguments.parameter, common.parameters_in(arguments))
-        common.check_case(arguments)
-        fixed = common.given(arguments, common.parameters_in(arguments))
-        free = "omega" not in {*fixed, *common.parameters_of_case(arguments)}
-        if free and arguments.parameter == "omega":
-            arguments.omega = sum(arguments.range) / 2.0
-    return common.case_of(arguments)
-
-
 def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
     """Symmetric orbit in closed form, or the orbit to which the motion from the start settles."""
     stated = common.given(arguments, STATED) or (case.start and not arguments.orbit)
     if has_symmetric_orbits(type(case.system)) and not stated:
-        return _symmetric(case.system, arguments.orbit)
+        return common.symmetric_orbit(case.system, arguments.orbit)
     state = common.start_of(arguments, case)
     found = find_orbit(case.system, state)
     if not found.converged:
         raise common.Failure(f"no periodic orbit was found from {state}: {found.status}.")
     return found
-
-
-def _symmetric(system: System, sign: str | None) -> SymmetricOrbit:
-    """Symmetric orbit with a sign; by default the stable one, or else the first."""
-    found = symmetric_orbits_of(system)
-    wanted = [orbit for orbit in found if not sign or orbit.sign == common.SIGNS[sign]]
-    if not wanted:
-        raise common.Failure(
-            f"no symmetric 1-1-1 orbit exists at omega = {mechanism_of(system).omega}: condition (16) of the "
-            "paper fails. Give another --omega, or --position and --velocity."
-        )
-    return next((orbit for orbit in wanted if orbit.stable), wanted[0])
 
 
 def _picture(arguments: argparse.Namespace, branches: list[Branch]) -> Axes:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-import numpy as np
-
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.cli import common, members
-from vibroimpact.cli.members import RANGE, ranges_of
-from vibroimpact.cli.output import write
+from vibroimpact.cli import common
+from vibroimpact.cli.output import Done
+from vibroimpact.cli.response import BAND, add_band
 from vibroimpact.design.objective import mean_over, worst_over
 from vibroimpact.design.optimise import Design, optimise
 from vibroimpact.machines.units import units_of
@@ -23,7 +21,7 @@ EXAMPLE = (
     "--over omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
 )
 JUDGED = ("points", "starts", "settle", "periods")
-SEARCHED = ("budget", "refine", "seed", "workers")
+SEARCHED = ("budget", "refine", "seed", "workers", "store")
 NUMBER, STARTS, MOST = 60, 6, 4  # of the response of the best machine in the report
 
 
@@ -31,45 +29,36 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     common.add_system(parser)
     group = parser.add_argument_group("design")
-    group.add_argument(
-        "--vary", required=True, action="append", metavar=RANGE,
-        help="a parameter and its bounds, scaled; once for each parameter",
-    )  # fmt: skip
+    text = "a parameter and its bounds, scaled; once for each parameter"
+    common.add_named(group, "--vary", common.RANGE, text, required=True)
     group.add_argument(
         "--si",
         action="store_true",
         help="the bounds of --vary are in SI units: m, N, rad/s; of a [physical] file",
     )
-    members.add_band(group, worst_over)
+    add_band(group, worst_over)
     group.add_argument(
         "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
     )
     common.add_arguments_of(group, worst_over, JUDGED)
     common.add_arguments_of(group, optimise, SEARCHED)
-    group.add_argument(
-        "--store", metavar="FILE.nc",
-        help="keep every machine that was tried; the same command goes on where it was interrupted",
-    )  # fmt: skip
-    group.add_argument("--title", default="", metavar="TEXT", help="heading of the report")
+    common.add_arguments_of(group, design_report, ["title"])
     common.add_out(parser, pages=PAGES)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Search, write, and describe the best machine."""
-    targets = common.targets_of(arguments, pages=PAGES)
-    parameter, band = members.band_of(arguments)
-    case = members.case_of(arguments, {parameter: np.array(band)})
+def run(arguments: argparse.Namespace) -> Done:
+    """Search for the best machine."""
+    common.check_count(arguments.over, 1, common.RANGE)
+    case, vary = common.case_of(arguments, arguments.over), arguments.vary
+    ((parameter, band),) = arguments.over.items()
     judge = mean_over if arguments.mean else worst_over
-    objective = judge(parameter, band, **common.given(arguments, ("measure", "unit", *JUDGED)))
-    vary = ranges_of(arguments.vary, "vary")
+    objective = judge(parameter, band, **common.given(arguments, (*BAND, *JUDGED)))
     best = optimise(
         case.system, _own(case.system, vary) if arguments.si else vary, objective,
-        **common.given(arguments, (*SEARCHED, "store")),
+        **common.given(arguments, SEARCHED),
     )  # fmt: skip
-    if best.interrupted:
-        raise KeyboardInterrupt
-    write(targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best))
-    return f"{case.system}\n{best}\n{_looked_at(best)}{common.listed(targets)}"
+    common.check_interrupted(best)
+    return Done([case.system, best], best.to_dataset, best.plot, lambda: _page(arguments, best))
 
 
 def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
@@ -83,21 +72,6 @@ def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tupl
     return {name: (a / factors[name], b / factors[name]) for name, (a, b) in vary.items()}
 
 
-def _looked_at(best: Design) -> str:
-    """The value looked at more closely; derivatives and robust ranges, a line for each parameter."""
-    lines = []
-    for name, slope in best.sensitivity.items():
-        low, high, _ = best.robust[name]
-        unit = best.units[name]
-        lines.append(
-            f"  {name}: derivative {slope:.4g}; within 1 dB from {low:.6g} to {high:.6g} {unit}".rstrip()
-        )
-    seen = f"  {best.verified:.6g} {best.units['']}".rstrip()
-    seen += " with twice as many values of the band and starts as the last judgement"
-    kind = "exact derivatives" if best.sensitivity_exact else "derivatives by differences"
-    return "\n".join([seen, f"  {kind} of the objective, and ranges:", *lines])
-
-
 def _page(arguments: argparse.Namespace, best: Design) -> str:
     """The report: the best machine, and its response."""
     seen = best.objective
@@ -106,4 +80,4 @@ def _page(arguments: argparse.Namespace, best: Design) -> str:
         seed=seen.seed, number=NUMBER, starts=STARTS, most=MOST,
     )  # fmt: skip
     command = common.command_of(arguments)
-    return design_report(best, response, title=arguments.title, command=command)
+    return design_report(best, response, command=command, **common.given(arguments, ["title"]))

@@ -12,7 +12,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
-from vibroimpact.cli.output import write
+from vibroimpact.cli.output import Done
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.plotting import plot_multipliers
@@ -26,9 +26,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Find the orbits, write, and describe them."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Find the orbits."""
     damper = common.case_of(arguments).system
     if not isinstance(damper, ImpactDamper):
         raise InvalidParameterError(f"system = {shown(damper)}: must be an impact damper.")
@@ -38,14 +37,13 @@ def run(arguments: argparse.Namespace) -> str:
             f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) of the "
             "paper fails."
         )
-    write(
-        targets,
-        data=lambda: _dataset(damper, orbits),
-        picture=lambda: plot_multipliers(
-            [o.half_multipliers for o in orbits], labels=[_name(o) for o in orbits]
+    return Done(
+        [damper, *map(_described, orbits)],
+        lambda: _dataset(damper, orbits),
+        lambda: plot_multipliers(
+            [o.half_multipliers for o in orbits], labels=[*map(_name, orbits)]
         ),
     )
-    return "\n".join([str(damper), *map(_described, orbits)]) + common.listed(targets)
 
 
 def _name(orbit: SymmetricOrbit) -> str:

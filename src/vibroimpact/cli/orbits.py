@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from vibroimpact._core.checks import check_target
-from vibroimpact._core.files import replacing
 from vibroimpact._core.progress import Progress
 from vibroimpact.cli import common
-from vibroimpact.cli.output import DATA
+from vibroimpact.cli.output import Done
 from vibroimpact.orbits.search import find_orbits
 
 EXAMPLE = (
@@ -23,22 +20,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     common.add_system(parser)
     common.add_arguments_of(parser, find_orbits, SEARCH)
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE",
-        help=f"write the data ({', '.join(DATA)}); an existing file is replaced",
-    )  # fmt: skip
+    common.add_out(parser, pictures=())
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Search, write, and list the orbits."""
-    out: Path | None = arguments.out
-    if out:
-        check_target(out, DATA)
+def run(arguments: argparse.Namespace) -> Done:
+    """Search for orbits."""
     system = common.case_of(arguments).system
     found = find_orbits(system, progress=Progress(1), **common.given(arguments, SEARCH))
     if not found.orbits:
-        raise common.Failure(f"no periodic orbit was found. {found}")
-    if out:
-        with replacing(out) as temporary:
-            found.to_dataset().to_netcdf(temporary, engine="h5netcdf")
-    return f"{system}\n{found}\n{found.table()}{common.listed([out] if out else [])}"
+        raise common.Failure(f"no periodic orbit was found. {found!r}")
+    return Done([system, found], found.to_dataset)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import xarray as xr
@@ -17,80 +18,69 @@ from vibroimpact.plotting.style import PICTURES
 
 DATA = (".nc",)
 
+Data = Callable[[], xr.Dataset]
+Picture = Callable[[], Axes]
 
-def write(
-    paths: list[Path], *, data: Callable[[], xr.Dataset], picture: Callable[[], Axes],
-    page: Callable[[], str] = str,
-) -> None:  # fmt: skip
-    """Write files by their suffixes: all of them, or none.
 
-    Parameters
+class Done(NamedTuple):
+    """What a command prints, and what makes its files; each is called only where a file wants it.
+
+    Attributes
     ----------
-    paths
-        Files that :func:`check_target` has passed.
-    data, picture, page
-        Make what is written to netCDF, to pictures and to HTML; called only where a file wants it.
+    said
+        Results and lines, which are printed one below the other.
+    data
+        Makes the data; several go to numbered files, name-1.nc, name-2.nc, ...
+    picture, page
+        Make a picture, and a report in HTML.
     """
-    _write([(path, data) for path in paths], picture, page)
+
+    said: Sequence[object]
+    data: Data | Sequence[Data] = ()
+    picture: Picture | None = None
+    page: Callable[[], str] | None = None
 
 
-def write_each(
-    paths: list[Path], *, data: Sequence[Callable[[], xr.Dataset]], picture: Callable[[], Axes]
-) -> list[Path]:
-    """Write several datasets to numbered files, name-1.nc, name-2.nc, ..., and pictures: all, or none.
-
-    Parameters
-    ----------
-    paths
-        Files that :func:`check_target` has passed; those of data without a number.
-    data, picture
-        Make what is written; called only where a file wants it.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-    """
-    files = [pair for path in paths for pair in _numbered(path, data)]
-    _write(files, picture)
+def write(paths: Sequence[Path], done: Done) -> list[Path]:
+    """Write files by their suffixes, all of them or none, and return their names."""
+    files = [pair for path in paths for pair in _files(path, done)]
+    plt.switch_backend("agg")  # a file needs no window and no display
+    with ExitStack() as stack:
+        for path, put in files:
+            put(stack.enter_context(replacing(path)))
     return [path for path, _ in files]
 
 
-def _numbered(
-    path: Path, data: Sequence[Callable[[], xr.Dataset]]
-) -> list[tuple[Path, Callable[[], xr.Dataset]]]:
-    if path.suffix.lower() not in DATA:
-        return [(path, data[0])]  # a picture
-    return [(path.with_stem(f"{path.stem}-{i}"), one) for i, one in enumerate(data, 1)]
+def _files(path: Path, done: Done) -> Iterator[tuple[Path, Callable[[Path], object]]]:
+    """What writes the files of one name."""
+    suffix = path.suffix.lower()
+    if suffix in PICTURES and (draw := done.picture):
+        yield path, lambda to: _draw(draw, to)
+    elif suffix in PAGES and (page := done.page):
+        yield path, lambda to: to.write_text(page(), encoding="utf-8")
+    elif callable(data := done.data):
+        yield path, lambda to: data().to_netcdf(to, engine="h5netcdf")
+    else:
+        for i, one in enumerate(data, 1):
+            numbered = path.with_stem(f"{path.stem}-{i}")
+            yield numbered, lambda to, one=one: one().to_netcdf(to, engine="h5netcdf")  # type: ignore[misc]
 
 
-def _write(
-    files: Sequence[tuple[Path, Callable[[], xr.Dataset]]], picture: Callable[[], Axes],
-    page: Callable[[], str] = str,
-) -> None:  # fmt: skip
-    with ExitStack() as stack:
-        for path, data in files:
-            temporary = stack.enter_context(replacing(path))
-            if path.suffix.lower() in DATA:
-                data().to_netcdf(temporary, engine="h5netcdf")
-            elif path.suffix.lower() in PAGES:
-                plt.switch_backend("agg")
-                temporary.write_text(page(), encoding="utf-8")
-            else:
-                with _drawn(picture) as ax:
-                    save(ax, temporary)
+def _draw(picture: Picture, path: Path) -> None:
+    with _drawn(picture) as ax:
+        save(ax, path)
 
 
-def rehearse_picture(paths: list[Path], picture: Callable[[], Axes]) -> None:
+def rehearse_picture(paths: Sequence[Path], picture: Picture) -> None:
     """Make a picture if a file wants one, and drop it: an error comes before the long work."""
     if any(path.suffix.lower() in PICTURES for path in paths):
+        plt.switch_backend("agg")
         with _drawn(picture):
             pass
 
 
 @contextmanager
-def _drawn(picture: Callable[[], Axes]) -> Iterator[Axes]:
-    plt.switch_backend("agg")  # a file needs no window and no display
+def _drawn(picture: Picture) -> Iterator[Axes]:
     ax = picture()
     try:
         yield ax

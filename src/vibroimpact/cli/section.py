@@ -7,7 +7,7 @@ from typing import Any
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
-from vibroimpact.cli.output import write
+from vibroimpact.cli.output import Done
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.plotting import plot_section
@@ -26,7 +26,6 @@ AXES = ("x", "y")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
     common.add_start(parser)
     common.add_arguments_of(
         parser, impact_section, COMMON + AT_STOP,
@@ -49,18 +48,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Record the section, write, and describe it."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Record the section."""
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)
     section = _section(arguments, case.system, state)
     if section.end not in WHOLE:
         raise common.Failure(f"after {len(section)} points: {section.end.sentence}.")
     axes = common.given(arguments, AXES)
-    write(targets, data=section.to_dataset, picture=lambda: plot_section(section, **axes))
     si = common.in_si(case.system, section.last, float(section.time[-1]))
-    return f"{case.system}\n{state}\n{section}\nends in {section.last}{si}{common.listed(targets)}"
+    return Done(
+        [case.system, state, section, f"ends in {section.last}{si}"],
+        section.to_dataset,
+        lambda: plot_section(section, **axes),
+    )
 
 
 def _section(arguments: argparse.Namespace, system: System, state: State) -> AnySection:

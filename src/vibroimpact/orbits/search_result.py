@@ -93,6 +93,9 @@ class OrbitSearch:
             + "".join(f"\n  {n} ended on none of them: {why}" for why, n in self.unresolved.items())
         )
 
+    def __str__(self) -> str:
+        return f"{self!r}\n{self.table()}" if self.orbits else repr(self)
+
     def table(self) -> str:
         """Table of the orbits; clearances are in metres for a system with physical scales."""
         least = "clearance [m]" if scales_of(self.system) else "clearance"
