@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.atlas import bifurcation_atlas
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import orbit_of
@@ -38,12 +37,7 @@ def run(arguments: argparse.Namespace) -> Done:
     common.check_count(arguments.over, 2, common.RANGE)
     (first, a), (second, b) = arguments.over.items()
     start = orbit_of(arguments, common.case_of(arguments, arguments.over))
-    progress = Progress(1)
-    progress.stage("atlas")
     atlas = bifurcation_atlas(
-        start, (first, second), (a, b),
-        progress=lambda count, last: progress.note(f"{count} curves, {last}"),
-        **common.given(arguments, SEARCH),
-    )  # fmt: skip
-    progress.close()
+        start, (first, second), (a, b), progress=True, **common.given(arguments, SEARCH)
+    )
     return Done([atlas], atlas.to_dataset, atlas.plot)

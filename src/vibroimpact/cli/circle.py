@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_circle_branch, plot_invariant_circle
@@ -16,7 +15,7 @@ EXAMPLE = (
     "  vibroimpact circle impact-damper/A --omega 1.0 --along omega=0.99:1.02 --out circles.nc "
     "--out rotation.svg"
 )
-SEARCH, LIMITS = ("settle", "points"), ("tolerance", "most_nodes")
+SEARCH, LIMITS = ("settle_iterates", "points"), ("tolerance", "most_nodes")
 AXES = ("x", "y")
 
 
@@ -52,13 +51,10 @@ def run(arguments: argparse.Namespace) -> Done:
         )
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)
-    progress = Progress(1 + len(along))
-    progress.stage("circle")
     circle = find_circle(
         case.system, state, symmetric=False if arguments.full_map else None,
         **common.given(arguments, SEARCH + LIMITS),
     )  # fmt: skip
-    progress.close()
     if not circle.converged:
         raise common.Failure(f"no circle was found from {state}: {circle.status}.")
     said: list[object] = [
@@ -69,12 +65,9 @@ def run(arguments: argparse.Namespace) -> Done:
     if not along:
         return Done(said, circle.to_dataset, lambda: plot_invariant_circle(circle, **looks))
     ((parameter, bounds),) = along
-    progress.stage(f"along {parameter}")
     family = continue_circle(
-        circle, parameter, bounds, progress=common.counted(progress, "circles", parameter),
-        **common.given(arguments, LIMITS),
-    )  # fmt: skip
-    progress.close()
+        circle, parameter, bounds, progress=True, **common.given(arguments, LIMITS)
+    )
     ends = {parameter: (float(family.values.min()), float(family.values.max()))}
     said += [family, *common.along_in_si(case.system, ends, family.special_points)]
     return Done(said, family.to_dataset, lambda: plot_circle_branch(family))

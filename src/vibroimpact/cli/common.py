@@ -15,7 +15,6 @@ import numpy as np
 
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
-from vibroimpact._core.progress import Progress
 from vibroimpact._core.types import Floats
 from vibroimpact.cli.output import DATA
 from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
@@ -59,11 +58,6 @@ def check_interrupted(*results: object) -> None:
             getattr(end.reason, "name", "") == "INTERRUPTED" for end in ends
         ):
             raise KeyboardInterrupt
-
-
-def counted(progress: Progress, what: str, name: str) -> Callable[[int, float], None]:
-    """What a continuation calls with its number of points and the value that it has reached, to show both."""
-    return lambda count, value: progress.note(f"{count} {what}, {name} = {value:.6g}")
 
 
 # ---- options from signatures ---------------------------------------------------------------------

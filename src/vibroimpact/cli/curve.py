@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.branches.branch import BifurcationPoint
@@ -93,8 +92,6 @@ def _bounds(arguments: argparse.Namespace) -> Bounds:
 
 
 def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCurve]:
-    progress = Progress(2 + len(arguments.then))
-    progress.stage("branch")
     point: BifurcationPoint | CodimensionTwoPoint = branches_of(arguments)[-1][arguments.at]
     (first, a), (second, b) = bounds.items()
     curves: list[BifurcationCurve] = []
@@ -102,14 +99,9 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
         if kind:
             check_choice("then", label, [p.label for p in curves[-1].special_points])
             point = curves[-1][label]
-        progress.stage(f"curve through {label}")
-        curve = continue_bifurcation(
-            point, (first, second), (a, b), kind=kind,
-            progress=common.counted(progress, "points", second),
-        )  # fmt: skip
+        curve = continue_bifurcation(point, (first, second), (a, b), kind=kind, progress=True)
         common.check_interrupted(curve)
         curves.append(curve)
-    progress.close()
     return curves
 
 

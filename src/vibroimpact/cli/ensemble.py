@@ -29,7 +29,7 @@ from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
-WINDOW = ("settle", "periods", "most_impacts")
+WINDOW = ("settle_periods", "periods", "most_impacts")
 HOW = ("store", "backend", "workers", "client", "tile")
 
 
@@ -145,7 +145,7 @@ def computed(
     over: dict[str, Floats] = arguments.over
     few = {name: axis[:2] for name, axis in over.items()}
     one = start if isinstance(start, State) else start.block((slice(2),) * len(start.dims))
-    short = {"settle": 0, "periods": 1, "progress": False}
+    short = {"settle_periods": 0, "periods": 1, "progress": False}
     rehearse_picture(arguments.out, lambda: draw(compute(over=few, start=one, **short)))
     found = compute(over=over, start=start, **options_of(arguments))
     return report(arguments, case, found, more(found), lambda: draw(found))

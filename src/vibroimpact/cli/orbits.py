@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from vibroimpact._core.progress import Progress
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.orbits.search import find_orbits
@@ -26,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Done:
     """Search for orbits."""
     system = common.case_of(arguments).system
-    found = find_orbits(system, progress=Progress(1), **common.given(arguments, SEARCH))
+    found = find_orbits(system, progress=True, **common.given(arguments, SEARCH))
     if not found.orbits:
         raise common.Failure(f"no periodic orbit was found. {found!r}")
     return Done([system, found], found.to_dataset)

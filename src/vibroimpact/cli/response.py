@@ -20,11 +20,11 @@ EXAMPLE = (
     "--out response.svg --out report.html"
 )
 BAND = ("unit", "measure")
-SIMULATION = ("number", "seed", "settle", "periods")
+SIMULATION = ("number", "seed", "settle_periods", "periods")
 SEARCH = ("most", "depth", "workers")
 LOOKS = ("compare", "decibel")
 LEAST: dict[str, Any] = {
-    "number": 2, "starts": 0, "most": 0, "settle": 0, "periods": 1, "progress": False,
+    "number": 2, "starts": 0, "most": 0, "settle_periods": 0, "periods": 1, "progress": False,
 }  # fmt: skip
 
 

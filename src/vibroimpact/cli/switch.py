@@ -21,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Done:
     """Follow the curves."""
     request = saved.request_of(arguments)
-    found = saved.followed(request, "curves from", switch_curve)
+    found = saved.followed(request, switch_curve)
     curves = [curve for curve in found if isinstance(curve, BifurcationCurve)]
     missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]
     return Done(
