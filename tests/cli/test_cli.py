@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from support.commands import opened
 from vibroimpact_papers.impact_damper.judged import Word
 
 import vibroimpact as vi
@@ -31,11 +32,6 @@ CASE = ["impact-damper/A", "--omega", "1.2"]
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
 )
-
-
-def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
 
 
 def refused(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:

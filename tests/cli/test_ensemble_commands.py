@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from support.commands import WALL, assert_nothing_written, said
+from support.commands import WALL, assert_nothing_written, opened, said
 
 import vibroimpact as vi
 from vibroimpact import plotting
@@ -35,11 +35,6 @@ def test_the_system_is_said_with_the_ranges_of_the_grid(capsys: pytest.CaptureFi
     assert "omega from 1.1 to 1.2" in line
     assert "half_clearance from 4 to 5" in line
     assert "omega_n=0.5" in line
-
-
-def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:

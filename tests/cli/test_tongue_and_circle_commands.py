@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.bifurcations import torus_of_set_a
-from support.commands import WALL, assert_nothing_written, said
+from support.commands import WALL, assert_nothing_written, opened, said
 from support.systems import paper_damper
 
 import vibroimpact as vi
@@ -55,11 +55,6 @@ def assert_same_point(here: vi.CodimensionTwoPoint, there: vi.CodimensionTwoPoin
     assert repr(here) == repr(there)
     for name in ("z", "tangent"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
-
-
-def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
 
 
 # ---- tongue and switch ---------------------------------------------------------------------------

@@ -33,6 +33,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from support.commands import opened
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
@@ -283,11 +284,6 @@ def _xlabel(oscillator: vi.ImpactOscillator) -> str:
 # ---- everything takes it -------------------------------------------------------------------------
 
 PARAMETERS = ["--zeta", "0.05", "--omega", "2.6", "--restitution", "0.7", "--clearance", "0.1"]
-
-
-def opened(path: str) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
 
 
 def test_the_command_line_takes_its_parameters_and_its_starts() -> None:

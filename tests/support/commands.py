@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import xarray as xr
+
 from vibroimpact.cli import main as cli
 
 if TYPE_CHECKING:
@@ -35,6 +37,12 @@ def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """What a command prints that ends well."""
     assert cli.main(argv) == cli.DONE
     return capsys.readouterr().out
+
+
+def opened(path: str) -> xr.Dataset:
+    """The data of a file."""
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        return data.load()
 
 
 def assert_nothing_written(
