@@ -131,7 +131,7 @@ def _at(orbit: vi.Orbit, omega: float) -> vi.ImpactDamper | vi.Mechanism:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Time branches and normal forms."""
-    few = slice(1) if options.quick else slice(None)
+    few = slice(1 if options.quick else None)
     assert_special_points()
     symmetric = vi.find_orbit(damper(), vi.symmetric_orbits(damper())[0])
     rows = [row_of("damper, symmetric", symmetric, options.rounds)]

@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError
-from vibroimpact.cli.output import Done
+
+if TYPE_CHECKING:
+    from vibroimpact.cli.output import Done
 
 EXAMPLE = "  vibroimpact reproduce impact-damper --out reproduction"
 PAPERS = "vibroimpact.papers"  # entry points: a name, and a function of the output folder
@@ -24,6 +27,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Reproduce the whole case."""
+    from vibroimpact.cli.output import Done  # loads matplotlib
+
     papers = {paper.name: paper for paper in entry_points(group=PAPERS)}
     if not papers:
         raise BackendUnavailableError(

@@ -15,8 +15,6 @@ from html import escape
 from types import ModuleType
 from typing import cast
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 
 class Block:
     """A part of a page. Templates insert what ``__html__`` returns as it is."""
@@ -135,6 +133,8 @@ class Page(Block):
 
 @cache
 def _macros() -> ModuleType:
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # once a page is written
+
     environment = Environment(
         loader=PackageLoader("vibroimpact", "plotting"),
         autoescape=True,
