@@ -29,17 +29,15 @@ GROUPS = {
     "Simulation": ["simulate", "Run", "RunEnd", "Status", "simulate_hybrid", "HybridRun"],
     "Sections and following": [
         *(
-            "impact_section",
+            "section",
             "Section",
-            "stroboscopic_section",
-            "StroboscopicSection",
-            "state_section",
-            "StateSection",
-            "sweep_attractor",
+            "AtStop",
+            "AtPhase",
+            "AtChange",
         ),
     ],
     "Symmetric orbits and bifurcations": [
-        *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),
+        "symmetric_orbits",
     ],
     "Periodic orbits": [
         *("find_orbit", "find_orbits", "Orbit", "OrbitSearch", "Guess", "Family"),
@@ -92,7 +90,7 @@ GROUPS = {
         *("ForceRecord", "simulate_record", "RecordResponse", "Energies"),
         *("response_spectrum", "ResponseSpectrum"),
     ],
-    "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
+    "Derivatives": ["map_derivative", "MapDerivative"],
     "Errors": [
         *("VibroImpactError", "InvalidParameterError", "StoreError", "ClusterLostError"),
         "BackendUnavailableError",

@@ -15,7 +15,6 @@ from vibroimpact.attractors.classify import classify as classify
 from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet
 from vibroimpact.attractors.point_sets import Kind as Kind
 from vibroimpact.attractors.point_sets import classify_points as classify_points
-from vibroimpact.attractors.sweep_attractor import sweep_attractor as sweep_attractor
 from vibroimpact.bifurcations.atlas import Atlas as Atlas
 from vibroimpact.bifurcations.atlas import AtlasPoint as AtlasPoint
 from vibroimpact.bifurcations.atlas import bifurcation_atlas as bifurcation_atlas
@@ -44,11 +43,6 @@ from vibroimpact.branches.store import load_branch as load_branch
 from vibroimpact.branches.store import save_branch as save_branch
 from vibroimpact.branches.switch import NoBranch as NoBranch
 from vibroimpact.branches.switch import switch_branch as switch_branch
-from vibroimpact.closed_forms.bifurcations import Bifurcation as Bifurcation
-from vibroimpact.closed_forms.bifurcations import symmetric_bifurcations as symmetric_bifurcations
-from vibroimpact.closed_forms.section_jacobian import section_jacobian as section_jacobian
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as SymmetricOrbit
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design.maps import DesignMap as DesignMap
 from vibroimpact.design.maps import design_map as design_map
@@ -94,6 +88,7 @@ from vibroimpact.orbits.maps import stroboscopic_map as stroboscopic_map
 from vibroimpact.orbits.orbit import Orbit as Orbit
 from vibroimpact.orbits.search import find_orbits as find_orbits
 from vibroimpact.orbits.search_result import OrbitSearch as OrbitSearch
+from vibroimpact.orbits.symmetric_damper import symmetric_orbits as symmetric_orbits
 from vibroimpact.response.answers import Answer as Answer
 from vibroimpact.response.curves import ResponseCurve as ResponseCurve
 from vibroimpact.response.response import Response as Response
@@ -108,16 +103,15 @@ from vibroimpact.simulation.lyapunov import LyapunovEstimate as LyapunovEstimate
 from vibroimpact.simulation.lyapunov import lyapunov_exponent as lyapunov_exponent
 from vibroimpact.simulation.lyapunov_spectrum import LyapunovSpectrum as LyapunovSpectrum
 from vibroimpact.simulation.lyapunov_spectrum import lyapunov_spectrum as lyapunov_spectrum
+from vibroimpact.simulation.places import AtChange as AtChange
+from vibroimpact.simulation.places import AtPhase as AtPhase
+from vibroimpact.simulation.places import AtStop as AtStop
 from vibroimpact.simulation.sections import Section as Section
-from vibroimpact.simulation.sections import StroboscopicSection as StroboscopicSection
-from vibroimpact.simulation.sections import impact_section as impact_section
-from vibroimpact.simulation.sections import stroboscopic_section as stroboscopic_section
+from vibroimpact.simulation.sections import section as section
 from vibroimpact.simulation.simulate import Run as Run
 from vibroimpact.simulation.simulate import RunEnd as RunEnd
 from vibroimpact.simulation.simulate import Status as Status
 from vibroimpact.simulation.simulate import simulate as simulate
-from vibroimpact.simulation.state_sections import StateSection as StateSection
-from vibroimpact.simulation.state_sections import state_section as state_section
 from vibroimpact.sweeps import observers
 from vibroimpact.sweeps.analyses.basins import attractor_state as attractor_state
 from vibroimpact.sweeps.analyses.basins import basins as basins

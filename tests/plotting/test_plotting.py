@@ -39,10 +39,10 @@ def some_run() -> vi.Run:
 
 def some_section(points: int = 50) -> vi.Section:
     start = vi.symmetric_orbits(SET_A)[0].state.perturbed(0.05)
-    return vi.impact_section(SET_A, start, points=points, settle=0)
+    return vi.section(SET_A, start, points=points, settle=0)
 
 
-def some_path() -> list[vi.SymmetricOrbit]:
+def some_path() -> list[vi.Orbit]:
     return [vi.symmetric_orbits(replace(SET_A, omega=float(w)))[0] for w in OMEGAS]
 
 
@@ -164,7 +164,7 @@ def test_a_damper_in_si_units_is_drawn_in_them() -> None:
     )
     plain = replace(si, scales=vi.Scales())
     start, length, rate = vi.State((0.0, 0.0), (0.0, 1.0)), 60.0 / 4e4, np.sqrt(4e3)
-    sections = [vi.impact_section(d, start, points=20, settle=0) for d in (si, plain)]
+    sections = [vi.section(d, start, points=20, settle=0) for d in (si, plain)]
     runs = [vi.simulate(d, start, impacts=20) for d in (si, plain)]
     drawn = [plotting.plot_section(section) for section in sections]
     drawn += [plotting.plot_phase_portrait(run) for run in runs]
@@ -280,7 +280,7 @@ def test_values_without_an_impact_are_on_the_axis_and_marked_at_its_foot() -> No
 
 def test_orbits_with_names_have_marks_of_their_own() -> None:
     orbits = vi.symmetric_orbits(SET_A)
-    names = [f"sign {orbit.sign:+d}" for orbit in orbits]
+    names = ["sign +1", "sign -1"]
     ax = plotting.plot_multipliers([o.half_multipliers for o in orbits], labels=names)
     lines = [line for line in ax.get_lines() if line.get_label() in names]
     assert [line.get_label() for line in lines] == names

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 TOUCHES = ("GR", "ZERO", "SIM", "STICK")
 WITHOUT_COEFFICIENTS = (*TOUCHES, "WEAK", "BP")  # of codimension two
-UNSHOWN = ("kind", "multipliers", "others_inside")  # of a normal form
 MEANINGS = {
     "CP": "cusp: two folds meet",
     "GPD": "generalised flip: a fold of the doubled orbits begins",
@@ -240,20 +239,14 @@ def _coefficients(point: CodimensionTwoPoint) -> list[str]:
     if isinstance(form, Refusal):
         none = point.kind in WITHOUT_COEFFICIENTS
         return [] if none else [f"{point.label}: {form.reason}"]
-    shown = {
-        one.name: value
-        for one in fields(form)
-        if one.repr and one.name not in UNSHOWN and (value := getattr(form, one.name)) is not None
-    }
-    listed = [f"{name} = {_number(value)}" for name, value in shown.items()]
-    if (scaled := getattr(form, "scaled", None)) is not None:
-        both = scaled if isinstance(scaled, tuple) else (scaled,)
-        listed.append(f"scaled {', '.join(map(_number, both))}")
+    listed = [f"{name} = {_number(value)}" for name, value in form.numbers.items()]
     return [f"{point.label}: {', '.join(listed)}", f"  {form.meaning}"]
 
 
 def _number(value: Any) -> str:
-    """A number, or the words that stand in its place."""
+    """A number, several, or the words that stand in its place."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_number, value))})"
     if isinstance(value, complex):
         return f"{value.real:.12g}{value.imag:+.12g}j"
     return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -15,13 +15,12 @@ from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, un
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
-from vibroimpact.closed_forms.by_machine import has_symmetric_orbits
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import STATE
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
 
 EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
@@ -122,7 +121,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     return branches
 
 
-def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
+def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit:
     """Symmetric orbit in closed form, or the orbit to which the motion from the start settles."""
     stated = common.given(arguments, STATED) or (case.start and not arguments.orbit)
     if has_symmetric_orbits(type(case.system)) and not stated:

@@ -17,8 +17,6 @@ from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats
 from vibroimpact.cli.output import DATA
-from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
@@ -27,16 +25,42 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.sweeps.axes import corners
 
 System = Machine | Mechanism
 ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
-SIGNS = {"plus": 1, "minus": -1}
+SIGNS = ("plus", "minus")  # in the order of known_orbits
+PLACE = "Where section points are taken: A or B, the upper or the lower stop, B1 that of contact 1"
+PHASE = "phase=THETA, once per forcing period"
+
+
+def place_of(text: str) -> At:
+    """Place of a section: A, B1, phase=0.5, change=0, change=0:stick."""
+    kind, _, value = text.partition("=")
+    element, _, takes = value.partition(":")
+    try:
+        match kind:
+            case "phase":
+                return AtPhase(float(value))
+            case "change":
+                return AtChange(int(element), takes or None)
+            case _:
+                return AtStop(cast(Any, text[:1]), int(text[1:] or 0))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text}: must be a stop such as A or B1, {PHASE[:11]}, change=ELEMENT or change=ELEMENT:STATE"
+        ) from None
+
+
 TYPES: dict[str, Callable[[str], Any]] = {  # of values in options, by the annotation in Python
     "int": int, "float": float, "int | None": int, "float | None": float,
     "tuple[float, ...]": lambda text: [float(number) for number in text.split("/")],
+    "At | None": place_of, "AtStop | AtPhase | None": place_of,
 }  # fmt: skip
 GRID = "NAME=LOW:HIGH:COUNT"
 RANGE = "NAME=LOW:HIGH"
@@ -71,7 +95,10 @@ def add_arguments_of(
 
     A text in ``own`` replaces a description that is written for Python only.
     """
-    signature, texts = inspect.signature(function), descriptions(function) | own
+    signature, texts = (
+        inspect.signature(function),
+        descriptions(function) | {"at": f"{PLACE}; {PHASE}."} | own,
+    )
     for name in names:
         parameter = signature.parameters[name]
         kind, default = str(parameter.annotation), parameter.default
@@ -328,7 +355,7 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
     parser.set_defaults(orbit=None, at_orbit=at_orbit)
     if known:
         group.add_argument(
-            "--orbit", choices=tuple(SIGNS),
+            "--orbit", choices=SIGNS,
             help="the orbit with this sign in equation (14) of the paper: docs/theory.md, [14]",
         )  # fmt: skip
     group.add_argument("--perturb", type=float, metavar="AMOUNT", help="added to the phase")
@@ -393,10 +420,10 @@ def _default(arguments: argparse.Namespace, case: Case, over: Values) -> State:
     return _free_start(case.system, over)
 
 
-def symmetric_orbit(system: System, sign: str | None = None) -> SymmetricOrbit:
+def symmetric_orbit(system: System, sign: str | None = None) -> Orbit:
     """Symmetric orbit with a sign; by default the stable one, or else the first."""
-    found = symmetric_orbits_of(system)
-    wanted = [orbit for orbit in found if not sign or orbit.sign == SIGNS[sign]]
+    signs = zip(SIGNS, known_orbits(system), strict=False)
+    wanted = [orbit for own, orbit in signs if sign in (None, own)]
     if not wanted:
         raise Failure(
             f"no symmetric 1-1-1 orbit exists at omega = {mechanism_of(system).omega}: condition (16) of the "

@@ -29,7 +29,7 @@ EXAMPLE = (
 )
 LISTED = 8  # motions that are printed
 LOOKS = ("variable", "most", "symbols")
-COUNTING = ("stop", "contact", "tolerance")
+COUNTING = ("at", "tolerance")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

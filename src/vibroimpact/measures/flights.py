@@ -27,8 +27,9 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
-from vibroimpact._core.scalars import rounded_down
-from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._core.scalars import numeric_value, rounded_down
+from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.windows import Windows, values_at
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
@@ -44,11 +45,21 @@ WHOLE = 1e-9  # a number of turns this near to a whole one is one
 SPARE = 12  # points of Gauss's rule beyond those that resolve an oscillation
 
 
-class Dual(NamedTuple):
-    """A number, or an array, with its derivative by the parameter."""
+def jet(x: float | Jet, by: float = 0.0) -> Jet:
+    """A number with its derivative by the parameter; a jet as it is."""
+    return x if isinstance(x, Jet) else Jet.of(x, [x, by, *[0.0] * 6])
 
-    value: Any
-    by: Any
+
+def derivative(x: Jet) -> float:
+    """Derivative of a number by the parameter."""
+    return x.coefficients[1]
+
+
+class Dual(NamedTuple):
+    """An array with its derivative by the parameter; numbers are jets."""
+
+    value: Floats
+    by: Floats
 
     def __matmul__(self, other: Dual) -> Dual:
         return Dual(self.value @ other.value, self.by @ other.value + self.value @ other.by)
@@ -57,7 +68,7 @@ class Dual(NamedTuple):
 def dual(entries: Any) -> Dual:
     """Value and derivative of nested lists of numbers and jets."""
     given = np.array(entries, dtype=object)
-    flat = [x.coefficients[:2] if isinstance(x, Jet) else (float(x), 0.0) for x in given.ravel()]
+    flat = [jet(x if isinstance(x, Jet) else float(x)).coefficients[:2] for x in given.ravel()]
     both = np.array(flat, dtype=float).reshape(*given.shape, 2)
     return Dual(both[..., 0], both[..., 1])
 
@@ -75,7 +86,7 @@ class Rows:
         self.mechanism: Mechanism = mechanism_of(system)
         varied = expanded(system, parameter) if parameter else self.mechanism
         self.varied, self.pieces = varied, Piecewise(varied)
-        self.rate = float(dual(self.pieces.rate).value)
+        self.rate = numeric_value(self.pieces.rate)
         self._modes: dict[int, Any] = {}
 
     def _mode(self, code: int) -> Any:
@@ -145,16 +156,16 @@ class Rows:
         y.value[:, -1] = 1.0
         return y
 
-    def impact(self, contact: int, side: int) -> tuple[Dual, Dual]:
+    def impact(self, contact: int, side: int) -> tuple[Jet, Jet]:
         """Impulse of an impact per closing speed, and energy lost per square of it.
 
         A soft stop, which is met without an impulse, has zeros.
         """
         if contact >= len(self.mechanism.contacts):
-            return Dual(0.0, 0.0), Dual(0.0, 0.0)
+            return jet(0.0), jet(0.0)
         _, mobility, _, *restitutions = self.pieces.laws()[contact]
         r, m = restitutions[side > 0], mobility[contact]
-        return dual((1.0 + r) / m), dual((1.0 - r * r) / (2.0 * m))
+        return jet((1.0 + r) / m), jet((1.0 - r * r) / (2.0 * m))
 
 
 @lru_cache(maxsize=64)
@@ -207,53 +218,48 @@ class Flights:
     periodic: bool = True
 
     @property
-    def period(self) -> Dual:
+    def period(self) -> Jet:
         """Time from the first to the end of the last flight."""
-        return Dual(float(self.durations.sum()), float(self.durations_by.sum()))
+        return jet(float(self.durations.sum()), float(self.durations_by.sum()))
 
     @property
-    def omega(self) -> Dual:
+    def omega(self) -> Jet:
         """Frequency of the first forcing line."""
-        lines = self.rows.varied.forces
-        return Dual(*map(float, dual(lines[0].omega))) if lines else Dual(0.0, 0.0)
+        return jet(self.rows.varied.omega)
 
     @cached_property
     def windows(self) -> Windows:
-        """Windows that cover the flights, with the Chebyshev series of Y in them."""
+        """Windows that cover the flights."""
         length = min(WINDOW / self.rows.rate, float(self.durations.max())) or 1.0
-        counts = np.maximum(1, np.ceil(self.durations / length)).astype(np.int64)
-        after = np.cumsum(counts)
-        first = after - counts
-        total = int(after[-1])
-        size = self.rows.pieces.size + 1
-        values = np.empty((NODES, total, 2 * size))
+        return Windows.over(self.durations, length)
+
+    @cached_property
+    def y(self) -> Dual:
+        """Chebyshev series of Y in the windows, shape (NODES, w, D + 1)."""
+        w, size = self.windows, self.rows.pieces.size + 1
+        values = np.empty((NODES, len(w.segment), 2 * size))
         begun = self.rows.embedded(self.states, self.states_by)
         modes = np.array(self.codes)
-        offsets = (1.0 + nodes(NODES)) * (length / 2.0)
+        offsets = (1.0 + nodes(NODES)) * (w.length / 2.0)
         for code in np.unique(modes):
             flights = np.flatnonzero(modes == code)
             values_of_mode = _propagated(
                 self.rows.flow(int(code)), self.rows.units(int(code)),
-                np.hstack([part[flights] for part in begun]), counts[flights], np.append(offsets, length),
+                np.hstack([part[flights] for part in begun]), w.counts[flights], np.append(offsets, w.length),
             )  # fmt: skip
             for nth, part in enumerate(values_of_mode):
-                there = flights[counts[flights] > nth]
-                values[:, first[there] + nth] = part
-        segment = np.repeat(np.arange(len(counts)), counts)
+                there = flights[w.counts[flights] > nth]
+                values[:, w.first[there] + nth] = part
         series = fitted(values.reshape(NODES, -1)).reshape(values.shape)
-        return Windows(
-            length, segment, (np.arange(total) - first[segment]) * length, first, after - 1,
-            Dual(series[..., :size], series[..., size:]),
-        )  # fmt: skip
+        return Dual(series[..., :size], series[..., size:])
 
     def signal(self, row: Callable[[int], Dual]) -> Signal:
         """What a row on Y in each mode, by its code, says along the motion."""
-        w = self.windows
         table = {code: row(code) for code in {*self.codes}}
-        by_window = [table[self.codes[k]] for k in w.segment]
+        by_window = [table[self.codes[k]] for k in self.windows.segment]
         value, by = (np.array(part) for part in zip(*by_window, strict=True))
-        u = np.einsum("nwd,wd->nw", w.y.value, value)
-        u_by = np.einsum("nwd,wd->nw", w.y.by, value) + np.einsum("nwd,wd->nw", w.y.value, by)
+        u = np.einsum("nwd,wd->nw", self.y.value, value)
+        u_by = np.einsum("nwd,wd->nw", self.y.by, value) + np.einsum("nwd,wd->nw", self.y.value, by)
         return Signal(self, u, u_by)
 
     def state_at(self, time: float) -> Floats:
@@ -263,42 +269,25 @@ class Flights:
         since = time - (ends[flight] - self.durations[flight])
         w, n = self.windows, self.rows.mechanism.degrees
         window = w.first[flight] + min(int(since / w.length), w.last[flight] - w.first[flight])
-        x = 2.0 * (since - w.start[window]) / w.length - 1.0
-        y = chebyshev.chebval(x, w.y.value[:, window])
+        y = chebyshev.chebval(w.place(window, since), self.y.value[:, window])
         moving = self.rows.moved
         v = [moving(self.codes[flight], row, 1).value @ y for row in np.eye(n)]
         phase = self.states[flight, -1] + self.omega.value * since
         return np.array([*y[0 : 2 * n : 2], *v, phase])
 
-    def closing(self) -> Dual:
-        """Closing speed of each impact, shape (k,)."""
+    def closing(self) -> list[Jet]:
+        """Closing speed of each impact."""
         w, found = self.windows, []
         for flight, stop in zip(self.struck.flights, self.struck.stops, strict=True):
             rate = self.rows.gap_rate(self.codes[flight], stop.contact)
             further = rate @ self.rows.flow(self.codes[flight])
-            y = w.end_of(int(flight), float(self.durations[flight]))
+            y = Dual(
+                *(chebyshev.chebval(w.ends[flight], part[:, w.last[flight]]) for part in self.y)
+            )
             moves = rate.value @ y.by + rate.by @ y.value
             moves += (further.value @ y.value) * self.durations_by[flight]
-            found.append((stop.side * (rate.value @ y.value), stop.side * moves))
-        both = np.array(found).reshape(-1, 2)
-        return Dual(both[:, 0], both[:, 1])
-
-
-class Windows(NamedTuple):
-    """Windows that cover the flights, and the series of Y in them."""
-
-    length: float
-    segment: Integers  # (w,) flight
-    start: Floats  # (w,) since the start of the flight
-    first: Integers  # (m,)
-    last: Integers  # (m,)
-    y: Dual  # (NODES, w, D + 1)
-
-    def end_of(self, flight: int, duration: float) -> Dual:
-        """Y at the end of a flight."""
-        last = self.last[flight]
-        x = 2.0 * (duration - self.start[last]) / self.length - 1.0
-        return Dual(*(chebyshev.chebval(x, part[:, last]) for part in self.y))
+            found.append(stop.side * jet(float(rate.value @ y.value), float(moves)))
+        return found
 
 
 def _propagated(
@@ -347,11 +336,11 @@ class Signal:
     series: Floats
     series_by: Floats
 
-    def extremes(self) -> tuple[Dual, Dual]:
+    def extremes(self) -> tuple[Jet, Jet]:
         """Smallest and largest value, with their derivatives, by (2)."""
         u, u_by, _ = self._extrema()
         low, high = int(np.argmin(u)), int(np.argmax(u))
-        return Dual(float(u[low]), float(u_by[low])), Dual(float(u[high]), float(u_by[high]))
+        return jet(float(u[low]), float(u_by[low])), jet(float(u[high]), float(u_by[high]))
 
     def place(self, *, largest: bool) -> float:
         """Time since the start of the motion at which it is largest, or smallest."""
@@ -360,33 +349,32 @@ class Signal:
 
     def _extrema(self) -> tuple[Floats, Floats, Floats]:
         """Values at extrema and at ends of flights, their derivatives and times."""
-        w, durations = self.flights.windows, self.flights.durations
+        w = self.flights.windows
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
         at, x = real_zeros_of(slope, FLAT)
-        x = np.clip(_polished(slope, at, x), -1.0, 1.0)
-        inside = w.start[at] + w.length * (1.0 + x) / 2.0 <= durations[w.segment[at]]
-        ends: Floats = 2.0 * (durations - w.start[w.last]) / w.length - 1.0
-        at = np.concatenate([at[inside], w.first, w.last])
-        x = np.concatenate([x[inside], np.full(len(w.first), -1.0), ends])
+        at, x = w.inside(at, _polished(slope, at, x))
+        at = np.concatenate([at, w.first, w.last])
+        x = np.concatenate([x, np.full(len(w.first), -1.0), w.ends])
         moved = np.zeros(len(at))
-        late = _values(slope, w.last, ends)
-        moved[len(at) - len(ends) :] = late * self.flights.durations_by
-        u = _values(self.series, at, x)
-        u_by = _values(self.series_by, at, x) + moved
-        begun = np.cumsum(durations) - durations
-        times = begun[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
-        return u, u_by, np.asarray(times)
+        late = values_at(slope, w.last, w.ends)
+        moved[len(at) - len(late) :] = late * self.flights.durations_by
+        u_by = values_at(self.series_by, at, x) + moved
+        return values_at(self.series, at, x), u_by, w.times(at, x)
 
-    def mean_product(self, other: Signal) -> Dual:
+    def at(self, times: Floats) -> Floats:
+        """Values at times since the start of the motion."""
+        return values_at(self.series, *self.flights.windows.at(times))
+
+    def mean_product(self, other: Signal) -> Jet:
         """Mean of the product of two signals over the motion, by (3)."""
         points = self._points(NODES)
         f, g = self._at(points.x), other._at(points.x)
         whole = np.sum(points.weights * f.value * g.value)
         by = np.sum(points.weights * (f.by * g.value + f.value * g.by))
         by += np.sum(self._ends() * other._ends() * self.flights.durations_by)
-        return _divided(Dual(whole, by), self.flights.period)
+        return jet(float(whole), float(by)) / self.flights.period
 
-    def harmonic(self, order: float) -> Dual:
+    def harmonic(self, order: float) -> Jet:
         """Amplitude of the part of a frequency, in units of the first line's.
 
         A periodic motion has none of a frequency that is no multiple of its own.
@@ -395,27 +383,26 @@ class Signal:
         omega = flights.omega
         turns = order * omega.value * flights.period.value / (2.0 * math.pi)
         if flights.periodic and abs(turns - round(turns)) > WHOLE * turns:
-            return Dual(0.0, 0.0)
+            return jet(0.0)
         turn = order * omega.value * w.length / 2.0
         points = self._points(NODES + math.ceil(turn) + SPARE)
         f = self._at(points.x)
         since = w.start[:, None] + w.length * (1.0 + points.x) / 2.0
         theta = order * (flights.states[w.segment, -1:] + omega.value * since)
-        theta_by = order * (flights.states_by[w.segment, -1:] + omega.by * since)
+        theta_by = order * (flights.states_by[w.segment, -1:] + derivative(omega) * since)
         wave = np.exp(-1j * theta)
         whole = np.sum(points.weights * f.value * wave)
         by = np.sum(points.weights * (f.by - 1j * theta_by * f.value) * wave)
         at_end = order * (flights.states[:, -1] + omega.value * flights.durations)
         by += np.sum(self._ends() * np.exp(-1j * at_end) * flights.durations_by)
-        c = _divided(Dual(2.0 * whole, 2.0 * by), flights.period)
-        size = abs(c.value)
-        return Dual(size, (c.value.conjugate() * c.by).real / size if size else math.nan)
+        real, imaginary = jet(whole.real, by.real), jet(whole.imag, by.imag)
+        return 2.0 * (real * real + imaginary * imaginary).sqrt() / flights.period
 
     def _points(self, count: int) -> _Points:
         w = self.flights.windows
         x, weights = _gauss(count)
         until = np.ones(len(w.segment))
-        until[w.last] = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
+        until[w.last] = w.ends
         half = (until[:, None] + 1.0) / 2.0
         return _Points(-1.0 + half * (1.0 + x), half * weights * (w.length / 2.0))
 
@@ -427,9 +414,7 @@ class Signal:
 
     def _ends(self) -> Floats:
         """Values at the ends of the flights."""
-        w = self.flights.windows
-        ends: Floats = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
-        return _values(self.series, w.last, ends)
+        return values_at(self.series, self.flights.windows.last, self.flights.windows.ends)
 
 
 class _Points(NamedTuple):
@@ -441,27 +426,7 @@ class _Points(NamedTuple):
 
 def _polished(series: Floats, windows: Integers, x: Floats) -> Floats:
     """Zeros of series after a step of Newton's method, where it is as small as FLAT makes it."""
-    curved = _values(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
+    curved = values_at(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = _values(series, windows, x) / curved
+        step = values_at(series, windows, x) / curved
     return x - np.where(np.abs(step) <= POLISHED, step, 0.0)
-
-
-def _values(series: Floats, windows: Integers, x: Floats) -> Floats:
-    return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False))
-
-
-def _divided(a: Dual, b: Dual) -> Dual:
-    value = a.value / b.value
-    return Dual(value, (a.by - value * b.by) / b.value)
-
-
-def root(square: Dual) -> Dual:
-    """Square root of a mean square; its derivative is that of no number at zero."""
-    value = math.sqrt(max(square.value, 0.0))
-    return Dual(value, square.by / (2.0 * value) if value else math.nan)
-
-
-def mask_of(stops: list[Stop], part: int | None) -> Flags:
-    """Which impacts are those of one contact or element; all for None."""
-    return np.array([part is None or stop.contact == part for stop in stops], dtype=bool)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import xarray as xr
 
-from vibroimpact.closed_forms.bifurcations import Bifurcation
 from vibroimpact.plotting.page import Block, Picture
 from vibroimpact.tori.branch import CircleEvent
 from vibroimpact_papers.impact_damper import ParameterSet
@@ -18,6 +17,7 @@ from vibroimpact_papers.impact_damper.misprints import Misprint
 from vibroimpact_papers.impact_damper.panel_results import Followed, PanelResult
 from vibroimpact_papers.impact_damper.plan import Plan
 from vibroimpact_papers.impact_damper.resonances import Distance, Resonances
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper.transient import Survivors
 from vibroimpact_papers.impact_damper.unfolding import Unfolded
 from vibroimpact_papers.impact_damper.verdicts import plain

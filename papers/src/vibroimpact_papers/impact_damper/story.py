@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vibroimpact import _kernel
-from vibroimpact.closed_forms.bifurcations import Bifurcation
 from vibroimpact.plotting.page import Block, Cell, Page, Score, Section, Table, Text
 from vibroimpact_papers.impact_damper import TITLE as PAPER
 from vibroimpact_papers.impact_damper.datasets import nearest_resonance
@@ -16,6 +15,7 @@ from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.story_circles import circle_blocks
 from vibroimpact_papers.impact_damper.story_ensembles import ensemble_blocks
 from vibroimpact_papers.impact_damper.story_resonances import strong_blocks
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors
 from vibroimpact_papers.impact_damper.verdicts import Judgement, score
 
