@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import itertools
 import math
@@ -40,7 +41,7 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
 WINDOW = {"settle_periods": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
     "Atlas", "AtlasPoint", "Attractor", "BifurcationCurve", "BifurcationPoint",
-    "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
+    "Branch", "Result", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
     "Tongue",
@@ -147,7 +148,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     circle = vi.find_circle(spin, (1.0, 0.0, 0.0), p=0.9, settle_iterates=500, points=500)
     family = vi.continue_circle(circle, "p", (0.8, 1.1))
     file = folder / "branch.nc"
-    vi.save_branch(branch, file)
+    vi.save(branch, file)
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
     torus = torus_of_a_map()
@@ -155,8 +156,6 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         torus["2/9_1"], (torus, torus), 0.1
     )  # any two curves: their look is not tested here
     label = next((point.label for point in curve.special_points), "R4_1")
-    curve_file = folder / "level.nc"
-    vi.save_curve(curve, curve_file)
     henon = vi.ExplicitMap(
         lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2], dimension=2, parameters=("a", "b")
     )
@@ -429,10 +428,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "BifurcationCurve.orbit": (curve.orbit, {"index": 0}),
         "BifurcationCurve.__getitem__": (curve.__getitem__, {"label": label}),
         "BifurcationCurve.plot": (curve.plot, {"ax": None}),
-        "save_curve": (vi.save_curve, {"curve": curve, "path": folder / "curve.nc"}),
-        "load_curve": (vi.load_curve, {"path": curve_file, "system": None}),
-        "save_branch": (vi.save_branch, {"branch": branch, "path": folder / "again.nc"}),
-        "load_branch": (vi.load_branch, {"path": file, "system": None}),
+        "save, a result": (vi.save, {"result": branch, "path": folder / "again.nc"}),
+        "load": (vi.load, {"path": file, "system": None}),
         "sweep": (
             vi.sweep,
             sweeping | {"over": over, "observe": "symbol", "follow": None, "settle_periods": 2,
@@ -489,6 +486,19 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_curves": (
             plotting.plot_curves,
             {"curves": [curve], "ax": None, "points": True, "bounds": around},
+        ),
+        "plot_exponents": (
+            plotting.plot_exponents,
+            {"exponents": vi.lyapunov_exponent(damper, state, impacts=1024, settle_impacts=1), "ax": None},
+        ),
+        "plot_orbit": (plotting.plot_orbit, {"orbit": orbit, "row": "x1", "ax": None}),
+        "plot_orbits": (
+            plotting.plot_orbits,
+            {"search": vi.find_orbits(damper, cycles=1, impacts=2, starts=2), "x": "x1", "y": "v1",
+             "ax": None},
+        ),
+        "plot_tuned_damper": (
+            plotting.plot_tuned_damper, {"damper": vi.tuned_damper(0.05), "ax": None},
         ),
         "plot_forces": (
             plotting.plot_forces,
@@ -719,12 +729,13 @@ NAMES = [
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "find_circle", "find_circle, formula", "CircleGuess", "Circle.at", "Circle.plot",
     "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot", "switch_circle",
-    "plot_circle_branch", "plot_invariant_circle", "Orbit.why_inadmissible", "continue_orbit",
+    "plot_circle_branch", "plot_invariant_circle", "plot_exponents", "plot_orbit", "plot_orbits",
+    "plot_tuned_damper", "Orbit.why_inadmissible", "continue_orbit",
     "switch_branch", "branch_diagram", "Branch.orbit", "continue_bifurcation", "continue_level",
     "switch_curve", "bifurcation_atlas", "tongue", "Tongue.plot", "MapPoint",
     "BifurcationCurve.orbit", "BifurcationCurve.__getitem__", "BifurcationCurve.plot",
-    "save_curve", "load_curve", "plot_curves", "Branch.__getitem__", "Branch.plot", "Diagram.plot",
-    "Diagram.origin", "save_branch", "load_branch", "sweep", "sweep, axis", "rerun_sweep", "plane",
+    "save, a result", "load", "plot_curves", "Branch.__getitem__", "Branch.plot", "Diagram.plot",
+    "Diagram.origin", "sweep", "sweep, axis", "rerun_sweep", "plane",
     "multistability", "basins", "attractor_state", "bifurcation_sweep", "plot_along",
     "plot_basins", "plot_bifurcation_diagram", "plot_branch_multipliers", "plot_branches",
     "plot_circle_error", "plot_circle_half_width", "plot_circles", "plot_forces", "plot_history",
@@ -1110,16 +1121,14 @@ def test_the_command_branch_names_the_option_that_is_wrong(
 def test_a_damaged_file_of_a_branch_is_refused(
     table: tuple[dict[str, Call], dict[str, Any]],
 ) -> None:
-    from vibroimpact.branches.store import branch_from
+    from vibroimpact.results.files import TEXT, dataset_of, result_of
 
-    data = table[1]["a branch"].to_dataset()
-    for name in data.attrs:
-        for value in ("", "[1", 3):
-            damaged = data.assign_attrs({name: value})
-            try:
-                branch_from(damaged)
-            except vi.InvalidParameterError:
-                continue  # what is not needed may have any value
+    data = dataset_of(table[1]["a branch"])
+    text = data[TEXT].values
+    for cut in range(0, len(text), len(text) // 50):
+        damaged = np.concatenate([text[:cut], text[cut + 1 :]])
+        with contextlib.suppress(vi.InvalidParameterError):  # a digit less is another number
+            result_of(data.drop_vars(TEXT).assign({TEXT: ("other", damaged)}))
 
 
 # ---- interruptions -------------------------------------------------------------------------------

@@ -45,13 +45,13 @@ GROUPS = {
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
         *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
-        *("save_branch", "load_branch"),
+        *("save", "load", "Result"),
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),
         *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
         *("bifurcation_atlas", "Atlas", "AtlasPoint"),
-        *("MapPoint", "save_curve", "load_curve"),
+        *("MapPoint",),
     ],
     "Invariant circles": [
         *(

@@ -353,7 +353,7 @@ def test_a_relay_in_a_file_switches_at_the_times_of_its_closed_form() -> None:
     assert cli.main([*arguments, "--out", "r.png"]) == 0
     run = opened("r.nc")
     np.testing.assert_allclose(run.time[:-1], np.log(2.0) * np.arange(1, 12), rtol=1e-14)
-    assert run.attrs["mode_at_start"] == "on"
+    assert run.modes.values[0] == "on"
     assert Path("r.png").stat().st_size > 0
 
 
@@ -470,7 +470,7 @@ def test_a_bad_file_is_refused_with_the_reason(
         (["section", *CASE, "--x", "x9", "--out", "p.svg"], "'x9': must be one of x1, x2"),
         (["orbit", "--config", "no.toml"], "no.toml: cannot be read"),
         (["orbit", *CASE, "--config", "no.toml"], "only one may be given"),
-        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .svg, .png, .pdf"),
+        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .csv, .svg, .png, .pdf"),
         (["orbit", *CASE, "--out", "no/o.nc"], "no must be a folder. Make it first"),
         (["reproduce", "impact-hammer", "--out", "r"], "'impact-hammer': must be one of impact"),
         (["reproduce", "impact-damper"], "required: --out"),

@@ -33,7 +33,7 @@ def curve() -> vi.BifurcationCurve:
 @pytest.fixture(scope="module")
 def saved(curve: vi.BifurcationCurve, tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("curve") / "curve.nc"
-    vi.save_curve(curve, path)
+    vi.save(curve, path)
     return str(path)
 
 
@@ -76,7 +76,7 @@ def test_tongue_writes_and_says_both_sides_of_the_library(
     assert isinstance(expected, vi.Tongue)
     for i, side in enumerate(expected.sides, 1):
         assert repr(side) in out
-        np.testing.assert_array_equal(vi.load_curve(f"side-{i}.nc").values, side.values)
+        np.testing.assert_array_equal(vi.load(f"side-{i}.nc").values, side.values)
     widths = re.findall(r"width in omega at half_clearance = (\S+): (\S+)", out)
     assert len(widths) == 4
     for at, width in widths:
@@ -101,7 +101,7 @@ def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
     assert not isinstance(expected, vi.NoCurve)
     for i, born in enumerate(expected, 1):
         assert repr(born) in out
-        np.testing.assert_array_equal(vi.load_curve(f"born-{i}.nc").values, born.values)
+        np.testing.assert_array_equal(vi.load(f"born-{i}.nc").values, born.values)
     assert Path("born.png").stat().st_size > 1000
 
 
@@ -114,7 +114,7 @@ def test_switch_follows_the_touch_at_which_a_fold_ends(
     fold = vi.continue_orbit(orbit, "clearance", (0.3, 0.4))["SN1"]
     bounds = ((1.94, 2.02), (0.325, 0.37))
     curve = vi.continue_bifurcation(fold, ("omega", "clearance"), bounds)
-    vi.save_curve(curve, "fold.nc")
+    vi.save(curve, "fold.nc")
     calls = followed("switch.switch_curve", monkeypatch)
     out = said(["switch", "fold.nc", "--at", "ZERO_1", "--out", "born.nc"], capsys)
     ((point, _, expected),) = calls
@@ -124,7 +124,7 @@ def test_switch_follows_the_touch_at_which_a_fold_ends(
     assert expected[1]["ZERO_1"].normal_form.meaning in out
     for i, born in enumerate(expected, 1):
         assert repr(born) in out
-        np.testing.assert_array_equal(vi.load_curve(f"born-{i}.nc").values, born.values)
+        np.testing.assert_array_equal(vi.load(f"born-{i}.nc").values, born.values)
 
 
 def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
@@ -184,7 +184,7 @@ def test_along_follows_the_circle_and_shows_the_stages(capsys: pytest.CaptureFix
     expected = vi.continue_circle(vi.find_circle(SET_A, START), "omega", (0.998, 1.02))
     assert repr(expected) in captured.out
     assert "shrinks to a periodic orbit (Neimark-Sacker): omega = 1.00787" in captured.out
-    np.testing.assert_array_equal(opened("f.nc").rotation_number, expected.rotation_numbers)
+    np.testing.assert_array_equal(opened("f.nc").rotation_numbers, expected.rotation_numbers)
     assert Path("f.png").stat().st_size > 1000
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+import vibroimpact as vi
 from vibroimpact.cli import main as cli
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 def opened(path: str) -> xr.Dataset:
     """The data of a file."""
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return data.load()
+    found = vi.load(path)
+    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def assert_nothing_written(

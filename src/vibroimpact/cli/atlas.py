@@ -40,4 +40,4 @@ def run(arguments: argparse.Namespace) -> Done:
     atlas = bifurcation_atlas(
         start, (first, second), (a, b), progress=True, **common.given(arguments, SEARCH)
     )
-    return Done([atlas], atlas.to_dataset, atlas.plot)
+    return Done([atlas], atlas, atlas.plot)

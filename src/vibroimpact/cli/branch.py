@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> Done:
     said = [[one, *_in_si(one)] for one in branches]
     return Done(
         [system, *itertools.chain(*said)],
-        branches[-1].to_dataset,
+        branches[-1],
         lambda: _picture(arguments, branches),
     )
 

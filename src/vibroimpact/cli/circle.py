@@ -63,11 +63,11 @@ def run(arguments: argparse.Namespace) -> Done:
         *common.in_si(case.system, circle.state()).splitlines()[1:],
     ]
     if not along:
-        return Done(said, circle.to_dataset, lambda: plot_invariant_circle(circle, **looks))
+        return Done(said, circle, lambda: plot_invariant_circle(circle, **looks))
     ((parameter, bounds),) = along
     family = continue_circle(
         circle, parameter, bounds, progress=True, **common.given(arguments, LIMITS)
     )
     ends = {parameter: (float(family.values.min()), float(family.values.max()))}
     said += [family, *common.along_in_si(case.system, ends, family.special_points)]
-    return Done(said, family.to_dataset, lambda: plot_circle_branch(family))
+    return Done(said, family, lambda: plot_circle_branch(family))

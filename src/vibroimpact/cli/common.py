@@ -16,7 +16,6 @@ import numpy as np
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats
-from vibroimpact.cli.output import DATA
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
@@ -29,6 +28,7 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.sweeps.axes import corners
 

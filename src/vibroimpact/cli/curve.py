@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> Done:
     system = curves[0].orbit(curves[0].curve.start).system
     return Done(
         [system, *described(curves)],
-        curves[-1].to_dataset,
+        curves[-1],
         lambda: plot_curves(curves, ax=behind and behind()),
     )
 

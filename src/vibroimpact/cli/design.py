@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> Done:
         **common.given(arguments, SEARCHED),
     )  # fmt: skip
     common.check_interrupted(best)
-    return Done([case.system, best], best.to_dataset, best.plot, lambda: _page(arguments, best))
+    return Done([case.system, best], best, best.plot, lambda: _page(arguments, best))
 
 
 def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:

@@ -171,7 +171,7 @@ def report(
     """What moves, what was varied, how the members ended, more lines, and what was kept where."""
     store = [f"kept in {store_path(arguments.store)}"] if arguments.store else []
     lines = [system_over(case, arguments.over), *_shape(case, found, arguments.over), _ends(found)]
-    return Done([*lines, *more, *store], lambda: found, picture)
+    return Done([*lines, *more, *store], found, picture)
 
 
 def _ends(members: xr.Dataset) -> str:

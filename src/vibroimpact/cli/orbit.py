@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> Done:
         )
     return Done(
         [damper, *map(partial(_described, damper), SIGNS, orbits)],
-        lambda: _dataset(damper, orbits),
+        _dataset(damper, orbits),
         lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
     )
 

@@ -28,4 +28,4 @@ def run(arguments: argparse.Namespace) -> Done:
     found = find_orbits(system, progress=True, **common.given(arguments, SEARCH))
     if not found.orbits:
         raise common.Failure(f"no periodic orbit was found. {found!r}")
-    return Done([system, found], found.to_dataset)
+    return Done([system, found], found)

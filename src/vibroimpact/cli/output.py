@@ -1,42 +1,39 @@
-"""What a command writes: data to netCDF, pictures by matplotlib, pages of HTML, all files or none."""
+"""What a command writes: data to netCDF or CSV, pictures by matplotlib, pages of HTML, all files or none."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
-import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact._core.files import replacing
 from vibroimpact.plotting import save
 from vibroimpact.plotting.report import PAGES
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.results.files import write as write_data
 
-DATA = (".nc",)
-
-Data = Callable[[], xr.Dataset]
 Picture = Callable[[], Axes]
 
 
 class Done(NamedTuple):
-    """What a command prints, and what makes its files; each is called only where a file wants it.
+    """What a command prints, and what its files hold.
 
     Attributes
     ----------
     said
         Results and lines, which are printed one below the other.
     data
-        Makes the data; several go to numbered files, name-1.nc, name-2.nc, ...
+        A result, or several, which go to numbered files, name-1.nc, name-2.nc, ...
     picture, page
-        Make a picture, and a report in HTML.
+        Make a picture, and a report in HTML; called only where a file wants them.
     """
 
     said: Sequence[object]
-    data: Data | Sequence[Data] = ()
+    data: Any = ()
     picture: Picture | None = None
     page: Callable[[], str] | None = None
 
@@ -58,12 +55,12 @@ def _files(path: Path, done: Done) -> Iterator[tuple[Path, Callable[[Path], obje
         yield path, lambda to: _draw(draw, to)
     elif suffix in PAGES and (page := done.page):
         yield path, lambda to: to.write_text(page(), encoding="utf-8")
-    elif callable(data := done.data):
-        yield path, lambda to: data().to_netcdf(to, engine="h5netcdf")
-    else:
+    elif isinstance(data := done.data, list | tuple):
         for i, one in enumerate(data, 1):
             numbered = path.with_stem(f"{path.stem}-{i}")
-            yield numbered, lambda to, one=one: one().to_netcdf(to, engine="h5netcdf")  # type: ignore[misc]
+            yield numbered, lambda to, one=one: write_data(one, to)  # type: ignore[misc]
+    else:
+        yield path, lambda to: write_data(data, to)
 
 
 def _draw(picture: Picture, path: Path) -> None:

@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> Done:
     system = system_over(case, {response.parameter: (response.band.low, response.band.high)})
     return Done(
         [system, response, *words],
-        lambda: response.to_dataset(si=True),
+        response.to_dataset(si=True),
         lambda: plot_response(response, **drawn),
         lambda: report_of(
             response,

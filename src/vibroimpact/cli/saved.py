@@ -8,15 +8,15 @@ from typing import NamedTuple, TypeVar
 
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice
+from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.bifurcations.store import load_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve
 from vibroimpact.bifurcations.tongue import NoTongue
 from vibroimpact.cli import common
 from vibroimpact.cli.curve import add_behind, plane_behind
 from vibroimpact.plotting import plot_curves
+from vibroimpact.results.files import load
 
 Found = TypeVar("Found")
 
@@ -47,7 +47,8 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
 
 def request_of(arguments: argparse.Namespace) -> Request:
     """Request of a command, checked before anything is computed."""
-    curve, over = load_curve(arguments.curve), arguments.over
+    curve, over = load(arguments.curve), arguments.over
+    check_kind("curve", curve, BifurcationCurve, "a file that vibroimpact curve wrote")
     check_choice("at", arguments.at, [point.label for point in curve.special_points])
     common.check_names("over", over, curve.names)
     known = dict(zip(curve.names, curve.bounds, strict=True)) | over

@@ -39,6 +39,6 @@ def run(arguments: argparse.Namespace) -> Done:
     si = common.in_si(case.system, found.last, float(found.time[-1]))
     return Done(
         [case.system, state, found, f"ends in {found.last}{si}"],
-        found.to_dataset,
+        found,
         lambda: plot_section(found, **axes),
     )

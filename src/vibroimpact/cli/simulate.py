@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> Done:
     si = common.in_si(case.system, motion.last, float(motion.time[-1]))
     return Done(
         [case.system, state, motion, f"ends in {motion.last}{si}"],
-        motion.to_dataset,
+        motion,
         lambda: _picture(motion, arguments.window),
     )
 
@@ -74,7 +74,7 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
     if motion.end not in (RunEnd.HORIZON, RunEnd.EVENTS):
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
     last = f"ends in {motion.modes[-1]}: {motion.after[-1]}"
-    return Done([motion, last], motion.to_dataset, lambda: plot_hybrid_run(motion))
+    return Done([motion, last], motion, lambda: plot_hybrid_run(motion))
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:

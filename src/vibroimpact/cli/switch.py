@@ -26,6 +26,6 @@ def run(arguments: argparse.Namespace) -> Done:
     missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]
     return Done(
         [request.point.orbit.system, *described(curves), *missing],
-        [curve.to_dataset for curve in curves],
+        curves,
         lambda: request.draw([request.curve, *curves]),
     )

@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> Done:
     said = [f"Tongue {p}/{q} from {found.tip!r}", *described(found.sides), *_widths(found)]
     return Done(
         [request.point.orbit.system, *said],
-        [side.to_dataset for side in found.sides],
+        found.sides,
         lambda: found.plot(ax=request.draw([request.curve])),
     )
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_flag, check_progress, refusal
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
@@ -18,17 +17,17 @@ from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import WITHIN, label_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result
 from vibroimpact.sweeps.axes import parameter_axes
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 TOGETHER = 64  # machines that are simulated together
 
 
 @dataclass(frozen=True, eq=False)
-class DesignMap:
+class DesignMap(Result):
     """An objective over a plane of two parameters.
 
     Attributes
@@ -118,11 +117,6 @@ class DesignMap:
             },
             attrs={"objective": repr(self.objective), "system": repr(self.system)},
         )  # fmt: skip
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the reduction in decibels; see :func:`vibroimpact.plotting.plot_design_map`."""
-        axes: Axes = deferred("plotting.design", "plot_design_map")(self, ax=ax)
-        return axes
 
 
 @interruptible("nothing is kept")

@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
@@ -43,10 +42,10 @@ from vibroimpact.design.search import (
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 
 LEAST, PER_PARAMETER = 16, 10  # machines of a generation: a power of two
@@ -97,7 +96,7 @@ class Sensitivity(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(Result):
     """The best machine that was found.
 
     Attributes
@@ -286,14 +285,6 @@ class Design:
     def label(self) -> str:
         """What was made small, or large, in words."""
         return label_of(self.judge)
-
-    def plot(self, *, what: str = "response", ax: Axes | None = None) -> Axes:
-        """Draw the response beside that without impacts, or the search.
-
-        See :func:`vibroimpact.plotting.plot_design`.
-        """
-        axes: Axes = deferred("plotting.design", "plot_design")(self, what=what, ax=ax)
-        return axes
 
     def __repr__(self) -> str:
         lines = [f"Design: {self.label} {self.value:.6g} {self.units['']}".rstrip()]

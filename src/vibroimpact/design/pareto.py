@@ -26,7 +26,6 @@ from vibroimpact._core.checks import (
     check_progress,
     refusal,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
@@ -43,17 +42,17 @@ from vibroimpact.design.search import (
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 SIZE = 32  # machines of a generation
 SCALE, CROSSED = 0.5, 0.7  # of differential evolution
 
 
 @dataclass(frozen=True, eq=False)
-class ParetoFront:
+class ParetoFront(Result):
     """Machines of which none is better in both objectives, sorted by the first.
 
     Attributes
@@ -117,11 +116,6 @@ class ParetoFront:
                 for name, (of, values) in columns.items()
             }
         )  # fmt: skip
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the front; see :func:`vibroimpact.plotting.plot_pareto_front`."""
-        axes: Axes = deferred("plotting.design", "plot_pareto_front")(self, ax=ax)
-        return axes
 
 
 def pareto_front(

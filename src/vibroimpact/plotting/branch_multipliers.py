@@ -16,8 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.types import Complexes
-from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.profile import BranchProfile, profile
+from vibroimpact.branches.branch import BifurcationPoint, Branch, BranchProfile, profile
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label

@@ -12,16 +12,8 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_flag, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import Branch
-from vibroimpact.branches.profile import (
-    ONE_PER_ORBIT,
-    BranchProfile,
-    Stability,
-    coordinate,
-    impacts_at,
-    mirrored,
-    profile,
-)
+from vibroimpact.branches.branch import Branch, BranchProfile, Stability, profile
+from vibroimpact.branches.profile import ONE_PER_ORBIT, coordinate, impacts_at, mirrored
 from vibroimpact.machines.units import OF_ORBITS, Units, of_coordinate, units_of
 from vibroimpact.orbits.find import impact_of
 from vibroimpact.plotting import style

@@ -20,7 +20,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
-from vibroimpact.branches.profile import Stability
+from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.registry import name_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of

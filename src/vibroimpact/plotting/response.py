@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
 from vibroimpact._core.types import Floats, Integers
-from vibroimpact.branches.profile import Stability
+from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
@@ -19,6 +19,7 @@ from vibroimpact.plotting.branches import LINES, WORDS
 from vibroimpact.response.compare import COMPARISONS, comparison, decibels
 from vibroimpact.response.curves import ResponseCurve
 from vibroimpact.response.response import Response
+from vibroimpact.response.tuned import TunedDamper
 
 BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
 SIMULATED, SEEN = style.VERMILION, style.SILVER
@@ -199,3 +200,26 @@ def _limits(ax: Axes, response: Response, axes: _Axes, others: list[Floats]) -> 
         ax.set_ylim(low - 3.0, top + 3.0)
     else:
         ax.set_ylim(0.0, HIGH * top)
+
+
+def plot_tuned_damper(damper: TunedDamper, *, ax: Axes | None = None) -> Axes:
+    """Draw the amplification of a machine with a tuned mass damper over the forcing frequency.
+
+    Parameters
+    ----------
+    damper
+        A result of :func:`vibroimpact.tuned_damper`.
+    ax
+        Axes to draw on; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on.
+    """
+    check_kind("damper", damper, TunedDamper, "a TunedDamper, as vi.tuned_damper gives")
+    ratio = np.linspace(0.0, 2.0 * max(1.0, damper.frequency_ratio, damper.peak_at[0]), 1000)
+    with style.drawing(ax) as ax:
+        ax.plot(ratio, damper.amplification(ratio), color=style.GREEN)
+        ax.set(xlabel=r"frequency ratio $\Omega/\omega_n$", ylabel="amplification $|X|$")
+    return ax

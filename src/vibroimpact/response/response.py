@@ -23,14 +23,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
+    check_flag,
     nonnegative,
     positive,
     real,
     refusal,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
@@ -64,23 +65,24 @@ from vibroimpact.response.curves import (
     curve_without_impacts,
     likeness,
 )
+from vibroimpact.results.result import Result, plotting
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 NAMED = 8  # motions that a list names
 SAMPLED = 9  # machines of the band that tell the size of random speeds
+END = -1  # kind at the last point of a curve, from which no stretch begins
 TOUCH = 1e-6  # of the band: touches at one value
 TRIED = 3  # simulated motions of a kind from which an orbit is looked for
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(Result):
     """Steady motions of a machine over a band, measured.
 
     Attributes
@@ -228,18 +230,77 @@ class Response:
             parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
             ``units`` where they are SI.
         """
-        data: xr.Dataset = deferred("response.response_data", "dataset_of")(self, si=si)
-        return data
+        import xarray as xr
 
-    def plot(
-        self, *, ax: Axes | None = None, decibel: bool = False,
-        compare: tuple[str, ...] = (), marks: bool = True,
-    ) -> Axes:  # fmt: skip
-        """Draw the response; see :func:`vibroimpact.plotting.plot_response`."""
-        axes: Axes = deferred("plotting.response", "plot_response")(
-            self, ax=ax, decibel=decibel, compare=compare, marks=marks
-        )
-        return axes
+        check_flag("si", si)
+        units = units_of(self.system)
+        quantity = self.measure.dimension
+        across = units.quantity_of(self.parameter)
+        up, over = (units.factor(q) if si else 1.0 for q in (quantity, across))
+
+        def attrs(text: str, of: str) -> dict[str, str]:
+            unit = units.unit(of) if si else ""
+            known = {"quantity": "" if si else of, "units": unit}
+            return {"long_name": text} | {name: value for name, value in known.items() if value}
+
+        name = self.parameter
+        curves = self.curves
+        kinds = [np.append(curve.stability, END) for curve in curves]
+        answers = [answer for many in self.answers for answer in many]
+        off = {id(answer) for answer in self.unexplained}
+        measures = self.simulation.measures  # the others are those of its row
+        names = ("value", "rms", "peak")[: len(measures)]
+        measured = {
+            kind: (units.factor(one.dimension) if si else 1.0, attrs(one.label, one.dimension))
+            for kind, one in zip(names, measures, strict=True)
+        }
+
+        def joined(parts: list[Floats]) -> Floats:
+            return np.concatenate(parts) if parts else np.empty(0)
+
+        return xr.Dataset(
+            {
+                "curve": ("point", np.repeat(np.arange(len(curves)), [len(c.value) for c in curves])),
+                f"{name}_of_point": (
+                    "point", joined([c.parameter for c in curves]) * over, attrs(name, across),
+                ),
+                "value_of_point": ("point", joined([c.value for c in curves]) * up, measured["value"][1]),
+                "derivative": (
+                    "point", joined([c.derivative for c in curves]) * (up / over),
+                    {"long_name": f"derivative of {self.measure.label} by {name}"},
+                ),
+                "kind": (
+                    "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),
+                    {
+                        "long_name": "kind of the stretch to the next point",
+                        "flag_values": np.array([END, 0, 1, 2], dtype=np.int8),
+                        "flag_meanings": "end_of_curve stable unstable not_admissible",
+                    },
+                ),
+                "symbol": ("branch", np.array([c.symbol for c in curves], dtype=object)),
+                f"{name}_of_answer": (
+                    "answer", np.array([a.parameter for a in answers]) * over, attrs(name, across),
+                ),
+                **{
+                    f"{kind}_of_answer": (
+                        "answer", np.array([getattr(a, kind) for a in answers]) * factor, known,
+                    )
+                    for kind, (factor, known) in measured.items()
+                },
+                "motion": ("answer", np.array([a.motion for a in answers], dtype=object)),
+                "members": ("answer", np.array([a.members for a in answers], dtype=np.int32)),
+                "on_curve": ("answer", np.array([id(a) not in off for a in answers], dtype=bool)),
+            },
+            attrs={
+                "system": repr(self.system),
+                "parameter": name,
+                "band": [self.band.low * over, self.band.high * over],
+                "measure": self.measure.label,
+                "settle_periods": self.simulation.settle_periods,
+                "periods": self.simulation.periods,
+                "version": _kernel.version(),
+            },
+        )  # fmt: skip
 
     def report(
         self, path: str | PathLike[str], *, title: str = "", compare: tuple[str, ...] = (),
@@ -266,9 +327,7 @@ class Response:
             Another suffix, no such folder; no stable motion was found; a linear machine that does
             not exist, as for :meth:`plot`.
         """
-        deferred("plotting.report", "write_report")(
-            self, path, title=title, compare=compare, decibel=decibel
-        )
+        plotting("report").write_report(self, path, title=title, compare=compare, decibel=decibel)
 
     def __repr__(self) -> str:
         across, unit = self.shown[:2]

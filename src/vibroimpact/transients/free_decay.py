@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
@@ -36,12 +35,12 @@ from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import Result
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 from vibroimpact.transients.driven import linear, unforced
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
@@ -57,7 +56,7 @@ GROWS = (
 
 
 @dataclass(frozen=True, eq=False)
-class FreeDecay:
+class FreeDecay(Result):
     """Free decay of a machine with impacts, and without.
 
     Times and values are in SI units where the system has ``scales``, otherwise in those of the
@@ -226,11 +225,6 @@ class FreeDecay:
                 "units": "SI" if scales_of(self.system) else "of the system",
             },
         )  # fmt: skip
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the row with and without impacts, and when each has fallen."""
-        axes: Axes = deferred("plotting.transients", "plot_free_decay")(self, ax=ax)
-        return axes
 
 
 def free_decay(

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_flag, check_kind, nonnegative, numbers, refusal
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
@@ -33,6 +32,7 @@ from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import Result
 from vibroimpact.simulation.pieces import Lines, simulate_pieces
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
 from vibroimpact.transients.driven import driven, unforced
@@ -40,13 +40,12 @@ from vibroimpact.transients.force_record import ForceRecord
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 RECORD_ROOM = 1  # a coordinate of its own
 
 
 @dataclass(frozen=True, eq=False)
-class RecordResponse:
+class RecordResponse(Result):
     """Motion of a machine that a record drives.
 
     Times, positions and all numbers are in SI units where the system has ``scales``, otherwise in
@@ -296,11 +295,6 @@ class RecordResponse:
                 "units": "SI" if scales_of(self.system) else "of the system",
             },
         )  # fmt: skip
-
-    def plot(self, row: Row = "x1", *, ax: Axes | None = None) -> Axes:
-        """Draw a row over time with the record above it."""
-        axes: Axes = deferred("plotting.transients", "plot_record_response")(self, row, ax=ax)
-        return axes
 
 
 def simulate_record(

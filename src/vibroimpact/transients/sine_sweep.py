@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
@@ -30,6 +29,7 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.response.band import Band, Unit, band_of, is_frequency
+from vibroimpact.results.result import Result
 from vibroimpact.simulation.places import AtPhase
 from vibroimpact.sweeps.analyses.diagram import WAYS, Way, bifurcation_sweep
 from vibroimpact.sweeps.observers.extremes import Extremes
@@ -40,7 +40,6 @@ from vibroimpact.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
@@ -51,7 +50,7 @@ OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step
 
 
 @dataclass(frozen=True, eq=False)
-class SineSweep:
+class SineSweep(Result):
     """Response to a sine sweep: one value for each step, with dimensions "direction" and "step".
 
     In SI units where the system has ``scales``, otherwise in those of the system.
@@ -166,11 +165,6 @@ class SineSweep:
             periods_per_step=self.periods_per_step,
             units="SI" if scales_of(self.system) else "of the system",
         )  # fmt: skip
-
-    def plot(self, quantity: str = "peak", *, ax: Axes | None = None) -> Axes:
-        """Draw a quantity over the parameter, up and down."""
-        axes: Axes = deferred("plotting.transients", "plot_sine_sweep")(self, quantity, ax=ax)
-        return axes
 
 
 def _begins(lasting: Floats) -> Floats:
