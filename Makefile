@@ -65,7 +65,7 @@ lint: build $(VENV)/.lint
 	  '$(BIN)/clang-tidy --quiet "$$@" -- -x c++ -std=c++20 -Iinclude' tidy 2>$(VENV)/tidy.log || { \
 	  grep -v Processing $(VENV)/tidy.log; exit 1; }
 	@echo '== lint: imports'
-	@PYTHONPATH=src $(BIN)/lint-imports --no-logo > $(VENV)/imports.log || { cat $(VENV)/imports.log; exit 1; }
+	@PYTHONPATH=src:papers/src $(BIN)/lint-imports --no-logo > $(VENV)/imports.log || { cat $(VENV)/imports.log; exit 1; }
 	@echo '== lint: mypy'
 	@$(BIN)/mypy --no-error-summary
 	@echo '== lint: type stub of the extension'

@@ -1,63 +1,42 @@
-"""``python -m benchmarks``: check that all methods agree, time them, print one table."""
+"""``python -m benchmarks``: check answers first, time them, print the tables; all parts, or those that are named."""
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from benchmarks import machine
 
-from benchmarks import comparison, double_roots, machine
-from benchmarks.case import SET_A, random_starts
-from benchmarks.peers import compiled, heyoka_taylor, library, numba_sampled, scipy_dop853
-from benchmarks.peers.method import Method
-
-BASELINE: Method = compiled.SAMPLED
-REFERENCE: Method = compiled.CERTIFIED
-METHODS: tuple[Method, ...] = (
-    library.Engine(),
-    library.Simulate(),
-    REFERENCE,
-    BASELINE,
-    numba_sampled.Numba(),
-    heyoka_taylor.Heyoka(),
-    scipy_dop853.SciPy(),
-)
+# A file of this folder each, with a function ``run`` of the options, which returns what it measured.
+PARTS = ("trajectories", "ensembles", "branches", "curves", "cascade", "elements", "design")
 
 
-def parse(argv: list[str] | None) -> argparse.Namespace:
-    """Parse the command line."""
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the benchmarks."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--starts", type=int, default=500, help="random starts")
-    parser.add_argument("--impacts", type=int, default=200, help="impacts per start")
-    parser.add_argument("--rounds", type=int, default=5, help="interleaved rounds; median printed")
-    parser.add_argument("--double-roots", type=int, default=320, help="constructed flights")
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"{', '.join(PARTS)}; by default all"
+    )
+    parser.add_argument("--quick", action="store_true", help="sizes that only show that it runs")
+    parser.add_argument("--rounds", type=int, default=5, help="runs of each; the median is printed")
     parser.add_argument("--seed", type=int, default=20, help="seed of starts and flights")
-    parser.add_argument("--json", type=Path, help="also write the table to this file")
-    return parser.parse_args(argv)
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    options = parse(argv)
-    rng = np.random.default_rng(options.seed)
-    starts = random_starts(SET_A, options.starts, rng)
-    flights = double_roots.construct(SET_A, options.double_roots, rng)
-    rows = comparison.check(METHODS, REFERENCE, starts, flights)
-    comparison.measure(rows, BASELINE, starts, options.impacts, options.rounds)
-    about = machine.show()
-    print(comparison.table(list(rows.values()), len(flights)))
-    print("\n".join(f"  {row.method}: {row.settings}" for row in rows.values()))
+    parser.add_argument("--json", type=Path, help="also write all numbers to this file")
+    parser.add_argument("--plot", type=Path, help="draw how ensembles scale (svg, png, pdf)")
+    options = parser.parse_args(argv)
+    if unknown := {*options.parts} - {*PARTS}:
+        parser.error(f"{', '.join(unknown)}: must be of {', '.join(PARTS)}")
+    options.rounds = 1 if options.quick else options.rounds
+    content: dict[str, Any] = {"machine": machine.show(), "seed": options.seed}
+    for name in options.parts or PARTS:
+        print(f"\n== {name}")
+        content[name] = import_module(f"benchmarks.{name}").run(options)
     if options.json:
-        content = {
-            "machine": about,
-            "parameters": asdict(SET_A),
-            "options": {key: value for key, value in vars(options).items() if key != "json"},
-            "rows": [asdict(row) for row in rows.values()],
-        }
-        options.json.write_text(json.dumps(content, indent=2) + "\n")
+        options.json.write_text(json.dumps(content, indent=2, default=asdict) + "\n")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""``python -m benchmarks.branches``: branches of orbits and normal forms, and how both grow.
+"""Branches of orbits and normal forms, and how both grow.
 
 Answers are asserted before anything is timed: the special points of the impact damper's symmetric
 branch against 50-digit references, determinant identities everywhere.
@@ -13,11 +13,11 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
 import vibroimpact as vi
-from benchmarks import machine
 from benchmarks.case import SET_A
 from vibroimpact.orbits.find import repeated, unfolded
 
@@ -133,20 +133,16 @@ def _at(orbit: vi.Orbit, omega: float) -> vi.ImpactDamper | vi.Mechanism:
     return replace(system, forces=(vi.Harmonic(omega, line.sine, line.cosine),))
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.branches", description=__doc__)
-    parser.add_argument("--rounds", type=int, default=5, help="runs of each; median printed")
-    parser.add_argument("--json", type=Path, help="also write the table to this file")
-    options = parser.parse_args(argv)
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Time branches and normal forms."""
+    few = slice(1 if options.quick else None)
     assert_special_points()
     symmetric = vi.find_orbit(damper(), vi.symmetric_orbits(damper())[0])
     rows = [row_of("damper, symmetric", symmetric, options.rounds)]
-    rows += [row_of("damper", longer(symmetric, m), options.rounds) for m in IMPACTS]
-    for n in DEGREES:
+    rows += [row_of("damper", longer(symmetric, m), options.rounds) for m in IMPACTS[few]]
+    for n in DEGREES[few]:
         start = vi.State((0.0,) * n, (0.0,) * n)
         rows.append(row_of("chain", vi.find_orbit(chain(n), start), options.rounds))
-    about = machine.show()
     heads = f"{'orbit':20} {'degrees':>7} {'impacts':>7} {'points':>7}"
     print(f"{heads} {'s / 200 points':>15} {'normal form ms':>15}")
     for row in rows:
@@ -154,9 +150,4 @@ def main(argv: list[str] | None = None) -> int:
             f"{row.what:20} {row.degrees:7} {row.impacts:7} {row.points:7} "
             f"{row.branch_seconds_per_200:15.2f} {row.normal_form_milliseconds:15.2f}"
         )
-    machine.write(options.json, about, rows)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return {"rows": rows}

@@ -1,4 +1,4 @@
-"""``python -m benchmarks.cascade``: branches of a period-doubling cascade, and a branch diagram.
+"""Branches of a period-doubling cascade, and a branch diagram.
 
 The oscillator x'' + 0.04 x' + x = cos(omega t), x <= 1.26, restitution 0.8. Before it is timed each
 branch is checked: where the branch before it doubles its period it has a branch point, and the
@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import argparse
 import time
+from typing import Any
 
 import numpy as np
 
 import vibroimpact as vi
-from benchmarks import machine
 
 POINTS = 100  # in each direction
 STEPS = vi.Steps(first=0.02, largest=0.5, points=POINTS)
@@ -78,19 +78,11 @@ def diagram(orbit: vi.Orbit) -> None:
     print(f"diagram of {len(found.branches)} branches: {points} points, {spent:.1f} s")
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.cascade", description=__doc__)
-    parser.add_argument("--no-diagram", action="store_true", help="the cascade alone")
-    options = parser.parse_args(argv)
-    machine.show()
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Print the cascade, and the time of a branch diagram."""
     orbit = vi.find_orbit(oscillator(0.66), vi.State((1.26,), (-1.5,)))
     assert orbit.symbol == "1-2-0", orbit
     cascade(orbit)
-    if not options.no_diagram:
+    if not options.quick:
         diagram(orbit)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return {}

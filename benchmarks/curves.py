@@ -1,4 +1,4 @@
-"""``python -m benchmarks.curves``: Neimark-Sacker curves in two parameters, and how their cost grows.
+"""Neimark-Sacker curves in two parameters, and how their cost grows.
 
 Every point has all test functions of its curve: resonances up to 1:12, the cubic coefficient, the multipliers
 of the other directions, touches. Answers are asserted before anything is timed: at the resonances 1:4 of the
@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -125,12 +125,12 @@ def row_of(what: str, point: vi.BifurcationPoint, names: tuple[str, str], rounds
     )  # fmt: skip
 
 
-def rows(rounds: int) -> Iterator[Row]:
-    """Lines of the table."""
+def rows(rounds: int, few: slice) -> Iterator[Row]:
+    """Lines of the table, of a few of the sizes."""
     yield row_of("damper, symmetric", torus_of(symmetric()), PLANE, rounds)
-    for impacts in IMPACTS:
+    for impacts in IMPACTS[few]:
         yield row_of("damper", torus_of(longer(symmetric(), impacts)), PLANE, rounds)
-    for degrees in DEGREES:
+    for degrees in DEGREES[few]:
         point = torus_of(moving_along(degrees))
         yield row_of("with absorbers, symmetric", point, ("omega", LAW), rounds)
 
@@ -150,27 +150,16 @@ def atlas_seconds() -> float:
     return taken
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.curves", description=__doc__)
-    parser.add_argument("--rounds", type=int, default=3, help="runs of each; median printed")
-    parser.add_argument("--json", type=Path, help="also write the table to this file")
-    parser.add_argument("--atlas", action="store_true", help="also an atlas of set A: a minute")
-    options = parser.parse_args(argv)
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Time curves, and an atlas."""
     assert_resonances()
     with machine.one_core():
-        table = list(rows(options.rounds))
-        if options.atlas:
+        table = list(rows(options.rounds, slice(1 if options.quick else None)))
+        if not options.quick:
             print(f"atlas of set A: {atlas_seconds():.1f} s")
-    about = machine.show()
     print(f"{'orbit':26} {'degrees':>7} {'impacts':>7} {'points':>7} {'s / 200 points':>15}")
     for row in table:
         print(
             f"{row.what:26} {row.degrees:7} {row.impacts:7} {row.points:7} {row.seconds_per_200:15.2f}"
         )
-    machine.write(options.json, about, table)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return {"rows": table}

@@ -1,4 +1,4 @@
-"""``python -m benchmarks.design``: response and best damper of the frame of docs/design.md, beside SciPy for one point.
+"""Response and best damper of the frame of docs/design.md, beside SciPy for one point.
 
 Asserted before anything is timed: at one frequency SciPy's integrator, stopped at every impact, settles on the same
 amplitude. Asserted of the best damper: a sweep of that machine alone has its worst amplitude.
@@ -7,17 +7,15 @@ amplitude. Asserted of the best damper: a sweep of that machine alone has its wo
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import time
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import vibroimpact as vi
-from benchmarks import machine
 from benchmarks.case import Floats
 
 HERTZ, BAND = 8.0, (6.0, 10.0)
@@ -120,21 +118,11 @@ def best_of() -> Row:
     return Row(f"the best of {best.machines} machines in three parameters", took, best.machines)
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.design", description=__doc__)
-    parser.add_argument("--json", type=Path, help="also write the table to this file")
-    options = parser.parse_args(argv)
-    about, rows = machine.show(), rows_of()
+def run(_: argparse.Namespace) -> dict[str, Any]:
+    """Time responses, and the search of a damper."""
+    rows = rows_of()
     for row in rows:
         print(
             f"{row.what:60s} {row.seconds:8.2f} s {1e3 * row.seconds / row.members:10.2f} ms each"
         )
-    if options.json:
-        content = {"machine": about, "rows": [asdict(row) for row in rows]}
-        options.json.write_text(json.dumps(content, indent=2) + "\n")
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return {"rows": rows}

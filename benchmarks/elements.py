@@ -1,4 +1,4 @@
-"""``python -m benchmarks.elements``: soft stops and friction in lanes, beside a rigid stop and other programs.
+"""Soft stops and friction in lanes, beside a rigid stop and other programs.
 
 Three oscillators x'' + 0.1 x' + x = cos omega t: between two soft stops, with friction, and before a rigid
 stop. Asserted before anything is timed: the events of members in lanes end where `simulate` does, bit by bit, and
@@ -13,7 +13,6 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,6 +31,7 @@ MEMBERS, PERIODS, ROUNDS = 2048, 300, 5
 COMPARED, FEW = 8, 40  # events that are compared, starts of programs that take one after another
 TOLERANCE = 1e-9
 SAMPLES = 64  # per forcing period
+SIDE = 300  # points along each side of the plane
 CHAIN = (1, 2, 3, 4)
 
 
@@ -280,14 +280,8 @@ def chain(count: int) -> Row:
     return Row(f"chain of {count}, a soft stop each", "simulate", 1e9 * sorted(took)[ROUNDS // 2])
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.elements", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="sizes that only show that it runs")
-    parser.add_argument("--side", type=int, default=300, help="points along each side of the plane")
-    parser.add_argument("--json", type=Path, help="also write the table to this file")
-    options = parser.parse_args(argv)
-    about = machine.show()
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Time elements in lanes, beside other programs, and a plane."""
     rows = starts(16 if options.quick else MEMBERS)
     found: list[Row] = []
     with machine.one_core():
@@ -297,12 +291,7 @@ def main(argv: list[str] | None = None) -> int:
         found += map(chain, CHAIN[:1] if options.quick else CHAIN)
     for row in found:
         print(f"{row.machine:32} {row.method:30} {row.nanoseconds:10.4g} ns per event")
-    side = 4 if options.quick else options.side
+    side = 4 if options.quick else SIDE
     for workers in (1, 2):
         print(f"plane of {side} x {side} on {workers} threads: {plane(side, workers):.3g} s")
-    machine.write(options.json, about, found)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return {"rows": found}

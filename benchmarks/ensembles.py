@@ -1,4 +1,4 @@
-"""``python -m benchmarks.ensembles``: ensembles beside other programs, and how their cost grows.
+"""Ensembles beside other programs, and how their cost grows.
 
 Answers are asserted before anything is timed: equal impacts (equality.py, ensemble_run.py), equal
 planes (overhead.py).
@@ -7,10 +7,8 @@ planes (overhead.py).
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -148,40 +146,12 @@ def planes(effort: Effort, _rng: np.random.Generator) -> dict[str, Any]:
     return {"planes": rows}
 
 
-Part = Callable[[Effort, np.random.Generator], dict[str, Any]]
-PARTS: dict[str, Part] = {"peers": peers, "curves": curves, "planes": planes}
-
-
-def parse(argv: Sequence[str] | None) -> argparse.Namespace:
-    """Parse the command line."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.ensembles", description=__doc__)
-    parser.add_argument(
-        "--parts", nargs="+", choices=PARTS, default=list(PARTS), help="all if left out"
-    )
-    parser.add_argument("--quick", action="store_true", help="sizes that only show that it runs")
-    parser.add_argument("--seed", type=int, default=20, help="seed of starts and flights")
-    parser.add_argument("--json", type=Path, help="also write all numbers to this file")
-    parser.add_argument("--plot", type=Path, help="draw the curves into this file (svg, png, pdf)")
-    options = parser.parse_args(argv)
-    if options.plot and "curves" not in options.parts:
-        parser.error("--plot draws the part curves: ask for it")
-    return options
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the benchmark."""
-    options = parse(argv)
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Compare with other programs, and measure how cost grows and what the Python layer adds."""
     effort = QUICK if options.quick else Effort()
-    about = machine.show()
-    content: dict[str, Any] = {"machine": about, "seed": options.seed, "effort": effort}
-    for name in options.parts:
-        content |= PARTS[name](effort, np.random.default_rng(options.seed))
-    if options.json:
-        options.json.write_text(json.dumps(content, indent=2, default=asdict) + "\n")
+    content: dict[str, Any] = {"effort": effort}
+    for part in (peers, curves, planes):
+        content |= part(effort, np.random.default_rng(options.seed))
     if options.plot:
         draw(content["points"], options.plot)
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return content

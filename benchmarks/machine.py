@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import shlex
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from benchmarks.peers.compiled import TUNED, compiler
 
@@ -46,13 +43,6 @@ def show() -> dict[str, str]:
     about = describe()
     print("\n".join(f"{key}: {value}" for key, value in about.items()))
     return about
-
-
-def write(path: Path | None, about: dict[str, str], rows: Sequence[Any]) -> None:
-    """Write the lines of a table to a file, if one is asked for, with what they were measured on."""
-    if path:
-        content = {"machine": about, "rows": [asdict(row) for row in rows]}
-        path.write_text(json.dumps(content, indent=2) + "\n")
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from support.commands import WALL, assert_nothing_written, said
+from support.commands import WALL, assert_nothing_written, opened, said
 
 import vibroimpact as vi
 from vibroimpact import plotting
@@ -36,11 +36,6 @@ def test_the_system_is_said_with_the_ranges_of_the_grid(capsys: pytest.CaptureFi
     assert "omega from 1.1 to 1.2" in line
     assert "half_clearance from 4 to 5" in line
     assert "omega_n=0.5" in line
-
-
-def opened(path: str) -> xr.Dataset:
-    found = vi.load(path)
-    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -253,7 +248,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibroimpact.cli.ensemble.write", interrupted)
+    monkeypatch.setattr("vibroimpact.cli.output.write", interrupted)
     argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr", "--out", "s.nc"]
     assert cli.main(argv) == cli.INTERRUPTED
     assert "interrupted; no file was written. s.zarr is kept" in capsys.readouterr().err
@@ -304,7 +299,7 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--seed", "3"], "Give --starts COUNT"),
         ([*RANDOM, "0", "--vary", "x1=0:1"], "starts = 0: must be >= 1"),
         ([*RANDOM, "2"], "with --vary NAME=LOW:HIGH"),
-        ([*RANDOM, "2", "--vary", "y=0:1"], "vary = y: must be one of x1, x2, v1, v2, phase"),
+        ([*RANDOM, "2", "--vary", "y=0:1"], "vary = 'y': must be one of x1, x2, v1, v2, phase"),
         ([*RANDOM, "2", "--vary", "x1=0:1:2"], "vary = x1=0:1:2: must be NAME=LOW:HIGH"),
         ([*RANDOM, "2", "--vary", "x1=0:1", "--vary", "x1=0:2"], "vary = x1: is given twice"),
         ([*RANDOM, "2", "--grid", "x1=0:1:2"], "grid: excludes --starts"),
@@ -318,8 +313,8 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),
         ([*PLANE, "--at", "B"], "at: is for counting attractors"),
         ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--observe", "power"], "must be left out"),
-        (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "= nothing: must be one of m"),
-        (["plane", CASE, "--over", "omga=1:2:3", "--over", "force=1:2:3"], "over = omga: must be"),
+        (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "= 'nothing': must be one of m"),
+        (["plane", CASE, "--over", "omga=1:2:3", "--over", "force=1:2:3"], "over = 'omga': must be"),
         (["plane", CASE, "--over", OMEGA], "give --over NAME=LOW:HIGH:COUNT twice"),
         (["diagram", CASE, "--over", OMEGA, "--over", "force=1:2:3"], "omega, force: give --over"),
         (["plane", CASE, "--over", OMEGA, "--over", "force=1:2:3", "--out", "p.txt"], "must end"),

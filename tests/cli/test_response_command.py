@@ -224,7 +224,7 @@ def test_the_report_is_one_well_formed_file_that_loads_nothing(
 def test_the_report_escapes_what_the_user_wrote(written: tuple[Path, str], page: Page) -> None:
     text = (written[0] / "r.html").read_text(encoding="utf-8")
     assert "<b>" not in text
-    assert text.count("<title>Frame &lt;b&gt; &amp; &quot;slot&quot;</title>") == 1
+    assert text.count("<title>Frame &lt;b&gt; &amp; &#34;slot&#34;</title>") == 1
     assert TITLE in page.words
 
 
@@ -248,7 +248,7 @@ def test_a_response_writes_the_same_report_without_a_command(
         (["impact-damper/A", "--over", "omega=1.2:1.1"], "omega=1.2:1.1: must be NAME=LOW:HIGH"),
         (["impact-damper/A", "--over", "omega=0:1"], "band: omega = 0.0: must be > 0"),
         (["impact-damper/A", "--over", "omega=1:2", "--over", "zeta=0:1"], "give --over"),
-        (["impact-damper/A", "--over", "gap=1:2"], "over = gap: must be one of mass_ratio"),
+        (["impact-damper/A", "--over", "gap=1:2"], "over = 'gap': must be one of mass_ratio"),
         (["impact-damper/A", "--over", "omega=1:2", "--measure", "x9"], "row = 'x9': must be"),
         (["impact-damper/A", "--over", "omega=1:2", "--unit", "rpm"], "unit = 'rpm': must be one"),
         (["impact-damper/A", "--over", "omega=1:2", "--out", "r.txt"], "must end in .nc"),
@@ -288,6 +288,7 @@ def test_what_is_not_whole_is_not_written(
 def test_an_error_in_the_report_leaves_no_other_file(
     response: vi.Response, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    @wraps(command.report_of)
     def failing(*_: Any, **__: Any) -> str:
         raise vi.VibroImpactError("the page fails")
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.bifurcations import torus_of_set_a
-from support.commands import WALL, assert_nothing_written, said
+from support.commands import WALL, assert_nothing_written, opened, said
 from support.systems import paper_damper
 
 import vibroimpact as vi
@@ -55,11 +55,6 @@ def assert_same_point(here: vi.CodimensionTwoPoint, there: vi.CodimensionTwoPoin
     assert repr(here) == repr(there)
     for name in ("z", "tangent"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
-
-
-def opened(path: str) -> xr.Dataset:
-    found = vi.load(path)
-    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 # ---- tongue and switch ---------------------------------------------------------------------------
@@ -182,7 +177,7 @@ def test_circle_writes_and_says_the_circle_of_the_library(
 
 
 def test_along_follows_the_circle_and_shows_the_stages(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = [*CIRCLE, "--along", "omega", "0.998", "1.02", "--out", "f.nc", "--out", "f.png"]
+    argv = [*CIRCLE, "--along", "omega=0.998:1.02", "--out", "f.nc", "--out", "f.png"]
     assert cli.main(argv) == cli.DONE
     captured = capsys.readouterr()
     assert "[1/1] circles" in captured.err
@@ -209,7 +204,9 @@ def test_a_circle_of_a_machine_in_metres_is_followed_in_si_units(
     text = "\n".join(["[physical]", *rows, f"Omega = {1.8 * rate}", "restitution = 0.8"])
     Path("damper.toml").write_text(text)
     ends = [f"{part * rate}" for part in (1.795, 1.805)]
-    out = said(["circle", "--config", "damper.toml", "--along", "omega", *ends], capsys)
+    out = said(
+        ["circle", "--config", "damper.toml", "--along", f"omega={ends[0]}:{ends[1]}"], capsys
+    )
     assert f"the end of its range: {float(ends[0]):.6f}" in out
 
 
@@ -232,17 +229,17 @@ def test_an_interrupted_family_leaves_no_file(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("vibroimpact._core.progress.Display.note", interrupted)
-    argv = [*CIRCLE, "--along", "omega", "0.99", "1.02", "--out", "f.nc", "--out", "f.svg"]
+    argv = [*CIRCLE, "--along", "omega=0.99:1.02", "--out", "f.nc", "--out", "f.svg"]
     assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 
 
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        ([*CIRCLE, "--along", "omega", "low", "high"], "must be NAME LOW HIGH with two numbers"),
-        ([*CIRCLE, "--along", "omega", "1.1", "1.2"], "must hold omega = 1"),
-        ([*CIRCLE, "--along", "speed", "0", "1"], "'speed'"),
-        ([*CIRCLE, "--along", "omega", "0.9", "1.1", "--x", "x2"], "not with --along"),
+        ([*CIRCLE, "--along", "omega=low:high"], "must be NAME=LOW:HIGH"),
+        ([*CIRCLE, "--along", "omega=1.1:1.2"], "must hold omega = 1"),
+        ([*CIRCLE, "--along", "speed=0:1"], "'speed'"),
+        ([*CIRCLE, "--along", "omega=0.9:1.1", "--x", "x2"], "not with --along"),
         ([*CIRCLE, "--x", "x9", "--out", "c.png"], "x = 'x9': must be one of x1, x2, v1, v2"),
         ([*CIRCLE, "--points", "9"], "points = 9: must be"),
         ([*CIRCLE, "--tolerance", "0"], "tolerance = 0.0: must be > 0"),

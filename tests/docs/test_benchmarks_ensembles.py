@@ -13,6 +13,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))  # benchmarks are not installed
 
+from benchmarks import __main__ as benchmarks
 from benchmarks import comparison, double_roots, ensemble_run, ensembles, overhead
 from benchmarks.case import SET_A, random_starts
 from benchmarks.equality import ImpactsDifferError
@@ -56,8 +57,9 @@ def test_every_part_runs_and_writes_its_numbers_and_picture(
     methods = (RunMembers(), ensembles.REFERENCE, ensembles.BASELINE)
     monkeypatch.setattr(ensembles, "METHODS", methods)
     file, picture = tmp_path / "numbers.json", tmp_path / "curves.svg"
-    assert ensembles.main(["--quick", "--json", str(file), "--plot", str(picture)]) == 0
-    found = json.loads(file.read_text())
+    files = ["--json", str(file), "--plot", str(picture)]
+    assert benchmarks.main(["ensembles", "--quick", *files]) == 0
+    found = json.loads(file.read_text())["ensembles"]
     for motion in ("random starts", "steady motion"):
         assert [row["method"] for row in found[motion]] == [m.name for m in methods]
         assert all(row["nanoseconds_per_impact"] > 0.0 for row in found[motion])

@@ -33,6 +33,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from support.commands import opened
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
@@ -301,11 +302,6 @@ def _xlabel(oscillator: vi.ImpactOscillator) -> str:
 # ---- everything takes it -------------------------------------------------------------------------
 
 PARAMETERS = ["--zeta", "0.05", "--omega", "2.6", "--restitution", "0.7", "--clearance", "0.1"]
-
-
-def opened(path: str) -> xr.Dataset:
-    found = vi.load(path)
-    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def test_the_command_line_takes_its_parameters_and_its_starts() -> None:

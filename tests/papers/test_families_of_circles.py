@@ -17,9 +17,8 @@ from vibroimpact_papers.impact_damper.families import (
     locked_at,
 )
 from vibroimpact_papers.impact_damper.judge_resonances import torus_doubling
-from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
-from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
 

@@ -8,19 +8,12 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from vibroimpact_papers.report import (
-    Figure,
-    Page,
-    Section,
-    Table,
-    Text,
-    Verdict,
-    Word,
-    whole_folder,
-)
+from vibroimpact_papers.folder import whole_folder
+from vibroimpact_papers.impact_damper.judged import Word
 
 from vibroimpact import InvalidParameterError
 from vibroimpact._core.progress import Display
+from vibroimpact.plotting.page import Page, Picture, Score, Section, Table, Text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,16 +24,17 @@ class Terminal(io.StringIO):
         return True
 
 
-def sample_page(picture: Path) -> str:
-    picture.write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    table = Table(("claim", "verdict"), [["a < b & c", Verdict(Word.DIFFERS)]], stacked=True)
-    figure = Figure(picture, "A title", "A caption.", 'what "it" shows')
-    section = Section("first", "First", [Text(("One.", "Two.")), table, figure])
-    return Page("Title", Text(("Opening.",)), {Word.AGREES: 3}, [section], "Foot.").html()
+def sample_page() -> str:
+    table = Table(("claim", "verdict"), [["a < b & c", Word.DIFFERS.badge]], stacked=True)
+    svg = b"<svg xmlns='http://www.w3.org/2000/svg'/>"
+    picture = Picture(svg, "A caption.", 'what "it" shows', "A title", "one")
+    section = Section("First", [Text(("One.", "Two.")), table, picture], "first")
+    opening = [Text(("Opening.",)), Score({Word.AGREES.badge: 3})]
+    return Page("Title", opening, [section], "Foot.", contents=True).__html__()
 
 
-def test_page_loads_nothing_from_outside(tmp_path: Path) -> None:
-    html = sample_page(tmp_path / "a.svg")
+def test_page_loads_nothing_from_outside() -> None:
+    html = sample_page()
     links = re.findall(r'(?:src|href)="([^"]*)"', html)
     assert links
     assert all(link.startswith(("#", "data:")) for link in links)
@@ -48,24 +42,24 @@ def test_page_loads_nothing_from_outside(tmp_path: Path) -> None:
     assert "@import" not in html
 
 
-def test_text_is_escaped(tmp_path: Path) -> None:
-    html = sample_page(tmp_path / "a.svg")
+def test_text_is_escaped() -> None:
+    html = sample_page()
     assert "a &lt; b &amp; c" in html
-    assert 'alt="what &quot;it&quot; shows"' in html
+    assert 'alt="what &#34;it&#34; shows"' in html
 
 
-def test_every_contents_entry_leads_to_a_section(tmp_path: Path) -> None:
-    html = sample_page(tmp_path / "a.svg")
+def test_every_contents_entry_leads_to_a_section() -> None:
+    html = sample_page()
     targets = re.findall(r'href="#([^"]*)"', html)
     assert targets == ["first"]
     assert all(f'id="{target}"' in html for target in targets)
 
 
 def test_verdicts_are_words_and_signs_not_only_colours() -> None:
-    shown = {Verdict(word).html() for word in Word}
+    shown = {word.badge.__html__() for word in Word}
     assert len(shown) == len(Word)
-    assert all(word.value in Verdict(word).html() for word in Word)
-    assert len({word.sign for word in Word}) == len(Word)
+    assert all(word.value in word.badge.__html__() for word in Word)
+    assert len({word.badge.text[0] for word in Word}) == len(Word)
 
 
 def test_folder_appears_whole(tmp_path: Path) -> None:

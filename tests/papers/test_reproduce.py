@@ -161,7 +161,7 @@ def test_report_is_one_file_that_loads_nothing(out: Path) -> None:
     html = (out / "report.html").read_text(encoding="utf-8")
     links = re.findall(r'(?:src|href)="([^"]{0,40})', html)
     assert all(link.startswith(("#", "data:")) for link in links)
-    assert html.count('class="verdict ') == len(claims()) + POINTS
+    assert html.count('class="badge ') == len(claims()) + POINTS
     for path in (out / "figures").glob("*.svg"):
         assert f'id="{path.stem}"' in html
 

@@ -16,7 +16,7 @@ from vibroimpact_papers.impact_damper.judge_resonances import (
     near_resonance,
     torus_doubling,
 )
-from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 from vibroimpact_papers.impact_damper.resonances import (
     Resonances,
@@ -27,7 +27,6 @@ from vibroimpact_papers.impact_damper.resonances import (
     tongues_from,
 )
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import nus_of, symmetric_bifurcations
-from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
 from vibroimpact.results.files import result_of

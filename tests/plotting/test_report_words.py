@@ -55,8 +55,8 @@ def test_motions_are_told_by_their_symbols(motion: str, kind: str, words: str) -
 
 
 def test_symbols_of_figures_become_letters_with_subscripts() -> None:
-    assert Symbol(r"\omega_n").html() == "<i>&omega;<sub>n</sub></i>"
-    assert Symbol("x_{12}").html() == "<i>x<sub>12</sub></i>"
+    assert Symbol(r"\omega_n").__html__() == "<i>&omega;<sub>n</sub></i>"
+    assert Symbol("x_{12}").__html__() == "<i>x<sub>12</sub></i>"
 
 
 def test_the_table_of_several_balls_has_every_spring_and_stop() -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import xarray as xr
+
+import vibroimpact as vi
 from vibroimpact.cli import main as cli
 
 if TYPE_CHECKING:
@@ -35,6 +38,12 @@ def said(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """What a command prints that ends well."""
     assert cli.main(argv) == cli.DONE
     return capsys.readouterr().out
+
+
+def opened(path: str) -> xr.Dataset:
+    """The data of a file."""
+    found = vi.load(path)
+    return found.to_dataset() if isinstance(found, vi.Result) else found
 
 
 def assert_nothing_written(

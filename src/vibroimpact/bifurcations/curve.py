@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TOUCHES = ("GR", "ZERO", "SIM", "STICK")
+WITHOUT_COEFFICIENTS = (*TOUCHES, "WEAK", "BP")  # of codimension two
 MEANINGS = {
     "CP": "cusp: two folds meet",
     "GPD": "generalised flip: a fold of the doubled orbits begins",
@@ -104,7 +105,7 @@ class CodimensionTwoPoint:
         """Critical coefficients, at GR and ZERO the contact of the two curves, or a refusal with the reason."""
         if self.kind in ("GR", "ZERO") and isinstance(self.problem.equations, OrbitPlane):
             return grazing_contact(touching(self))
-        if self.kind in (*TOUCHES, "WEAK", "BP"):
+        if self.kind in WITHOUT_COEFFICIENTS:
             reason = f"{self.kind} ({self.meaning}): there are no coefficients of codimension two."
             return Refusal(self.kind, Status.NOT_CRITICAL, reason, self.multipliers)
         z, _, a = self.problem.parts(self.z, self.parameters[self.problem.equations.names[1]])
@@ -219,6 +220,33 @@ class BifurcationCurve(Result):
             f"  ends: {self.ends[0]}; {self.ends[1]}",
         ]
         return "\n".join(lines)
+
+    def __str__(self) -> str:
+        parts = [
+            f"  {part.name} is not resolved from point {part.first} to {part.last}: {part.reason}"
+            for part in self.curve.unresolved
+        ]
+        points = (line for point in self.special_points for line in _coefficients(point))
+        return "\n".join([repr(self), *points, *parts])
+
+
+def _coefficients(point: CodimensionTwoPoint) -> list[str]:
+    """Coefficients and what is born in words, or why there are none; weak resonances and touches have none."""
+    form = point.normal_form
+    if isinstance(form, Refusal):
+        none = point.kind in WITHOUT_COEFFICIENTS
+        return [] if none else [f"{point.label}: {form.reason}"]
+    listed = [f"{name} = {_number(value)}" for name, value in form.numbers.items()]
+    return [f"{point.label}: {', '.join(listed)}", f"  {form.meaning}"]
+
+
+def _number(value: Any) -> str:
+    """A number, several, or the words that stand in its place."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_number, value))})"
+    if isinstance(value, complex):
+        return f"{value.real:.12g}{value.imag:+.12g}j"
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 def of_curves(curves: Sequence[BifurcationCurve], names: tuple[str, str]) -> dict[str, Any]:

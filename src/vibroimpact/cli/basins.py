@@ -6,8 +6,8 @@ import argparse
 
 import xarray as xr
 
-from vibroimpact.cli import common, ensemble, members
-from vibroimpact.cli.output import write
+from vibroimpact.cli import common, ensemble
+from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_basins
 from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
 from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
@@ -21,25 +21,23 @@ MATCHING = ("at", "tolerance", "most")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
-    ensemble.add_start(parser)
+    common.add_start(parser, at_orbit=False)
     ensemble.add_over(parser, "a coordinate of the start, x1, x2, ..., v1, v2, ..., phase, and "
                       "its values; two of them, the first for the abscissa")  # fmt: skip
-    common.add_arguments_of(parser, basins, MATCHING, **ensemble.TEXTS)
+    common.add_arguments_of(parser, basins, MATCHING)
     ensemble.add_window(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Compute, write, and list the attractors."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Compute the basins."""
     case = common.case_of(arguments)
-    over = members.over_of(arguments, 2)
+    common.check_count(arguments.over, 2, common.GRID)
     found = basins(
-        case.system, over=over, start=members.base_of(arguments, case),
+        case.system, over=arguments.over, start=common.start_of(arguments, case),
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
-    write(targets, data=found, picture=lambda: plot_basins(found))
-    return ensemble.report(arguments, targets, case, over, found, *_listed(found))
+    listed = _listed(found)
+    return ensemble.report(arguments, case, found, listed, lambda: plot_basins(found))
 
 
 def _listed(found: xr.Dataset) -> list[str]:

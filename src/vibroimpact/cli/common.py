@@ -1,32 +1,36 @@
-"""Common parts of the commands: options from signatures, the system, the start, the files."""
+"""Common parts of the commands: options from signatures, values of options, the system, the start."""
 
 from __future__ import annotations
 
 import argparse
 import inspect
+import math
 import re
 import shlex
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from enum import Enum
-from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
-from vibroimpact._core.checks import check_target
+import numpy as np
+
+from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
+from vibroimpact._core.types import Floats
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting.style import PICTURES
 from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
+from vibroimpact.sweeps.axes import corners
 
 System = Machine | Mechanism
-ORBIT = "the stable orbit, or else the first"
 ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
 SIGNS = ("plus", "minus")  # in the order of known_orbits
 PLACE = "Where section points are taken: A or B, the upper or the lower stop, B1 that of contact 1"
@@ -51,32 +55,31 @@ def place_of(text: str) -> At:
         ) from None
 
 
-TYPES: dict[str, Callable[[str], Any]] = {
+TYPES: dict[str, Callable[[str], Any]] = {  # of values in options, by the annotation in Python
     "int": int, "float": float, "int | None": int, "float | None": float,
+    "tuple[float, ...]": lambda text: [float(number) for number in text.split("/")],
     "At | None": place_of, "AtStop | AtPhase | None": place_of,
 }  # fmt: skip
+GRID = "NAME=LOW:HIGH:COUNT"
+RANGE = "NAME=LOW:HIGH"
+LARGEST_COUNT = 10**7  # values of an axis
+TIMES = {1: "once", 2: "twice"}
 
-
-class _End(Protocol):
-    @property
-    def reason(self) -> Enum: ...
-
-
-class _Followed(Protocol):
-    """What a continuation returns."""
-
-    @property
-    def ends(self) -> tuple[_End, _End]: ...
+Values = Mapping[str, Sequence[float] | Floats]  # of parameters by name: (low, high), or all
 
 
 class Failure(VibroImpactError):  # noqa: N818 - a result, reported by the exit status
     """The requested result does not exist or could not be reached; the message gives the reason."""
 
 
-def check_interrupted(*results: _Followed) -> None:
-    """Raise an interruption that a continuation reports as the reason of an end, so that nothing is written."""
-    if any(end.reason.name == "INTERRUPTED" for one in results for end in one.ends):
-        raise KeyboardInterrupt
+def check_interrupted(*results: object) -> None:
+    """Raise an interruption that a result reports, so that nothing is written."""
+    for one in results:
+        ends = getattr(one, "ends", ())
+        if getattr(one, "interrupted", False) or any(
+            getattr(end.reason, "name", "") == "INTERRUPTED" for end in ends
+        ):
+            raise KeyboardInterrupt
 
 
 # ---- options from signatures ---------------------------------------------------------------------
@@ -90,16 +93,25 @@ def add_arguments_of(
 
     A text in ``own`` replaces a description that is written for Python only.
     """
-    signature, texts = inspect.signature(function), descriptions(function) | own
+    signature, texts = (
+        inspect.signature(function),
+        descriptions(function) | {"at": f"{PLACE}; {PHASE}."} | own,
+    )
     for name in names:
         parameter = signature.parameters[name]
+        kind, default = str(parameter.annotation), parameter.default
         text = ROLE.sub(r"\1", texts.get(name, "")).replace("%", "%%").replace("``", "")
-        if parameter.default not in (parameter.empty, None):
-            text += f" (default: {parameter.default})"
+        if kind == "bool":
+            parser.add_argument(option(name), action="store_true", default=None, help=text)
+            continue
+        if default not in (parameter.empty, None, "", ()):
+            text += f" (default: {default})"
+        several = kind.startswith("Sequence")
         parser.add_argument(
             option(name),
-            type=TYPES.get(str(parameter.annotation), str),
-            nargs="+" if str(parameter.annotation).startswith("Sequence") else None,
+            type=TYPES.get(kind, str),
+            nargs="+" if several else None,
+            action="extend" if several else "store",
             metavar=name.rpartition("_")[2].upper(),
             help=text,
         )
@@ -130,8 +142,68 @@ def descriptions(function: Callable[..., Any]) -> dict[str, str]:
 
 def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]:
     """Options that the user gave; the others have the defaults of the function."""
-    values = {name: getattr(arguments, name) for name in names}
+    values = {name: getattr(arguments, name, None) for name in names}
     return {name: value for name, value in values.items() if value is not None}
+
+
+# ---- NAME=... ------------------------------------------------------------------------------------
+
+
+def add_named(
+    parser: argparse._ActionsContainer, name: str, form: str, text: str, *, required: bool = False
+) -> None:
+    """Add an option that takes values or a range by name, and may be repeated."""
+    parser.add_argument(
+        name, action=_Named, metavar=form, help=text, required=required, default={}
+    )  # fmt: skip
+
+
+class _Named(argparse.Action):
+    """Option NAME=...: a dictionary by name, in which each name is once."""
+
+    def __call__(self, _: object, to: argparse.Namespace, text: Any, __: object = None) -> None:
+        known, name = getattr(to, self.dest), text.partition("=")[0]
+        if name in known:
+            raise InvalidParameterError(
+                f"{self.dest} = {name}: is given twice. Give each name once."
+            )
+        setattr(to, self.dest, {**known, name: _values(text, self.dest, str(self.metavar))})
+
+
+def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
+    """Range from LOW:HIGH; values from LOW:HIGH:COUNT, or from a list."""
+    listed = text.partition("=")[2]
+    separator = "," if form == GRID and ":" not in listed else ":"
+    rule = f"must be {form} or NAME=A,B,..." if form == GRID else f"must be {form}"
+    try:
+        numbers = [float(number) for number in listed.split(separator)]
+    except ValueError:
+        numbers = [math.nan]
+    if text.startswith("=") or (separator == ":" and len(numbers) != form.count(":") + 1):
+        raise InvalidParameterError(f"{name} = {text}: {rule}.")
+    if not np.isfinite(numbers).all():
+        raise InvalidParameterError(f"{name} = {text}: {rule}, finite numbers.")
+    if separator == ",":
+        if len({*numbers}) < len(numbers):
+            raise InvalidParameterError(f"{name} = {text}: must have each value once.")
+        return np.array(numbers)
+    if form == GRID:
+        if numbers[2] not in range(1, LARGEST_COUNT + 1):
+            raise InvalidParameterError(
+                f"{name} = {text}: COUNT must be a whole number from 1 to {LARGEST_COUNT}."
+            )
+        return np.linspace(numbers[0], numbers[1], int(numbers[2]))
+    if not numbers[0] < numbers[1]:
+        raise InvalidParameterError(f"{name} = {text}: {rule} with LOW < HIGH.")
+    return numbers[0], numbers[1]
+
+
+def check_count(over: Values, count: int, form: str) -> None:
+    """Refuse another number of parameters in ``over``."""
+    if len(over) != count:
+        raise InvalidParameterError(
+            f"over = {', '.join(over)}: give --over {form} {TIMES[count]}."
+        )  # fmt: skip
 
 
 # ---- the system ----------------------------------------------------------------------------------
@@ -156,11 +228,6 @@ def add_system(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(check=check_case)
 
 
-def parameters_in(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """Names of the parameters that are options of the command line."""
-    return parameters_of(machine_of(arguments.machine))
-
-
 def check_case(arguments: argparse.Namespace) -> None:
     """Refuse a case that does not exist, or whose position hides the machine that it names."""
     if arguments.case and case_named(arguments.case)[0] != arguments.machine:
@@ -170,24 +237,24 @@ def check_case(arguments: argparse.Namespace) -> None:
         )
 
 
-def case_of(arguments: argparse.Namespace) -> Case:
-    """Requested system, a mechanism."""
-    case = any_case_of(arguments)
+def case_of(arguments: argparse.Namespace, over: Values | None = None, name: str = "over") -> Case:
+    """Requested system, a mechanism.
+
+    A parameter of a machine that nothing else fixes is in the middle of its values in ``over``, an
+    option of this name.
+    """
+    case = any_case_of(arguments, over or {}, name)
     if isinstance(case, HybridCase):
         raise _no_mechanism(arguments.config)
     return case
 
 
-def _no_mechanism(path: str) -> InvalidParameterError:
-    return InvalidParameterError(
-        f"config = {path}: [hybrid] is no mechanism. Take vibroimpact simulate, without parameters of a "
-        "machine."
-    )
-
-
-def any_case_of(arguments: argparse.Namespace) -> Case | HybridCase:
+def any_case_of(
+    arguments: argparse.Namespace, over: Values | None = None, name: str = "over"
+) -> Case | HybridCase:
     """Requested system, a mechanism or one that a file gives as modes and guards."""
-    parameters = given(arguments, parameters_in(arguments))
+    known = parameters_of(machine_of(arguments.machine))
+    parameters = given(arguments, known)
     if arguments.case and arguments.config:
         raise InvalidParameterError(
             f"case = {arguments.case}, config = {arguments.config}: only one may be given."
@@ -200,12 +267,23 @@ def any_case_of(arguments: argparse.Namespace) -> Case | HybridCase:
             raise _no_mechanism(arguments.config)
         return case
     check_case(arguments)
-    return Case(_built(arguments.machine, {**parameters_of_case(arguments), **parameters}))
+    check_names(name, over or {}, known)
+    middle = {one: float(min(x) + max(x)) / 2.0 for one, x in (over or {}).items()}
+    of_case = case_named(arguments.case)[1] if arguments.case else {}
+    return Case(_built(arguments.machine, {**middle, **of_case, **parameters}))
 
 
-def parameters_of_case(arguments: argparse.Namespace) -> Mapping[str, float]:
-    """Parameters of the case."""
-    return case_named(arguments.case)[1] if arguments.case else {}
+def check_names(option: str, names: Iterable[str], known: Collection[str]) -> None:
+    """Refuse a name that is not known."""
+    for name in names:
+        check_choice(option, name, known)
+
+
+def _no_mechanism(path: str) -> InvalidParameterError:
+    return InvalidParameterError(
+        f"config = {path}: [hybrid] is no mechanism. Take vibroimpact simulate, without parameters of a "
+        "machine."
+    )
 
 
 def _changed(case: Case, parameters: dict[str, Any]) -> Case:
@@ -237,9 +315,11 @@ def _built(name: str, parameters: dict[str, Any]) -> Machine:
 
 # ---- the start -----------------------------------------------------------------------------------
 
+START = ("position", "velocity", "phase", "on_stop", "orbit", "perturb")  # options of add_start
+
 
 def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None:
-    """Add the options for the start.
+    """Add the options for the system and the start.
 
     Parameters
     ----------
@@ -248,12 +328,17 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
     at_orbit
         Whether the default start is on a symmetric orbit in closed form, where there is one.
     """
+    add_system(parser)
     machine = machine_of(parser.get_default("machine"))
     known = has_symmetric_orbits(machine)
+    free = (inspect.getdoc(machine.free_start) or "").partition("\n")[0].rstrip(".")
+    default = (
+        "the stable orbit, or else the first" if known and at_orbit else free[:1].lower() + free[1:]
+    )
     group = parser.add_argument_group(
         "start",
         f"A state (--position and --velocity){', or a symmetric orbit' if known else ''}. Without "
-        f"any: the start of the file, or else {ORBIT if known and at_orbit else _free(machine)}.",
+        f"any: the start of the file, or else {default}.",
     )
     group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ...")
     group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")
@@ -263,22 +348,13 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
         "--on-stop", choices=("A", "B"),
         help=f"on this stop; then --position is {places or 'left out'}, and --velocity {speeds}",
     )  # fmt: skip
-    parser.set_defaults(orbit=None)
+    parser.set_defaults(orbit=None, at_orbit=at_orbit)
     if known:
         group.add_argument(
             "--orbit", choices=SIGNS,
             help="the orbit with this sign in equation (14) of the paper: docs/theory.md, [14]",
         )  # fmt: skip
     group.add_argument("--perturb", type=float, metavar="AMOUNT", help="added to the phase")
-
-
-START = ("position", "velocity", "phase", "on_stop", "orbit", "perturb")  # options of add_start
-
-
-def _free(machine: type[Machine]) -> str:
-    """Default start of a machine in words, from its docstring."""
-    words = (inspect.getdoc(machine.free_start) or "").partition("\n")[0].rstrip(".")
-    return words[:1].lower() + words[1:]
 
 
 def _on_stop_coordinates(system: object) -> tuple[list[str], list[str]]:
@@ -288,9 +364,9 @@ def _on_stop_coordinates(system: object) -> tuple[list[str], list[str]]:
     return [n for n in names if n[0] == "x"], [n for n in names if n[0] == "v"]
 
 
-def start_of(arguments: argparse.Namespace, case: Case) -> State:
-    """Requested start."""
-    state = _explicit(arguments, case) or _default(arguments, case)
+def start_of(arguments: argparse.Namespace, case: Case, over: Values | None = None) -> State:
+    """Requested start; the default one is between all stops over a grid of parameters, if there is such."""
+    state = _explicit(arguments, case) or _default(arguments, case, over or {})
     return state if arguments.perturb is None else state.perturbed(arguments.perturb)
 
 
@@ -318,8 +394,6 @@ def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
     places, speeds = _on_stop_coordinates(system)
     values = [state.get("position", []), state.get("velocity", [])]
     if not speeds or [len(one) for one in values] != [len(places), len(speeds)]:
-        if not state.keys() - {"phase"}:
-            raise _incomplete_state(state)
         position = f"--position {' '.join(places).upper()} and " if places else ""
         raise InvalidParameterError(
             f"on_stop = {stop}: needs {position}--velocity {' '.join(speeds).upper()}."
@@ -331,45 +405,62 @@ def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
     return put(stop, **named, phase=state.get("phase", 0.0))
 
 
-def _default(arguments: argparse.Namespace, case: Case) -> State:
+def _default(arguments: argparse.Namespace, case: Case, over: Values) -> State:
     if case.start and not arguments.orbit:
         return case.start
     if not isinstance(case.system, Machine):
         raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
-    if not has_symmetric_orbits(type(case.system)):
-        return case.system.free_start()
-    orbits = known_orbits(case.system)
-    if not orbits:
-        raise InvalidParameterError(
-            f"omega = {mechanism_of(case.system).omega}: no symmetric orbit exists here to start "
-            "from. Give --position and --velocity."
+    at_orbit = arguments.at_orbit and has_symmetric_orbits(type(case.system))
+    if arguments.orbit or at_orbit:
+        return symmetric_orbit(case.system, arguments.orbit).state
+    return _free_start(case.system, over)
+
+
+def symmetric_orbit(system: System, sign: str | None = None) -> Orbit:
+    """Symmetric orbit with a sign; by default the stable one, or else the first."""
+    signs = zip(SIGNS, known_orbits(system), strict=False)
+    wanted = [orbit for own, orbit in signs if sign in (None, own)]
+    if not wanted:
+        raise Failure(
+            f"no symmetric 1-1-1 orbit exists at omega = {mechanism_of(system).omega}: condition (16) of the "
+            "paper fails. Give another --omega, or --position and --velocity."
         )
-    if arguments.orbit:
-        return orbits[SIGNS.index(arguments.orbit)].state
-    return next((o.state for o in orbits if o.stable), orbits[0].state)
+    return next((orbit for orbit in wanted if orbit.stable), wanted[0])
+
+
+def _free_start(machine: Machine, over: Values) -> State:
+    """Default start that is behind no stop at all corners of the grid, if one of theirs is."""
+    try:
+        grid = {name: np.asarray(values) for name, values in over.items()}
+        systems = [cast(Machine, with_parameters(machine, corner)) for corner in corners(grid)]
+        mechanisms = [mechanism_of(system) for system in systems]
+    except InvalidParameterError:
+        return machine.free_start()  # the sweep refuses these values, with the reason
+    starts = [one.free_start() for one in (machine, *systems)]
+    clear = (start for start in starts if all(_is_clear(start, m) for m in mechanisms))
+    return next(clear, starts[0])
+
+
+def _is_clear(start: State, mechanism: Mechanism) -> bool:
+    """Whether a start lies between all stops."""
+    places = [(contact, np.dot(contact.row, start.position)) for contact in mechanism.contacts]
+    return all(contact.lower <= place <= contact.upper for contact, place in places)
 
 
 # ---- the files -----------------------------------------------------------------------------------
 
 
-def add_out(parser: argparse.ArgumentParser, *, pages: tuple[str, ...] = ()) -> None:
+def add_out(
+    parser: argparse.ArgumentParser,
+    pictures: tuple[str, ...] = PICTURES,
+    pages: tuple[str, ...] = (),
+) -> None:
     """Add the option for output files; ``pages`` are suffixes of reports."""
+    parser.set_defaults(suffixes=DATA + pictures + pages)
     parser.add_argument(
-        "--out", action="append", default=[], type=Path, metavar="FILE",
-        help=f"write the data ({', '.join(DATA)}), a picture ({', '.join(PICTURES)})"
+        "--out", action="append", default=[], metavar="FILE",
+        help=f"write the data ({', '.join(DATA)})"
+        + (f", a picture ({', '.join(pictures)})" if pictures else "")
         + (f" or a report ({', '.join(pages)})" if pages else "")
         + "; may be repeated; an existing file is replaced",
     )  # fmt: skip
-
-
-def targets_of(arguments: argparse.Namespace, *, pages: tuple[str, ...] = ()) -> list[Path]:
-    """Files to write, checked before anything is computed."""
-    paths: list[Path] = arguments.out
-    for path in paths:
-        check_target(path, DATA + PICTURES + pages)
-    return paths
-
-
-def listed(paths: list[Path]) -> str:
-    """Line with the names of the files written."""
-    return f"\nwrote {', '.join(map(str, paths))}" if paths else ""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 from matplotlib.axes import Axes
@@ -17,17 +16,13 @@ from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
-from vibroimpact.cli.members import RANGE, ranges_of
-from vibroimpact.cli.output import write
-from vibroimpact.normal_forms import Refusal
+from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_curves, plot_plane
 
 EXAMPLE = (
     "  vibroimpact curve impact-damper/A --range 0.9 1.0 --at NS1 --over omega=0.7:1.2 "
     "--over half_clearance=3:12 --out curve.nc --out curve.svg"
 )
-WITH_COEFFICIENTS = ("CP", "GPD", "CH", "R1", "R2", "R3", "R4", "LPPD", "LPNS", "PDNS", "NSNS")
-PLANES = (".nc", ".zarr")
 
 Bounds = dict[str, tuple[float, float]]
 
@@ -42,10 +37,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--at", required=True, metavar="POINT",
         help="the special point: NS1, PD1, SN1, GR1, ..., or BP1 of a symmetric orbit",
     )  # fmt: skip
-    group.add_argument(
-        "--over", action="append", required=True, metavar=RANGE,
-        help="a parameter and its range; two of them, the first for the abscissa. Given once, the second "
-        "parameter; the first is then that of the branch, in its range",
+    common.add_named(
+        group, "--over", common.RANGE,
+        "a parameter and its range; two of them, the first for the abscissa. Given once, the second "
+        "parameter; the first is then that of the branch, in its range", required=True,
     )  # fmt: skip
     group.add_argument(
         "--then", type=_then, action="append", default=[], metavar="POINT=KIND",
@@ -73,55 +68,50 @@ def _then(text: str) -> tuple[str, str]:
     return point, kind
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Follow, write, and describe the curves."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Follow the curve from the branch, and those through points of the ones before."""
     bounds = _bounds(arguments)
-    behind = None if arguments.behind is None else plane_in(arguments.behind, tuple(bounds))
+    behind = plane_behind(arguments, tuple(bounds))
     curves = _curves(arguments, bounds)
-    write(targets, data=curves[-1], picture=lambda: _picture(curves, behind))
     system = curves[0].orbit(curves[0].curve.start).system
-    return "\n".join([str(system), *map(described, curves)]) + common.listed(targets)
+    return Done(
+        [system, *curves],
+        curves[-1],
+        lambda: plot_curves(curves, ax=behind and behind()),
+    )
 
 
 def _bounds(arguments: argparse.Namespace) -> Bounds:
     """Both parameters with their ranges; the first may be that of the branch."""
-    over = ranges_of(arguments.over, "over")
+    over: Bounds = arguments.over
     if len(over) == 1 and arguments.parameter not in over:
         low, high = arguments.range
         return {arguments.parameter: (low, high), **over}
-    if len(over) != 2:
-        raise InvalidParameterError(
-            f"over = {', '.join(over)}: give --over {RANGE} twice, with two parameters; or once, with another "
-            f"parameter than {arguments.parameter} of the branch."
-        )
+    common.check_count(over, 2, common.RANGE)
     return over
 
 
 def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCurve]:
-    """The curve from the branch, and those through points of the ones before."""
     point: BifurcationPoint | CodimensionTwoPoint = branches_of(arguments)[-1][arguments.at]
+    (first, a), (second, b) = bounds.items()
     curves: list[BifurcationCurve] = []
     for label, kind in [(arguments.at, ""), *arguments.then]:
         if kind:
             check_choice("then", label, [p.label for p in curves[-1].special_points])
             point = curves[-1][label]
-        (first, a), (second, b) = bounds.items()
-        curves.append(
-            continue_bifurcation(point, (first, second), (a, b), kind=kind, progress=True)
-        )
-        common.check_interrupted(curves[-1])
+        curve = continue_bifurcation(point, (first, second), (a, b), kind=kind, progress=True)
+        common.check_interrupted(curve)
+        curves.append(curve)
     return curves
 
 
-# ---- the picture ---------------------------------------------------------------------------------
-
-
-def plane_in(path: Path, names: Sequence[str]) -> xr.Dataset:
-    """Plane of motions of a file or a store."""
+def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callable[[], Axes] | None:
+    """What draws the plane of motions of --behind, a file or a store; None without one."""
+    if (path := arguments.behind) is None:
+        return None
     path_of("behind", path)
     try:
-        store = path.suffix.lower() != PLANES[0]
+        store = path.suffix.lower() != ".nc"
         data = xr.open_zarr(path) if store else xr.open_dataset(path, engine="h5netcdf")
     except (OSError, ValueError) as error:
         raise InvalidParameterError(f"behind = {path}: cannot be read ({error}).") from error
@@ -130,40 +120,4 @@ def plane_in(path: Path, names: Sequence[str]) -> xr.Dataset:
             f"behind = {path}: holds {', '.join(map(str, data.dims))}; need a plane of {' and '.join(names)}, in "
             "this order."
         )
-    return data
-
-
-def _picture(curves: Sequence[BifurcationCurve], behind: xr.Dataset | None) -> Axes:
-    return plot_curves(curves, ax=None if behind is None else plot_plane(behind))
-
-
-# ---- the words -----------------------------------------------------------------------------------
-
-
-def described(curve: BifurcationCurve) -> str:
-    """Description of a curve, with the coefficients at its points."""
-    points = [line for point in curve.special_points for line in _coefficients(point)]
-    parts = [
-        f"  {part.name} is not resolved from point {part.first} to {part.last}: {part.reason}"
-        for part in curve.curve.unresolved
-    ]
-    return "\n".join([repr(curve), *points, *parts])
-
-
-def _coefficients(point: CodimensionTwoPoint) -> list[str]:
-    """Coefficients and what is born, or why there are none; weak resonances and touches have none."""
-    form = point.normal_form
-    if isinstance(form, Refusal):
-        none = point.kind not in WITH_COEFFICIENTS
-        return [] if none else [f"{point.label}: {form.reason}"]
-    shown = [f"{name} = {_number(value)}" for name, value in form.numbers.items()]
-    return [f"{point.label}: {', '.join(shown)}", f"  {form.meaning}"]
-
-
-def _number(value: Any) -> str:
-    """A number, several, or the words that stand in its place."""
-    if isinstance(value, tuple):
-        return f"({', '.join(map(_number, value))})"
-    if isinstance(value, complex):
-        return f"{value.real:.12g}{value.imag:+.12g}j"
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
+    return lambda: plot_plane(data)

@@ -9,7 +9,8 @@ from functools import partial
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact.cli import common, ensemble, members
+from vibroimpact.cli import common, ensemble
+from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 
@@ -28,7 +29,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         observe="more than the section",
         grid=False,
     )
-    common.add_arguments_of(parser, bifurcation_sweep, SECTION, **ensemble.TEXTS)
+    common.add_arguments_of(parser, bifurcation_sweep, SECTION)
     parser.add_argument(
         "--variable", metavar="NAME",
         help=f"variable to draw: x1, ..., v1, ..., phase, or one of the observers (default: {FIRST})",
@@ -36,19 +37,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_window(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Compute, write, and count the ends of the members."""
-    targets = common.targets_of(arguments)
-    over = members.over_of(arguments, 1)
-    case = members.case_of(arguments, over)
-    start = members.start_of(arguments, case, over)
+def run(arguments: argparse.Namespace) -> Done:
+    """Compute the diagram."""
+    common.check_count(arguments.over, 1, common.GRID)
+    case = common.case_of(arguments, arguments.over)
+    start = ensemble.start_of(arguments, case)
     compute: Callable[..., xr.Dataset] = partial(
-        bifurcation_sweep, case.system, observe=members.observed(arguments),
+        bifurcation_sweep, case.system, observe=ensemble.observed(arguments),
         **common.given(arguments, SECTION),
     )  # fmt: skip
     draw = partial(_picture, arguments.variable or FIRST)
-    found = ensemble.computed(arguments, targets, over, start, compute, draw)
-    return ensemble.report(arguments, targets, case, over, found)
+    return ensemble.computed(arguments, case, start, compute, draw)
 
 
 def _picture(variable: str, found: xr.Dataset) -> Axes:

@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = argparse.Namespace(words=words)  # a report states its command
     try:
         parser().parse_args(words, arguments)
-        sys.stdout.write(arguments.run(arguments) + "\n")
+        sys.stdout.write(_done(arguments) + "\n")
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
     except InvalidParameterError as error:
@@ -68,6 +68,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         return _report(str(stop) or _interrupted(arguments), INTERRUPTED)
     return DONE
+
+
+def _done(arguments: argparse.Namespace) -> str:
+    """Run a command, write its files, and return what it prints."""
+    from vibroimpact._core.checks import check_target  # loads numpy
+    from vibroimpact.cli.common import check_interrupted
+    from vibroimpact.cli.output import write
+
+    arguments.out = [Path(one) for one in arguments.out]
+    for path in arguments.out:
+        check_target(path, arguments.suffixes)
+    done = arguments.run(arguments)
+    check_interrupted(*done.said)
+    written = write(arguments.out, done)
+    files = [f"wrote {', '.join(map(str, written))}"] if written else []
+    return "\n".join([*map(str, done.said), *files])
 
 
 def parser() -> argparse.ArgumentParser:
@@ -119,7 +135,7 @@ class _Command(argparse.ArgumentParser):
         module = module_of((self.prog or "").split()[-1])
         self.epilog = f"example:\n{module.EXAMPLE}"
         self._negative_number_matcher = NEGATIVE_NUMBER
-        self.set_defaults(run=module.run, machine=machine_in_words(words))
+        self.set_defaults(run=module.run, machine=machine_in_words(words), out=[])
         module.add_options(self)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,12 @@ import numpy as np
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
+from vibroimpact.cli.output import Done
 from vibroimpact.normal_forms import (
     BranchPoint,
     CentreManifold,
     Flip,
-    Fold,
     NeimarkSacker,
-    NormalForm,
     Refusal,
     centre_manifold,
     resonances,
@@ -26,10 +26,12 @@ from vibroimpact.normal_forms import (
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 
 EXAMPLE = "  vibroimpact normal-form impact-damper/A --range 0.9 1.2 --at NS1"
+COEFFICIENTS = ("nu", "a", "b", "c", "d", "e", "twist", "f1", "multiplier_slopes")
+OF_FORM = (*COEFFICIENTS[1:], "pitchfork", "supercritical", "attracting", "side", "warnings")
 BORN = {
-    "PD": "an orbit of twice the period",
+    "NS": "a circle", "PD": "an orbit of twice the period", "SN": "two orbits",
     "BP": "two orbits, mirror images of each other",
-}
+}  # fmt: skip
 
 Facts = dict[str, Any]
 
@@ -45,8 +47,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Compute the normal form and describe it."""
+def run(arguments: argparse.Namespace) -> Done:
+    """Compute the normal form."""
     point = branches_of(arguments)[-1][arguments.at]
     form = point.normal_form
     if isinstance(form, Refusal):
@@ -54,15 +56,18 @@ def run(arguments: argparse.Namespace) -> str:
             f"{point.label} at {point.name} = {point.parameter:.12g}: {form.reason}"
         )
     facts = _facts(point, form)
-    return json.dumps(facts, indent=2) if arguments.json else _text(point, facts)
+    return Done([json.dumps(facts, indent=2)] if arguments.json else [point, *_words(facts)])
 
 
 # ---- the numbers ---------------------------------------------------------------------------------
 
 
-def _facts(point: BifurcationPoint, form: NormalForm) -> Facts:
+def _facts(point: BifurcationPoint, form: Any) -> Facts:
+    """What the form says, and where: a size w, or the radius of a circle, is a law times sqrt|dp|."""
     solved = solved_map(point.orbit, point.name)
-    facts = {
+    forked = not isinstance(form, BranchPoint) or form.pitchfork
+    of_form = [name for name in OF_FORM if forked or name not in ("supercritical", "side")]
+    facts: Facts = {
         "point": point.label,
         "kind": point.kind,
         "parameter": point.name,
@@ -72,39 +77,29 @@ def _facts(point: BifurcationPoint, form: NormalForm) -> Facts:
         "admissible": point.admissible,
         "map": "half map" if point.orbit.symmetric else "full map",
         "coordinates": _coordinates(solved),
-        "multipliers": [_pair(value) for value in form.multipliers],
+        "multipliers": [_plain(value) for value in form.multipliers],
         "others_inside": form.others_inside,
-    }
+        "nu": _plain(complex(-1.0 if isinstance(form, Flip) else 1.0)),
+    } | {name: _plain(getattr(form, name)) for name in of_form if hasattr(form, name)}
     if isinstance(form, NeimarkSacker):
         facts |= _of_circle(form, solved)
-    elif isinstance(form, Flip):
-        facts |= _of_flip(form)
-    elif isinstance(form, Fold):
-        facts |= _of_fold(form)
-    elif isinstance(form, BranchPoint):
-        facts |= _of_crossing(form)
+    elif forked:
+        size = form.size(float(form.side))
+        facts |= {"radius_law": size, "half_width_law": (size * np.abs(form.q)).tolist()}
+    if isinstance(form, Flip):
+        facts["growth"] = -form.multiplier_slope
     return facts
 
 
-def _coordinates(solved: SegmentMap) -> list[str]:
-    """Names of the coordinates of the map."""
-    n = solved.compiled.degrees
-    names = [f"{kind}{i + 1}" for kind in "xv" for i in range(n)] + ["phase"]
-    return [names[i] for i in solved.kept_in]
-
-
 def _of_circle(form: NeimarkSacker, solved: SegmentMap) -> Facts:
-    unit = float(form.side)
-    near = form.resonance
+    unit, near, reduced = float(form.side), form.resonance, centre_manifold(solved)
+    trusted = form.resonant_radius
     return {
-        "nu": _pair(form.multiplier),
+        "nu": _plain(form.multiplier),
+        "f1": reduced.f1
+        if isinstance(reduced, CentreManifold)
+        else None,  # -Re(d) by another route
         "angle_degrees": math.degrees(form.angle),
-        "d": _pair(form.d),
-        "f1": _second_route(solved),
-        "twist": form.twist,
-        "supercritical": form.supercritical,
-        "attracting": form.attracting,
-        "side": form.side,
         "growth": form.kappa.real,
         "turning": form.kappa.imag,
         "radius_law": form.radius(unit),
@@ -114,146 +109,64 @@ def _of_circle(form: NeimarkSacker, solved: SegmentMap) -> Facts:
         "resonance_distances": {
             f"{r.p}/{r.q}": r.distance for r in resonances(form.angle) if r.strong or r == near
         },
-        "trusted_below_radius": form.resonant_radius
-        if math.isfinite(form.resonant_radius)
-        else None,
-        "warnings": list(form.warnings),
+        "trusted_below_radius": trusted if math.isfinite(trusted) else None,
     }
 
 
-def _second_route(solved: SegmentMap) -> float | None:
-    """-Re(d) from the graph of the centre manifold; None where that is refused."""
-    reduced = centre_manifold(solved)
-    return reduced.f1 if isinstance(reduced, CentreManifold) else None
+def _coordinates(solved: SegmentMap) -> list[str]:
+    """Names of the coordinates of the map."""
+    n = solved.compiled.degrees
+    names = [f"{kind}{i + 1}" for kind in "xv" for i in range(n)] + ["phase"]
+    return [names[i] for i in solved.kept_in]
 
 
-def _of_flip(form: Flip) -> Facts:
-    size = form.size(float(form.side))
-    return {
-        "nu": _pair(-1.0),
-        "c": form.c,
-        "supercritical": form.supercritical,
-        "attracting": form.attracting,
-        "side": form.side,
-        "growth": -form.multiplier_slope,
-        "radius_law": size,
-        "half_width_law": (size * np.abs(form.q)).tolist(),
-    }
-
-
-def _of_fold(form: Fold) -> Facts:
-    size = form.size(float(form.side))
-    return {
-        "nu": _pair(1.0),
-        "a": form.a,
-        "side": form.side,
-        "radius_law": size,
-        "half_width_law": (size * np.abs(form.q)).tolist(),
-    }
-
-
-def _of_crossing(form: BranchPoint) -> Facts:
-    facts: Facts = {
-        "nu": _pair(1.0), "a": form.a, "b": form.b, "c": form.c, "e": form.e,
-        "pitchfork": form.pitchfork, "multiplier_slopes": list(form.multiplier_slopes),
-    }  # fmt: skip
-    if not form.pitchfork:
-        return facts
-    size = form.size(float(form.side))
-    return facts | {
-        "supercritical": form.supercritical,
-        "side": form.side,
-        "radius_law": size,
-        "half_width_law": (size * np.abs(form.q)).tolist(),
-    }
-
-
-def _pair(value: complex) -> list[float]:
-    """Real and imaginary part of a number."""
-    return [complex(value).real, complex(value).imag]
+def _plain(value: Any) -> Any:
+    """A value of JSON; of a complex number its real and imaginary part."""
+    if isinstance(value, complex | np.complexfloating):
+        return [float(value.real), float(value.imag)]
+    return list(value) if isinstance(value, tuple) else value
 
 
 # ---- the words -----------------------------------------------------------------------------------
 
 
-def _text(point: BifurcationPoint, facts: Facts) -> str:
-    kind = {"NS": _circle_text, "PD": _flip_text, "SN": _fold_text}
-    flips = facts["kind"] == "BP" and "attracting" in facts
-    words = _flip_text if flips else kind.get(facts["kind"], _crossing_text)
-    lines = [
-        repr(point),
-        f"{facts['orbit']} orbit, {facts['map']} in {', '.join(facts['coordinates'])}",
-        *words(facts),
-        *(f"warning: {sentence}" for sentence in facts.get("warnings", [])),
-    ]
-    return "\n".join(lines)
-
-
-def _circle_text(facts: Facts) -> list[str]:
-    p, q = facts["nearest_resonance"]
-    second = facts["f1"]
-    other = (
-        "refused"
-        if second is None
-        else f"{-second:.12g}, apart by {abs(second + facts['d'][0]):.1e}"
-    )
-    angle = math.radians(facts["angle_degrees"])
-    distances = ", ".join(f"{name} {d:.4g}" for name, d in facts["resonance_distances"].items())
-    return [
-        f"nu = {_complex(facts['nu'])}, angle {facts['angle_degrees']:.9g} degrees; nearest "
-        f"resonance {p}/{q}",
-        f"d = {_complex(facts['d'])}; Im d / Re d = {facts['twist']:.9g}",
-        f"Re d from the graph of the centre manifold: {other}",
-        _born("a circle", facts),
-        *_size("r = ", facts),
-        f"angle per iterate on it: {angle:.9g} {facts['angle_slope']:+.6g} dp radians",
-        f"resonance distances |nu^q - 1|: {distances}",
-    ]
-
-
-def _flip_text(facts: Facts) -> list[str]:
-    born = BORN[facts["kind"]]
-    return [f"nu = -1, c = {facts['c']:.12g}", _born(born, facts), *_size("w = ", facts)]
-
-
-def _fold_text(facts: Facts) -> list[str]:
-    way = ">" if facts["side"] > 0 else "<"
-    return [
-        f"nu = 1, a = {facts['a']:.12g}",
-        f"two orbits for {facts['parameter']} {way} {facts['value']:.9g}",
-        *_size("w = ", facts),
-    ]
-
-
-def _crossing_text(facts: Facts) -> list[str]:
-    numbers = ", ".join(f"{name} = {facts[name]:.9g}" for name in "abce")
-    slopes = ", ".join(f"{slope:.9g}" for slope in facts["multiplier_slopes"])
-    lines = [f"nu = 1, {numbers}", f"derivative of the multiplier along the branches: {slopes}"]
-    if not facts["pitchfork"]:
-        return ["transcritical", *lines]
-    return ["pitchfork", *lines, _born("two orbits", facts), *_size("w = ", facts)]
-
-
-def _born(what: str, facts: Facts) -> str:
-    """Criticality, attraction and side of the new solutions in a sentence."""
-    verdict = "supercritical" if facts["supercritical"] else "subcritical"
-    way = ">" if facts["side"] > 0 else "<"
-    attracts = facts.get("attracting", facts["supercritical"] and facts["others_inside"])
-    return (
-        f"{verdict}: {what}, {'attracting' if attracts else 'not attracting'}, for "
-        f"{facts['parameter']} {way} {facts['value']:.9g}"
-    )
-
-
-def _size(name: str, facts: Facts) -> list[str]:
-    """Square-root law of the size, and the half width in each coordinate."""
+def _words(facts: Facts) -> Iterator[str]:
+    """Coefficients, what is born, its size, and warnings, a line each."""
+    yield f"{facts['orbit']} orbit, {facts['map']} in {', '.join(facts['coordinates'])}"
+    yield ", ".join(f"{name} = {_text(facts[name])}" for name in COEFFICIENTS if name in facts)
+    place = f"{facts['parameter']} {'>' if facts.get('side', 0) > 0 else '<'} {facts['value']:.9g}"
+    if not facts.get("pitchfork", True):
+        yield "transcritical"
+        return
+    pitchfork = "pitchfork, " if "pitchfork" in facts else ""
+    if "supercritical" in facts:
+        attracts = facts.get("attracting", facts["supercritical"] and facts["others_inside"])
+        yield (
+            f"{pitchfork}{'super' if facts['supercritical'] else 'sub'}critical: {_born(facts)}, "
+            f"{'attracting' if attracts else 'not attracting'}, for {place}"
+        )
+    else:
+        yield f"{_born(facts)} for {place}"
+    name, dp = "r" if facts["kind"] == "NS" else "w", f"{facts['parameter']} - {facts['value']:.9g}"
+    yield f"{name} = {facts['radius_law']:.9g} sqrt|dp|, dp = {dp}"
     widths = zip(facts["coordinates"], facts["half_width_law"], strict=True)
-    return [
-        f"{name}{facts['radius_law']:.9g} sqrt|dp|, dp = {facts['parameter']} - "
-        f"{facts['value']:.9g}",
-        "half width / sqrt|dp|: " + ", ".join(f"{c} {width:.6g}" for c, width in widths),
-    ]
+    yield f"half width / sqrt|dp|: {', '.join(f'{one} {width:.6g}' for one, width in widths)}"
+    if facts["kind"] == "NS":
+        angle, (p, q) = math.radians(facts["angle_degrees"]), facts["nearest_resonance"]
+        near = ", ".join(f"{name} {d:.4g}" for name, d in facts["resonance_distances"].items())
+        yield f"angle per iterate on it: {angle:.9g} {facts['angle_slope']:+.6g} dp radians"
+        yield f"nearest resonance {p}/{q}; distances |nu^q - 1|: {near}"
+    yield from (f"warning: {sentence}" for sentence in facts.get("warnings", []))
 
 
-def _complex(pair: list[float]) -> str:
-    return f"{pair[0]:.12g}{pair[1]:+.12g}j"
+def _born(facts: Facts) -> str:
+    return BORN["SN"] if "pitchfork" in facts else BORN[facts["kind"]]
+
+
+def _text(value: Any) -> str:
+    """A number; of several, or of a complex one, the numbers."""
+    if value is None:
+        return "refused"
+    if isinstance(value, list):
+        return f"({', '.join(map(_text, value))})"
+    return f"{value:.12g}"

@@ -12,7 +12,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
-from vibroimpact.cli.output import write
+from vibroimpact.cli.output import Done
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
@@ -28,9 +28,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Find the orbits, write, and describe them."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Find the orbits."""
     damper = common.case_of(arguments).system
     if not isinstance(damper, ImpactDamper):
         raise InvalidParameterError(f"system = {shown(damper)}: must be an impact damper.")
@@ -40,12 +39,11 @@ def run(arguments: argparse.Namespace) -> str:
             f"no symmetric 1-1-1 orbit exists at omega = {damper.omega}: condition (16) of the "
             "paper fails."
         )
-    write(
-        targets,
-        data=_dataset(damper, orbits),
-        picture=lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
+    return Done(
+        [damper, *map(_described, SIGNS, orbits)],
+        _dataset(damper, orbits),
+        lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
     )
-    return "\n".join([str(damper), *map(_described, SIGNS, orbits)]) + common.listed(targets)
 
 
 def _name(sign: int, orbit: Orbit) -> str:

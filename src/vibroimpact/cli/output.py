@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
@@ -14,85 +14,70 @@ from vibroimpact._core.files import replacing
 from vibroimpact.plotting import save
 from vibroimpact.plotting.report import PAGES
 from vibroimpact.plotting.style import PICTURES
-from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.results.files import write as write_data
 
+Picture = Callable[[], Axes]
 
-def write(
-    paths: list[Path], *, data: Any, picture: Callable[[], Axes],
-    page: Callable[[], str] = str,
-) -> None:  # fmt: skip
-    """Write files by their suffixes: all of them, or none.
 
-    Parameters
+class Done(NamedTuple):
+    """What a command prints, and what its files hold.
+
+    Attributes
     ----------
-    paths
-        Files that :func:`check_target` has passed.
+    said
+        Results and lines, which are printed one below the other.
     data
-        The result for data files.
+        A result, or several, which go to numbered files, name-1.nc, name-2.nc, ...
     picture, page
-        Make what is written to pictures and to HTML; called only where a file wants it.
+        Make a picture, and a report in HTML; called only where a file wants them.
     """
-    _write([(path, data) for path in paths], picture, page)
+
+    said: Sequence[object]
+    data: Any = ()
+    picture: Picture | None = None
+    page: Callable[[], str] | None = None
 
 
-def write_each(
-    paths: list[Path], *, data: Sequence[Any], picture: Callable[[], Axes]
-) -> list[Path]:
-    """Write several results to numbered files, name-1.nc, name-2.nc, ..., and pictures: all, or none.
-
-    Parameters
-    ----------
-    paths
-        Files that :func:`check_target` has passed; those of data without a number.
-    data
-        The results.
-    picture
-        Makes the picture; called only where a file wants it.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-    """
-    files = [pair for path in paths for pair in _numbered(path, data)]
-    _write(files, picture)
+def write(paths: Sequence[Path], done: Done) -> list[Path]:
+    """Write files by their suffixes, all of them or none, and return their names."""
+    files = [pair for path in paths for pair in _files(path, done)]
+    plt.switch_backend("agg")  # a file needs no window and no display
+    with ExitStack() as stack:
+        for path, put in files:
+            put(stack.enter_context(replacing(path)))
     return [path for path, _ in files]
 
 
-def _numbered(path: Path, data: Sequence[Any]) -> list[tuple[Path, Any]]:
-    if path.suffix.lower() not in DATA:
-        return [(path, data[0])]  # a picture
-    return [(path.with_stem(f"{path.stem}-{i}"), one) for i, one in enumerate(data, 1)]
+def _files(path: Path, done: Done) -> Iterator[tuple[Path, Callable[[Path], object]]]:
+    """What writes the files of one name."""
+    suffix = path.suffix.lower()
+    if suffix in PICTURES and (draw := done.picture):
+        yield path, lambda to: _draw(draw, to)
+    elif suffix in PAGES and (page := done.page):
+        yield path, lambda to: to.write_text(page(), encoding="utf-8")
+    elif isinstance(data := done.data, list | tuple):
+        for i, one in enumerate(data, 1):
+            numbered = path.with_stem(f"{path.stem}-{i}")
+            yield numbered, lambda to, one=one: write_data(one, to)  # type: ignore[misc]
+    else:
+        yield path, lambda to: write_data(data, to)
 
 
-def _write(
-    files: Sequence[tuple[Path, Any]], picture: Callable[[], Axes],
-    page: Callable[[], str] = str,
-) -> None:  # fmt: skip
-    with ExitStack() as stack:
-        for path, data in files:
-            temporary = stack.enter_context(replacing(path))
-            if path.suffix.lower() in DATA:
-                write_data(data, temporary)
-            elif path.suffix.lower() in PAGES:
-                plt.switch_backend("agg")
-                temporary.write_text(page(), encoding="utf-8")
-            else:
-                with _drawn(picture) as ax:
-                    save(ax, temporary)
+def _draw(picture: Picture, path: Path) -> None:
+    with _drawn(picture) as ax:
+        save(ax, path)
 
 
-def rehearse_picture(paths: list[Path], picture: Callable[[], Axes]) -> None:
+def rehearse_picture(paths: Sequence[Path], picture: Picture) -> None:
     """Make a picture if a file wants one, and drop it: an error comes before the long work."""
     if any(path.suffix.lower() in PICTURES for path in paths):
+        plt.switch_backend("agg")
         with _drawn(picture):
             pass
 
 
 @contextmanager
-def _drawn(picture: Callable[[], Axes]) -> Iterator[Axes]:
-    plt.switch_backend("agg")  # a file needs no window and no display
+def _drawn(picture: Picture) -> Iterator[Axes]:
     ax = picture()
     try:
         yield ax

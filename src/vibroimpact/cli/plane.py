@@ -11,9 +11,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.cli import common, ensemble, members
+from vibroimpact.cli import common, ensemble
+from vibroimpact.cli.output import Done
 from vibroimpact.model.state import State
 from vibroimpact.plotting import plot_plane
+from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.motion_codes import categories
 from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.observers.observer import Observer
@@ -27,10 +29,6 @@ EXAMPLE = (
 )
 LISTED = 8  # motions that are printed
 LOOKS = ("variable", "most", "symbols")
-SYMBOLS = (
-    "These symbols instead, in the order of the colours: 1-1-1 2-2-2. Planes with the same list "
-    "have the same colours."
-)
 COUNTING = ("at", "tolerance")
 
 
@@ -41,22 +39,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         over="a parameter and its values; two of them, the first for the abscissa",
         observe="more than symbol and impacts",
     )
-    common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
-    common.add_arguments_of(parser, plot_plane, LOOKS, symbols=SYMBOLS)
+    common.add_arguments_of(parser, sweep, ["follow"])
+    common.add_arguments_of(parser, plot_plane, LOOKS)
     common.add_arguments_of(
         parser.add_argument_group("counting attractors", "With many starts, at every point."),
-        multistability, COUNTING, **ensemble.TEXTS,
+        basins, COUNTING,
     )  # fmt: skip
     ensemble.add_window(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Compute, write, and count the motions."""
-    targets = common.targets_of(arguments)
-    many = arguments.starts is not None or arguments.grid
-    over = members.over_of(arguments, None if many else 2)
-    case = members.case_of(arguments, over)
-    start = members.start_of(arguments, case, over)
+def run(arguments: argparse.Namespace) -> Done:
+    """Compute the motions, or count the attractors."""
+    over = arguments.over
+    if arguments.starts is None and not arguments.grid:
+        common.check_count(over, 2, common.GRID)
+    case = common.case_of(arguments, over)
+    start = ensemble.start_of(arguments, case)
     looks = common.given(arguments, LOOKS)
     if len(over) == 1 and (unused := sorted(looks.keys() - {"variable"})):
         raise InvalidParameterError(f"{unused[0]}: is for planes. Give --over twice.")
@@ -70,15 +68,14 @@ def run(arguments: argparse.Namespace) -> str:
     def draw(of: xr.Dataset) -> Axes:
         return ensemble.picture_over(arguments)(of, **looks)
 
-    found = ensemble.computed(arguments, targets, over, start, compute, draw)
-    return ensemble.report(arguments, targets, case, over, found, _counts(found))
+    return ensemble.computed(arguments, case, start, compute, draw, _counts)
 
 
 def _observed(arguments: argparse.Namespace) -> list[Observer]:
     """Observers, including that of the variable to draw, which need not be named twice."""
     if counting := common.given(arguments, COUNTING):
         raise InvalidParameterError(f"{min(counting)}: is for counting attractors. Give --starts.")
-    named = members.observed(arguments)
+    named = ensemble.observed(arguments)
     drawn = arguments.variable
     missing = drawn in OBSERVERS and drawn not in [one.name for one in named]
     return [*named, observer_of(drawn)] if missing else named
@@ -90,11 +87,12 @@ def _counting(arguments: argparse.Namespace) -> dict[str, Any]:
     return observe | common.given(arguments, COUNTING)
 
 
-def _counts(found: xr.Dataset) -> str:
+def _counts(found: xr.Dataset) -> list[str]:
     """Number of points with each motion, or with each number of attractors."""
     if "attractors" in found:
         counts = found["attractors"].to_series().value_counts().sort_index()
-        return "attractors met: " + ", ".join(f"{k} at {n} points" for k, n in counts.items())
+        listed = ", ".join(f"{k} at {n} points" for k, n in counts.items())
+        return [f"attractors met: {listed}"]
     present = sorted(categories(found["motion"]), key=lambda one: -one.members)
     listed = ", ".join(f"{one.words} {one.members}" for one in present[:LISTED])
-    return listed + (f", and {len(present) - LISTED} more" if len(present) > LISTED else "")
+    return [listed + (f", and {len(present) - LISTED} more" if len(present) > LISTED else "")]

@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.cli import common, members
+from vibroimpact.cli import common
 from vibroimpact.cli.ensemble import system_over
-from vibroimpact.cli.output import write
-from vibroimpact.machines.toml_file import Case
-from vibroimpact.model.state import STATE
+from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_response
 from vibroimpact.plotting.report import PAGES, in_brief, report_of
-from vibroimpact.response.compare import COMPARISONS, measured_beside
-from vibroimpact.response.response import Response, frequency_response
+from vibroimpact.response.compare import measured_beside
+from vibroimpact.response.response import frequency_response
 
 EXAMPLE = (
     "  vibroimpact response impact-damper/A --over omega=0.4:0.6 --measure x1 --compare linear "
     "--out response.svg --out report.html"
 )
+BAND = ("unit", "measure")
 SIMULATION = ("number", "seed", "settle_periods", "periods")
 SEARCH = ("most", "depth", "workers")
-TEXTS = {
-    "settle_periods": "Forcing periods before motions are observed.",
-    "periods": "Forcing periods while they are observed.",
-    "depth": "Switches from the branch of a simulated orbit to others.",
-}
+LOOKS = ("compare", "decibel")
 LEAST: dict[str, Any] = {
     "number": 2, "starts": 0, "most": 0, "settle_periods": 0, "periods": 1, "progress": False,
 }  # fmt: skip
@@ -36,72 +30,55 @@ LEAST: dict[str, Any] = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
     common.add_start(parser, at_orbit=False)
     group = parser.add_argument_group("response")
-    members.add_band(group, frequency_response)
-    group.add_argument(
-        "--compare", action="append", default=[], choices=COMPARISONS,
-        help="put a linear machine beside it: linear, all stops open; tuned, with a tuned mass "
-        "damper of the same mass; may be repeated",
-    )  # fmt: skip
-    group.add_argument(
-        "--decibel", action="store_true", help="draw decibels: 20 lg of the value, 10 lg of a power"
-    )
-    group.add_argument("--title", default="", metavar="TEXT", help="heading of the report")
+    add_band(group, frequency_response)
+    common.add_arguments_of(group, plot_response, LOOKS)
+    common.add_arguments_of(group, report_of, ["title"])
     group.add_argument(
         "--starts", type=int, metavar="COUNT",
         help="random starts at each value of the parameter (default: 16)",
     )  # fmt: skip
-    common.add_arguments_of(group, frequency_response, (*SIMULATION, *SEARCH), **TEXTS)
+    common.add_arguments_of(group, frequency_response, (*SIMULATION, *SEARCH))
     common.add_out(parser, pages=PAGES)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Compute the response, write, and say how large it is."""
-    targets = common.targets_of(arguments, pages=PAGES)
-    parameter, band = members.band_of(arguments)
-    case = members.case_of(arguments, {parameter: np.array(band)})
-    chosen = {
-        "parameter": parameter, "band": band,
-        **common.given(arguments, ("unit", "measure")), **_start(arguments, case),
-    }  # fmt: skip
-    _check_compare(arguments, frequency_response(case.system, **chosen, **LEAST))
-    more = common.given(arguments, ("starts", *SIMULATION, *SEARCH))
-    response = frequency_response(case.system, **chosen, **more)
-    said = _said(arguments, case, response)
-    drawn: dict[str, Any] = {"compare": arguments.compare, "decibel": arguments.decibel}
-    write(
-        targets,
-        data=response,
-        picture=lambda: plot_response(response, **drawn),
-        page=lambda: report_of(
-            response, title=arguments.title, command=common.command_of(arguments), **drawn
-        ),
+def add_band(parser: argparse._ActionsContainer, function: Callable[..., Any]) -> None:
+    """Add what varies while a machine runs, its band, and what a function measures over it."""
+    text = "the parameter, usually omega, and its band, in --unit where it is given"
+    common.add_named(parser, "--over", common.RANGE, text, required=True)
+    common.add_arguments_of(parser, function, BAND)
+
+
+def run(arguments: argparse.Namespace) -> Done:
+    """Compute the response."""
+    common.check_count(arguments.over, 1, common.RANGE)
+    case = common.case_of(arguments, arguments.over)
+    ((parameter, band),) = arguments.over.items()
+    chosen = {"parameter": parameter, "band": band, **common.given(arguments, BAND)}
+    if common.given(arguments, common.START) or case.start:
+        chosen["start"] = common.start_of(arguments, case, arguments.over)
+    few = frequency_response(case.system, **chosen, **LEAST)
+    drawn = common.given(arguments, LOOKS)
+    for one in drawn.get("compare", ()):  # refuses a linear machine that does not exist
+        measured_beside(few, one)(few.band.low)
+    response = frequency_response(
+        case.system, **chosen, **common.given(arguments, ("starts", *SIMULATION, *SEARCH))
     )
-    return said + common.listed(targets)
-
-
-def _start(arguments: argparse.Namespace, case: Case) -> dict[str, Any]:
-    """Start of the motion that is followed, where one is given."""
-    if not common.given(arguments, (*STATE, "on_stop", "orbit", "perturb")) and not case.start:
-        return {}
-    return {"start": members.base_of(arguments, case)}
-
-
-def _check_compare(arguments: argparse.Namespace, response: Response) -> None:
-    """Refuse a linear machine that does not exist, before the long work."""
-    for one in arguments.compare:
-        measured_beside(response, one)(response.band.low)
-
-
-def _said(arguments: argparse.Namespace, case: Case, response: Response) -> str:
-    """What was found, in numbers and in words; a failure where nothing was."""
-    if response.interrupted:
-        raise KeyboardInterrupt
+    common.check_interrupted(response)
     try:
-        words = in_brief(response, arguments.compare)
+        words = in_brief(response, drawn.get("compare", ()))
     except InvalidParameterError as error:
         raise common.Failure(str(error)) from error
-    ends = np.array([response.band.low, response.band.high])
-    return "\n".join([system_over(case, {response.parameter: ends}), repr(response), *words])
+    system = system_over(case, {response.parameter: (response.band.low, response.band.high)})
+    return Done(
+        [system, response, *words],
+        response,
+        lambda: plot_response(response, **drawn),
+        lambda: report_of(
+            response,
+            command=common.command_of(arguments),
+            **drawn,
+            **common.given(arguments, ["title"]),
+        ),
+    )

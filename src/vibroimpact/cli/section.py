@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from vibroimpact.cli import common
-from vibroimpact.cli.output import write
+from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_section
 from vibroimpact.simulation.sections import section
 from vibroimpact.simulation.simulate import RunEnd
@@ -16,7 +16,6 @@ POINTS, AXES = ("at", "points", "settle"), ("x", "y")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
     common.add_start(parser)
     common.add_arguments_of(
         parser, section, POINTS,
@@ -29,14 +28,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Record the section, write, and describe it."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Record the section."""
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)
     found = section(case.system, state, **common.given(arguments, POINTS))
     if found.end is not RunEnd.POINTS:
         raise common.Failure(f"after {len(found)} points: {found.end.sentence}.")
     axes = common.given(arguments, AXES)
-    write(targets, data=found, picture=lambda: plot_section(found, **axes))
-    return f"{case.system}\n{state}\n{found}\nends in {found.last}{common.listed(targets)}"
+    return Done(
+        [case.system, state, found, f"ends in {found.last}"],
+        found,
+        lambda: plot_section(found, **axes),
+    )

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from matplotlib.axes import Axes
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
-from vibroimpact.cli.output import write
+from vibroimpact.cli.output import Done
 from vibroimpact.machines.toml_file import HybridCase
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import plot_history, plot_hybrid_run
@@ -27,56 +26,53 @@ TURN = 2.0 * 3.141592653589793
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
     common.add_start(parser)
     common.add_arguments_of(parser, simulate, LENGTH)
     parser.add_argument(
         "--window", type=float, nargs=2, metavar=("T0", "T1"),
-        help=f"time shown in the picture (default: the last {PERIODS} forcing periods)",
+        help="time shown in the picture, in its units, which are seconds for a [physical] file "
+        f"(default: the last {PERIODS} forcing periods)",
     )  # fmt: skip
     common.add_out(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Simulate, write, and count the events."""
-    targets = common.targets_of(arguments)
+def run(arguments: argparse.Namespace) -> Done:
+    """Simulate."""
     case = common.any_case_of(arguments)
     if isinstance(case, HybridCase):
-        return _hybrid(arguments, case, targets)
+        return _hybrid(arguments, case)
     state = common.start_of(arguments, case)
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
         raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
-    write(targets, data=motion, picture=lambda: _picture(motion, arguments.window))
-    return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{common.listed(targets)}"
+    return Done(
+        [case.system, state, motion, f"ends in {motion.last}"],
+        motion,
+        lambda: _picture(motion, arguments.window),
+    )
 
 
-def _hybrid(arguments: argparse.Namespace, case: HybridCase, targets: list[Path]) -> str:
-    """The same of a system given as modes and guards."""
-    start, impacts = case.start, arguments.impacts
+def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
+    """Simulate a system given as modes and guards."""
+    start = case.start
     if start is None:
         raise InvalidParameterError(
             f"config = {arguments.config}: a [hybrid] starts in a mode. Give [start] with mode and state."
         )
-    if impacts is not None:
+    for name in common.given(arguments, (*common.START, "window", "impacts")):
         raise InvalidParameterError(
-            f"--impacts {impacts}: a [hybrid] has transitions and no impacts. Give --t-max."
+            f"{common.option(name)}: a [hybrid] starts as [start] says, has transitions and no impacts, and "
+            "is drawn as a whole. Leave it out, or give --t-max."
         )
-    for name in (*common.START, "window"):
-        if getattr(arguments, name, None) is not None:
-            raise InvalidParameterError(
-                f"{common.option(name)}: a [hybrid] starts as [start] says, and is drawn as a whole. "
-                "Leave it out."
-            )
     motion = simulate_hybrid(
         case.system, start.mode, start.state, phase=start.phase,
         **common.given(arguments, ("t_max",)),
     )  # fmt: skip
     if motion.end not in (RunEnd.HORIZON, RunEnd.EVENTS):
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
-    write(targets, data=motion, picture=lambda: plot_hybrid_run(motion))
-    return f"{motion}\nends in {motion.modes[-1]}: {motion.after[-1]}{common.listed(targets)}"
+    last = f"ends in {motion.modes[-1]}: {motion.after[-1]}"
+    return Done([motion, last], motion, lambda: plot_hybrid_run(motion))
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:

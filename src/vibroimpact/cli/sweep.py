@@ -10,7 +10,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.cli import common, ensemble, members
+from vibroimpact.cli import common, ensemble
+from vibroimpact.cli.output import Done
 from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = (
@@ -26,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         over="a parameter and its values",
         observe="observers, by default symbol",
     )
-    common.add_arguments_of(parser, sweep, ["follow"], **ensemble.TEXTS)
+    common.add_arguments_of(parser, sweep, ["follow"])
     parser.add_argument(
         "--variable", metavar="NAME",
         help="variable to draw: over one parameter as points, over two as a plane",
@@ -34,18 +35,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     ensemble.add_window(parser)
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Sweep, write, and count the ends of the members."""
-    targets = common.targets_of(arguments)
-    over = members.over_of(arguments)
-    case = members.case_of(arguments, over)
-    start = members.start_of(arguments, case, over)
+def run(arguments: argparse.Namespace) -> Done:
+    """Sweep."""
+    case = common.case_of(arguments, arguments.over)
+    start = ensemble.start_of(arguments, case)
     compute: Callable[..., xr.Dataset] = partial(
-        sweep, case.system, observe=members.observed(arguments) or "symbol"
+        sweep, case.system, observe=ensemble.observed(arguments) or "symbol"
     )
-    draw = partial(_picture, arguments)
-    found = ensemble.computed(arguments, targets, over, start, compute, draw)
-    return ensemble.report(arguments, targets, case, over, found)
+    return ensemble.computed(arguments, case, start, compute, partial(_picture, arguments))
 
 
 def _picture(arguments: argparse.Namespace, found: xr.Dataset) -> Axes:

@@ -6,8 +6,8 @@ import argparse
 
 from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
-from vibroimpact.cli import common, saved
-from vibroimpact.cli.curve import described
+from vibroimpact.cli import saved
+from vibroimpact.cli.output import Done
 
 EXAMPLE = "  vibroimpact switch curve.nc --at R4_1 --out born.nc --out born.svg"
 
@@ -17,14 +17,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     saved.add_point(parser, "R1 to R4, GPD, LPPD, PDNS, GR or ZERO with its number, such as R4_1")
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Follow, write, and describe the curves."""
+def run(arguments: argparse.Namespace) -> Done:
+    """Follow the curves."""
     request = saved.request_of(arguments)
     found = saved.followed(request, switch_curve)
     curves = [curve for curve in found if isinstance(curve, BifurcationCurve)]
-    common.check_interrupted(*curves)
     missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]
-    return saved.report(
-        request, [*map(described, curves), *missing], curves,
-        picture=lambda: saved.picture_of(request, [request.curve, *curves]),
-    )  # fmt: skip
+    return Done(
+        [request.point.orbit.system, *curves, *missing],
+        curves,
+        lambda: request.draw([request.curve, *curves]),
+    )

@@ -8,7 +8,7 @@ import math
 from vibroimpact.bifurcations.tongue import Tongue, tongue
 from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.cli import common, saved
-from vibroimpact.cli.curve import described
+from vibroimpact.cli.output import Done
 
 EXAMPLE = (
     "  vibroimpact tongue curve.nc --at 2/9_1 --over omega=0.81:0.83 --over half_clearance=7.7:7.8 "
@@ -23,8 +23,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     saved.add_point(parser, "a weak resonance of a curve of NS, such as 2/9_1")
 
 
-def run(arguments: argparse.Namespace) -> str:
-    """Follow, write, and describe both sides."""
+def run(arguments: argparse.Namespace) -> Done:
+    """Follow both sides."""
     request = saved.request_of(arguments)
     found = saved.followed(request, tongue)
     common.check_interrupted(*found.sides)
@@ -33,11 +33,12 @@ def run(arguments: argparse.Namespace) -> str:
             f"{found.tip.label}: the sides were found, but cannot be followed. Give other ranges --over."
         )
     p, q = found.resonance
-    said = [f"Tongue {p}/{q} from {found.tip!r}", *map(described, found.sides), *_widths(found)]
-    return saved.report(
-        request, said, found.sides,
-        picture=lambda: found.plot(ax=saved.picture_of(request, [request.curve])),
-    )  # fmt: skip
+    said = [f"Tongue {p}/{q} from {found.tip!r}", *found.sides, *_widths(found)]
+    return Done(
+        [request.point.orbit.system, *said],
+        found.sides,
+        lambda: found.plot(ax=request.draw([request.curve])),
+    )
 
 
 def _widths(found: Tongue) -> list[str]:

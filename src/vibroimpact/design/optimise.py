@@ -249,6 +249,17 @@ class Design(Result):
         ]
         return "\n".join([*lines, f"  {self.machines} machines; {self.why_stopped}"])
 
+    def __str__(self) -> str:
+        seen = f"  {self.verified:.6g} {self.units['']}".rstrip()
+        seen += " with twice as many values of the band and starts as the last judgement"
+        kind = "exact derivatives" if self.sensitivity_exact else "derivatives by differences"
+        lines = [repr(self), seen, f"  {kind} of the objective, and ranges:"]
+        for name, slope in self.sensitivity.items():
+            low, high, _ = self.robust[name]
+            ends = f"{low:.6g} to {high:.6g} {self.units[name]}".rstrip()
+            lines.append(f"  {name}: derivative {slope.value:.4g}; within 1 dB from {ends}")
+        return "\n".join(lines)
+
 
 def label_of(judge: Judge) -> str:
     """An objective in words."""

@@ -93,6 +93,9 @@ class OrbitSearch(Result):
             + "".join(f"\n  {n} ended on none of them: {why}" for why, n in self.unresolved.items())
         )
 
+    def __str__(self) -> str:
+        return f"{self!r}\n{self.table()}" if self.orbits else repr(self)
+
     def table(self) -> str:
         """Table of the orbits."""
         least = units_of(self.system).label("clearance", "length")

@@ -9,7 +9,7 @@ from vibroimpact import _kernel
 from vibroimpact.design.optimise import Design
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.machine_table import parameter_words
-from vibroimpact.plotting.page import Block, Items, Picture, Section, Symbol, Table, Text, page_of
+from vibroimpact.plotting.page import Block, Items, Page, Picture, Section, Symbol, Table, Text
 from vibroimpact.plotting.report import (
     in_brief,
     limits,
@@ -44,10 +44,10 @@ def design_report(best: Design, response: Response, *, title: str = "", command:
     str
         HTML with the pictures inside.
     """
-    return page_of(
+    page = Page(
         title or f"The best {machine_words(best.system)}",
+        [Text([*_in_brief(best), *in_brief(response)], brief=True)],
         [
-            Text([*_in_brief(best), *in_brief(response)], brief=True),
             Section("The best machine", machine_section(response)),
             Section("Before and after", [_before_and_after(best)]),
             Section("How sensitive it is", [_sensitivities(best)]),
@@ -59,6 +59,7 @@ def design_report(best: Design, response: Response, *, title: str = "", command:
         ],
         f"Made by vibroimpact {_kernel.version()}.",
     )
+    return page.__html__()
 
 
 def _in_brief(best: Design) -> Iterator[str]:

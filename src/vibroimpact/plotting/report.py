@@ -29,7 +29,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
 from vibroimpact.plotting.mechanism import has_numbers, plot_mechanism
-from vibroimpact.plotting.page import Block, Code, Items, Picture, Section, Table, Text, page_of
+from vibroimpact.plotting.page import Block, Code, Items, Page, Picture, Section, Table, Text
 from vibroimpact.plotting.response import plot_response
 from vibroimpact.plotting.words import KINDS, kind_of, motion_in_words, number, place_of, value_of
 from vibroimpact.response.answers import Answer
@@ -74,10 +74,10 @@ def report_of(
     """
     check_kind("response", response, Response, "a Response, as vi.frequency_response gives")
     check_kind("title", title, str, "a text")
-    return page_of(
+    page = Page(
         title or f"{_capital(machine_words(response.system))}: {response.measure.label}",
+        [Text(in_brief(response, compare), brief=True)],
         [
-            Text(in_brief(response, compare), brief=True),
             Section("The machine", machine_section(response)),
             Section("The response", response_section(response, compare, decibel=decibel)),
             Section("Kinds of motion", motion_section(response)),
@@ -87,6 +87,7 @@ def report_of(
         ],
         f"Made by vibroimpact {_kernel.version()}.",
     )
+    return page.__html__()
 
 
 def write_report(

@@ -345,3 +345,22 @@ class Circle(Result):
             f"{self.rotation_number:.12g}\n"
             f"  {self.nodes} nodes, residual {self.residual:.1e}, normal exponents {values}{why}"
         )
+
+    def __str__(self) -> str:
+        if not self.converged:
+            return repr(self)
+        (p, q), gap = self.resonance, self.clearance_to_grazing
+        full = f"; {self.full_rotation_number:.12g} turns per full map" if self.symmetric else ""
+        clear = f"clearance to grazing {gap:.6g}" if math.isfinite(gap) else (
+            "no gap has an extremum between impacts"
+        )  # fmt: skip
+        lines = [
+            repr(self),
+            f"  near the resonance {p}/{q}{full}",
+            f"  normal directions: {', '.join(map(str, self.bundles))}",
+            f"  smoothness: decay {self.decay:.6g} per harmonic, roughness {self.roughness:.6g}, least angle "
+            f"{self.least_angle:.6g}",
+            f"  {clear}; least impact speed {self.least_impact_speed:.6g}",
+            f"  passes through {self.state()}",
+        ]
+        return "\n".join(lines)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import lru_cache
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.plotting.page import Badge
 from vibroimpact_papers.impact_damper import Claim, ParameterSet
 from vibroimpact_papers.impact_damper.circles import Measured
 from vibroimpact_papers.impact_damper.families import Family
@@ -16,7 +18,20 @@ from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.plan import BRANCH, damper_of
 from vibroimpact_papers.impact_damper.resonances import Resonances
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation, orbits_by_sign
-from vibroimpact_papers.report import Word
+
+
+class Word(Enum):
+    """The three verdicts; the value is shown to the reader, the sign repeats it without colour."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    UNDECIDED = "cannot be decided"
+
+    @property
+    def badge(self) -> Badge:
+        """The verdict on a page, with a sign that is seen in black and white."""
+        sign = {"agrees": "\u2713", "differs": "\u2717", "cannot be decided": "?"}[self.value]
+        return Badge(f"{sign} {self.value}", self.name.lower())
 
 
 @lru_cache(maxsize=4096)

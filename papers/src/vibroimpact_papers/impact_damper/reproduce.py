@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -14,7 +14,7 @@ import xarray as xr
 from vibroimpact import _kernel
 from vibroimpact._core.progress import Display
 from vibroimpact.simulation.simulate import simulate
-from vibroimpact.tori.branch import CircleEvent
+from vibroimpact_papers.folder import whole_folder
 from vibroimpact_papers.impact_damper import (
     Claim,
     Panel,
@@ -25,9 +25,10 @@ from vibroimpact_papers.impact_damper import (
     panels,
     parameter_sets,
 )
-from vibroimpact_papers.impact_damper.circles import Measured, measure
-from vibroimpact_papers.impact_damper.families import Family, circle_fold, family_data, family_of
-from vibroimpact_papers.impact_damper.judged import Evidence
+from vibroimpact_papers.impact_damper.circles import measure
+from vibroimpact_papers.impact_damper.families import circle_fold, family_data, family_of
+from vibroimpact_papers.impact_damper.findings import Findings, Pictures, Residual
+from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.misprints import Misprint, default_case, misprints
 from vibroimpact_papers.impact_damper.normal_forms import critical_points
 from vibroimpact_papers.impact_damper.panel_results import (
@@ -45,24 +46,21 @@ from vibroimpact_papers.impact_damper.planes import (
     plane_data,
 )
 from vibroimpact_papers.impact_damper.resonances import (
-    Distance,
-    Resonances,
     distances,
     resonance_data,
     resonances_of,
 )
 from vibroimpact_papers.impact_damper.spectra import spectrum_data
-from vibroimpact_papers.impact_damper.story import Pictures, Residual, page
+from vibroimpact_papers.impact_damper.story import page
 from vibroimpact_papers.impact_damper.story_circles import point_record
 from vibroimpact_papers.impact_damper.story_resonances import strong_record
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
     Bifurcation,
     symmetric_bifurcations,
 )
-from vibroimpact_papers.impact_damper.transient import PANEL, Survivors, survivors
-from vibroimpact_papers.impact_damper.unfolding import Unfolded, unfolded, unfolding_data
+from vibroimpact_papers.impact_damper.transient import PANEL, survivors
+from vibroimpact_papers.impact_damper.unfolding import unfolded, unfolding_data
 from vibroimpact_papers.impact_damper.verdicts import Judgement, judge, score, to_json
-from vibroimpact_papers.report import Word, whole_folder
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -88,26 +86,6 @@ class Summary:
         return score(self.judgements)
 
 
-@dataclass(frozen=True)
-class Findings:
-    """Everything that is computed before anything is drawn."""
-
-    plan: Plan
-    sets: Mapping[str, ParameterSet]
-    bifurcations: Mapping[str, tuple[Bifurcation, ...]]
-    followed: Mapping[str, Followed]
-    panels: Mapping[str, PanelResult]
-    circles: tuple[Measured, ...]
-    ensembles: Mapping[str, xr.Dataset]
-    transient: Survivors | None
-    resonances: Mapping[str, Resonances] = field(default_factory=dict)
-    distances: Mapping[str, tuple[Distance, ...]] = field(default_factory=dict)
-    families: Mapping[str, Family] = field(default_factory=dict)
-    unfolded: tuple[Unfolded, ...] = ()
-    spectra: tuple[xr.Dataset, ...] = ()
-    circle_folds: Mapping[str, CircleEvent] = field(default_factory=dict)
-
-
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None = None) -> Summary:
     """Reproduce the paper and write the report.
 
@@ -119,7 +97,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None =
     plan
         Starts, steps, settling and numbers of points; the full ones if not given.
     progress
-        Display display; on standard error if not given.
+        Progress display; on standard error if not given.
 
     Returns
     -------
@@ -156,7 +134,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None =
                 ),
                 encoding="utf-8",
             )
-            html = page(found, judgements, residuals, pictures).html()
+            html = page(found, judgements, residuals, pictures).__html__()
             (work / "report.html").write_text(html, encoding="utf-8")
         return Summary(Path(out), judgements)
     finally:

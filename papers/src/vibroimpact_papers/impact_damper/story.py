@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from vibroimpact import _kernel
+from vibroimpact.plotting.page import Block, Cell, Page, Score, Section, Table, Text
 from vibroimpact_papers.impact_damper import TITLE as PAPER
 from vibroimpact_papers.impact_damper.datasets import nearest_resonance
+from vibroimpact_papers.impact_damper.findings import Findings, Pictures, Residual
 from vibroimpact_papers.impact_damper.judge_motions import numbers_of
-from vibroimpact_papers.impact_damper.misprints import Misprint
+from vibroimpact_papers.impact_damper.judged import Word
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.story_circles import circle_blocks
 from vibroimpact_papers.impact_damper.story_ensembles import ensemble_blocks
 from vibroimpact_papers.impact_damper.story_resonances import strong_blocks
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors
-from vibroimpact_papers.impact_damper.verdicts import Judgement, plain, score
-from vibroimpact_papers.report import Figure, Page, Section, Table, Text, Verdict, Word
-from vibroimpact_papers.report.page import Block, Cell
-
-if TYPE_CHECKING:
-    from vibroimpact_papers.impact_damper.reproduce import Findings
+from vibroimpact_papers.impact_damper.verdicts import Judgement, score
 
 TITLE = "The impact damper: a paper redone"
 NAMES = {"SN": "fold", "BP": "symmetry breaking", "NS": "Neimark-Sacker"}
@@ -41,46 +35,6 @@ SECTIONS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Residual:
-    """A misprint with its residual as printed and as corrected."""
-
-    misprint: Misprint
-    printed: float
-    corrected: float
-
-    def record(self) -> dict[str, object]:
-        """Return the row as plain data."""
-        m = self.misprint
-        return {
-            "where": m.where,
-            "printed": m.printed,
-            "holds": m.corrected,
-            "why": m.why,
-            "case": m.case,
-            "residual_printed": plain(self.printed),
-            "residual_corrected": plain(self.corrected),
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class Pictures:
-    """The folder of the pictures, and the data files of each."""
-
-    folder: Path
-    files: Mapping[str, tuple[str, ...]]
-
-    def figure(
-        self, name: str, title: str, caption: str, alternative: str, *, narrow: bool = False
-    ) -> list[Block]:
-        """Return the figure, or nothing if it was not drawn."""
-        if name not in self.files:
-            return []
-        data = ", ".join(f"data/{file}" for file in self.files[name])
-        path = self.folder / f"{name}.svg"
-        return [Figure(path, title, f"{caption} Data: {data}.", alternative, narrow)]
-
-
 def page(
     found: Findings, judgements: tuple[Judgement, ...], residuals: Sequence[Residual],
     pictures: Pictures,
@@ -88,28 +42,31 @@ def page(
     """Return the whole report."""
     return Page(
         title=TITLE,
-        opening=_opening(judgements, residuals),
-        score=score(judgements),
+        opening=[
+            _opening(judgements, residuals),
+            Score({word.badge: count for word, count in score(judgements).items()}),
+        ],
         sections=[
             _differences(judgements),
-            Section("mechanism", "The mechanism", _mechanism(pictures)),
-            Section("motion", "How it moves", _motion(pictures)),
-            Section("multipliers", "Multipliers of the symmetric orbit", _paths(pictures)),
-            Section("bifurcations", "Every bifurcation of the symmetric orbit", _tables(found)),
-            Section("circles", "The circles that are born", circle_blocks(found, pictures)),
-            Section("figure-two", "Fig. 2: set A", _panels(found, pictures, "2", "A")),
-            Section("figure-four", "Fig. 4: set B", _panels(found, pictures, "4", "B")),
-            Section("figure-five", "Fig. 5: set C", _panels(found, pictures, "5", "C")),
-            Section("diagrams", "Attractors along the frequency", _diagrams(found, pictures)),
-            Section("planes", "Around the paper's frequencies", ensemble_blocks(found, pictures)),
-            Section("strong", "Strong resonance", strong_blocks(found, pictures)),
-            Section("verdicts", "Every claim and its verdict", _verdicts(judgements)),
-            Section("misprints", "Misprinted equations", _misprints(residuals)),
-            Section("method", "How the figures were made", _method(found)),
+            Section("The mechanism", _mechanism(pictures), "mechanism"),
+            Section("How it moves", _motion(pictures), "motion"),
+            Section("Multipliers of the symmetric orbit", _paths(pictures), "multipliers"),
+            Section("Every bifurcation of the symmetric orbit", _tables(found), "bifurcations"),
+            Section("The circles that are born", circle_blocks(found, pictures), "circles"),
+            Section("Fig. 2: set A", _panels(found, pictures, "2", "A"), "figure-two"),
+            Section("Fig. 4: set B", _panels(found, pictures, "4", "B"), "figure-four"),
+            Section("Fig. 5: set C", _panels(found, pictures, "5", "C"), "figure-five"),
+            Section("Attractors along the frequency", _diagrams(found, pictures), "diagrams"),
+            Section("Around the paper's frequencies", ensemble_blocks(found, pictures), "planes"),
+            Section("Strong resonance", strong_blocks(found, pictures), "strong"),
+            Section("Every claim and its verdict", _verdicts(judgements), "verdicts"),
+            Section("Misprinted equations", _misprints(residuals), "misprints"),
+            Section("How the figures were made", _method(found), "method"),
         ],
         footer=f"Written by vibroimpact {_kernel.version()}. No random numbers: every run gives "
         "the same data. Pictures as SVG and PNG in figures/, data in data/, verdicts as text in "
         "verdicts.json.",
+        contents=True,
     )
 
 
@@ -139,7 +96,7 @@ def _differences(judgements: tuple[Judgement, ...]) -> Section:
 
     rows = [[kind.replace("_", " "), *(count(kind, word) for word in Word)] for kind in kinds]
     head = ("claim about", *(word.value for word in Word))
-    return Section("summary", "Result by sort of claim", [Table(head, rows)])
+    return Section("Result by sort of claim", [Table(head, rows)], "summary")
 
 
 # --- pictures -----------------------------------------------------------------------------------
@@ -327,7 +284,7 @@ def _verdicts(judgements: tuple[Judgement, ...]) -> list[Block]:
                 f"\u201c{_readable(j.claim.quote)}\u201d",
                 j.printed,
                 j.result.computed,
-                Verdict(j.verdict),
+                j.verdict.badge,
                 j.result.witness,
             ]
             for j in part

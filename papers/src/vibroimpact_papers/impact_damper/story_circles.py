@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from vibroimpact.plotting.page import Block, Cell, Table, Text
 from vibroimpact_papers.impact_damper.circles import Circle, Measured
+from vibroimpact_papers.impact_damper.findings import Findings, Pictures
 from vibroimpact_papers.impact_damper.judge_circles import circle_here
-from vibroimpact_papers.report import Table, Text, Verdict
-from vibroimpact_papers.report.page import Block, Cell
-
-if TYPE_CHECKING:
-    from vibroimpact_papers.impact_damper.reproduce import Findings
-    from vibroimpact_papers.impact_damper.story import Pictures
 
 
 def circle_blocks(found: Findings, pictures: Pictures) -> list[Block]:
@@ -105,7 +100,7 @@ def _forms(circles: tuple[Measured, ...]) -> Table:
             f"{p.set} {p.omega:.9f}",
             f"{math.degrees(form.angle):.4f}°, {near.p}/{near.q}, {away:.3f}°",
             f"{form.d.real:.8g} {form.d.imag:+.8g}i", f"{born}, {side} ω_c", f"{form.twist:.5f}",
-            f"{p.f1:.9g}", f"{p.f1_full:.9g}", Verdict(circle_here(m)),
+            f"{p.f1:.9g}", f"{p.f1_full:.9g}", circle_here(m).badge,
         ])  # fmt: skip
     caption = (
         "Normal form z → ν z (1 + d |z|²) of the half map, eigenvector of length one. f₁ is minus "

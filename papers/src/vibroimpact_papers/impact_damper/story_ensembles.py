@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import xarray as xr
 
+from vibroimpact.plotting.page import Block, Cell, Table, Text
 from vibroimpact.sweeps.analyses.basins import attractor_state
 from vibroimpact.sweeps.analyses.motion_codes import categories
-from vibroimpact_papers.report import Table, Text
-from vibroimpact_papers.report.page import Block, Cell
-
-if TYPE_CHECKING:
-    from vibroimpact_papers.impact_damper.reproduce import Findings
-    from vibroimpact_papers.impact_damper.story import Pictures
+from vibroimpact_papers.impact_damper.findings import Findings, Pictures
 
 LISTED = 4  # motions that a caption names
 

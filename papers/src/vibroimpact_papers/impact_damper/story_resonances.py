@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
 from vibroimpact.normal_forms import Refusal
+from vibroimpact.plotting.page import Block, Cell, Table, Text
 from vibroimpact.tori.circle import Circle
+from vibroimpact_papers.impact_damper.findings import Findings, Pictures
 from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
 from vibroimpact_papers.impact_damper.unfolding import Unfolded, stride
 from vibroimpact_papers.impact_damper.unfolding_flows import (
@@ -21,12 +22,6 @@ from vibroimpact_papers.impact_damper.unfolding_flows import (
     TwoFlow,
 )
 from vibroimpact_papers.impact_damper.unfolding_motions import BLOCK
-from vibroimpact_papers.report import Table, Text
-from vibroimpact_papers.report.page import Block, Cell
-
-if TYPE_CHECKING:
-    from vibroimpact_papers.impact_damper.reproduce import Findings
-    from vibroimpact_papers.impact_damper.story import Pictures
 
 
 def strong_blocks(found: Findings, pictures: Pictures) -> list[Block]:

@@ -14,8 +14,7 @@ from vibroimpact_papers.impact_damper import judge_circles as circles
 from vibroimpact_papers.impact_damper import judge_motions as motions
 from vibroimpact_papers.impact_damper import judge_numbers as rules
 from vibroimpact_papers.impact_damper import judge_resonances as resonances
-from vibroimpact_papers.impact_damper.judged import Evidence, RuleResult
-from vibroimpact_papers.report import Word
+from vibroimpact_papers.impact_damper.judged import Evidence, RuleResult, Word
 
 Rule = Callable[[Claim, Evidence], RuleResult]
 
