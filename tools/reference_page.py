@@ -45,7 +45,7 @@ GROUPS = {
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
         *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
-        *("save", "load", "Result"),
+        *("save", "load", "Result", "ProgressReport"),
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),

@@ -278,7 +278,7 @@ vi.sweep(%s, over={{"omega": [1.0, 1.2]}}, start=vi.State((0.0, 0.0), (0.0, 1.0)
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("system", "observe", "settle_periods"),
+    ("system", "observe", "settle"),
     [
         ("damper", "impacts", 1.0),
         ("damper", "impacts", 1e9),

@@ -101,7 +101,7 @@ def plane(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
     >>> over = {"omega": np.linspace(1.15, 1.25, 3), "half_clearance": [4.5, 5.0]}
-    >>> found = vi.plane(damper, over=over, start=vi.State((0, 0), (0, 1)), settle=1000,
+    >>> found = vi.plane(damper, over=over, start=vi.State((0, 0), (0, 1)), settle_periods=1000,
     ...                  progress=False)
     >>> found["motion"].attrs["flag_meanings"]
     '1-1-1'
