@@ -45,7 +45,7 @@ def main(out: str | None = None, store: str | None = None) -> None:
             swept(place, stop_half_way)
         except KeyboardInterrupt as stopped:
             print(stopped)
-        plane = swept(place, lambda done, total: print(f"second run: {done} of {total} left"))
+        plane = swept(place, lambda report: print(f"second run: {report.text}"))
         ax = plot_plane(plane.load())
         if out:
             save(ax, out)
