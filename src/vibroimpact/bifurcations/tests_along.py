@@ -24,6 +24,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.conditions import CriticalMultiplier, CriticalPair, critical_pair
 from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.normal_forms.codimension_one import NS, PD
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.flip_fold import Flip, flip
 from vibroimpact.normal_forms.forms import InSizes
@@ -87,7 +88,7 @@ class AtMultiplier:
 
     def _cubic(self, z: Floats, w: Floats, a: Pair) -> float:
         eq = self.equations
-        form = flip(_forms(eq, z, a), parameter=False)
+        form = flip(PD, _forms(eq, z, a), parameter=False)
         found = form.critical if isinstance(form, Refusal) else form
         marked = eq.closing @ (w * eq.sizes) / eq.rows
         return found.c * self._bordered(z, w, a, marked) if isinstance(found, Flip) else math.nan
@@ -114,6 +115,6 @@ class AtPair:
         return tests
 
     def _cubic(self, z: Floats, a: Pair) -> float:
-        form = neimark_sacker(_forms(self.equations, z, a), parameter=False)
+        form = neimark_sacker(NS, _forms(self.equations, z, a), parameter=False)
         found = form.critical if isinstance(form, Refusal) else form
         return found.d.real if isinstance(found, NeimarkSacker) else math.nan

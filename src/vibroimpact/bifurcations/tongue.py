@@ -45,6 +45,7 @@ from vibroimpact.bifurcations.unfold import Centre, centre
 from vibroimpact.branches.branch import NotFound
 from vibroimpact.continuation import SpecialPoint, Steps
 from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.normal_forms.codimension_one import NS
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
 
@@ -157,7 +158,7 @@ def tongue(
         )
     inside = checked_bounds(point, bounds)
     origin = solution_at(point)
-    form = neimark_sacker(origin.equations.forms(origin.z, origin.a), parameter=False)
+    form = neimark_sacker(NS, origin.equations.forms(origin.z, origin.a), parameter=False)
     if isinstance(form, Refusal):
         return NoTongue(point, form.reason)
     p, q = point.resonance

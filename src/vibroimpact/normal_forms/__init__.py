@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from vibroimpact.normal_forms.branch_point import BranchPoint
 from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_manifold
-from vibroimpact.normal_forms.choose import normal_form
+from vibroimpact.normal_forms.codimension_one import normal_form
 from vibroimpact.normal_forms.codimension_two import codimension_two
 from vibroimpact.normal_forms.critical import NormalForm, Refusal, Status
 from vibroimpact.normal_forms.degenerate import Chenciner, Cusp, GeneralisedFlip
@@ -25,7 +25,6 @@ from vibroimpact.normal_forms.strong_resonance import (
     OneToOne,
     OneToThree,
     OneToTwo,
-    strong_resonance,
 )
 
 __all__ = [
@@ -62,5 +61,4 @@ __all__ = [
     "nearest_resonance",
     "normal_form",
     "resonances",
-    "strong_resonance",
 ]

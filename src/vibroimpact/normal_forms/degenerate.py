@@ -23,9 +23,11 @@ import math
 from dataclasses import dataclass, field
 
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS, PD, SN
 from vibroimpact.normal_forms.critical import Refusal, Status, not_smooth
 from vibroimpact.normal_forms.flip_fold import Flip, flip_coefficient
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import Kind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, ns_coefficient
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
@@ -45,6 +47,8 @@ class Cusp:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     c
         Cubic coefficient for |q| = 1.
     a
@@ -57,6 +61,7 @@ class Cusp:
         Whether every multiplier but 1 lies inside the unit circle.
     """
 
+    kind: str
     c: float
     a: float
     q: Floats = field(repr=False)
@@ -65,7 +70,6 @@ class Cusp:
     multipliers: Complexes = field(repr=False)
     others_inside: bool
 
-    kind = "CP"
     switchable = NO_CURVES
     why_not = "the two fold curves that meet here are one curve, which passes through the point."
 
@@ -85,6 +89,8 @@ class GeneralisedFlip:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     c, scale
         The coefficient that vanishes, and the size of the terms whose sum it is.
     q, p, h2
@@ -97,6 +103,7 @@ class GeneralisedFlip:
         Coefficient e of (2): None, not computed.
     """
 
+    kind: str
     c: float
     scale: float
     q: Floats = field(repr=False)
@@ -106,8 +113,7 @@ class GeneralisedFlip:
     others_inside: bool
     fifth: float | None = None
 
-    kind = "GPD"
-    switchable = (NewCurve("SN", 2),)
+    switchable = (NewCurve(SN.label, 2),)
     why_not = ""
 
     @property
@@ -126,6 +132,8 @@ class Chenciner:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     multiplier
         nu, |nu| = 1, 0 < arg(nu) < pi.
     d
@@ -144,6 +152,7 @@ class Chenciner:
         Second Lyapunov coefficient: None, not computed.
     """
 
+    kind: str
     multiplier: complex
     d: complex
     scale: float
@@ -155,7 +164,6 @@ class Chenciner:
     others_inside: bool
     fifth: complex | None = None
 
-    kind = "CH"
     switchable = NO_CURVES
     why_not = (
         "what begins here is a curve of folds of invariant circles, not of periodic orbits: "
@@ -172,10 +180,10 @@ class Chenciner:
         )
 
 
-def cusp(forms: Forms) -> Cusp | Refusal:
+def cusp(kind: Kind, forms: Forms) -> Cusp | Refusal:
     """Compute the normal form (1). Cost: d first, 2 second and 1 third derivative."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("CP", A, (1.0,))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     (critical,) = found
@@ -184,10 +192,11 @@ def cusp(forms: Forms) -> Cusp | Refusal:
     h2 = along(A, critical.on_circle, critical.q, critical.p, bend).real
     a, c = sized(p, 2.0, bend), sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (1)
     name = "the quadratic coefficient a"
-    generic = _not_zero("CP", name, a.value.real, a.scale, critical.multipliers)
+    generic = _not_zero(kind.label, name, a.value.real, a.scale, critical.multipliers)
     if generic:
         return generic
     form = Cusp(
+        kind=kind.label,
         c=c.value.real,
         a=a.value.real,
         q=q,
@@ -199,16 +208,17 @@ def cusp(forms: Forms) -> Cusp | Refusal:
     return vanishing(form, ("c", form.c, c.scale, "the cubic term does not decide")) or form
 
 
-def generalised_flip(forms: Forms) -> GeneralisedFlip | Refusal:
+def generalised_flip(kind: Kind, forms: Forms) -> GeneralisedFlip | Refusal:
     """Check that c of (2) vanishes. Cost: d first, 2 second and 1 third derivative."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("GPD", A, (-1.0,))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
-    form, scale = flip_coefficient("PD", at, A, found[0])
+    form, scale = flip_coefficient(PD, at, A, found[0])
     name = "the cubic coefficient c"
-    generic = _not_zero("GPD", name, form.c, scale, form.multipliers, form)
+    generic = _not_zero(kind.label, name, form.c, scale, form.multipliers, form)
     return generic or GeneralisedFlip(
+        kind=kind.label,
         c=form.c,
         scale=scale,
         q=form.q,
@@ -219,16 +229,17 @@ def generalised_flip(forms: Forms) -> GeneralisedFlip | Refusal:
     )
 
 
-def chenciner(forms: Forms) -> Chenciner | Refusal:
+def chenciner(kind: Kind, forms: Forms) -> Chenciner | Refusal:
     """Check that Re(d) of (3) vanishes. Cost: d first, 9 second and 4 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("CH", A, (None,))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
-    form, scale = ns_coefficient(at, A, found[0])
+    form, scale = ns_coefficient(NS, at, A, found[0])
     name = "the first Lyapunov coefficient Re(d)"
-    generic = _not_zero("CH", name, form.d.real, scale, form.multipliers, form)
+    generic = _not_zero(kind.label, name, form.d.real, scale, form.multipliers, form)
     return generic or Chenciner(
+        kind=kind.label,
         multiplier=form.multiplier,
         d=form.d,
         scale=scale,

@@ -54,8 +54,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS
 from vibroimpact.normal_forms.critical import Critical, Refusal, not_smooth
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import Kind
 from vibroimpact.normal_forms.special_points import (
     NO_CURVES,
     NewCurve,
@@ -73,6 +75,8 @@ class FoldFlip:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     a, b, e
         The quadratic coefficients.
     q0, q1
@@ -83,6 +87,7 @@ class FoldFlip:
         Whether all but the two critical multipliers lie inside the unit circle.
     """
 
+    kind: str
     a: float
     b: float
     e: float
@@ -90,8 +95,6 @@ class FoldFlip:
     q1: Floats = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
-
-    kind = "LPPD"
 
     @property
     def scaled(self) -> tuple[float, float]:
@@ -111,7 +114,7 @@ class FoldFlip:
     @property
     def switchable(self) -> tuple[NewCurve, ...]:
         """The Neimark-Sacker curve of the doubled orbit where b e > 0."""
-        return (NewCurve("NS", 2),) if self.b * self.e > 0.0 else NO_CURVES
+        return (NewCurve(NS.label, 2),) if self.b * self.e > 0.0 else NO_CURVES
 
     @property
     def why_not(self) -> str:
@@ -126,6 +129,8 @@ class FoldNeimarkSacker:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     multiplier
         nu, |nu| = 1, 0 < arg(nu) < pi.
     f200, f011, g110
@@ -141,6 +146,7 @@ class FoldNeimarkSacker:
         Whether all but the three critical multipliers lie inside the unit circle.
     """
 
+    kind: str
     multiplier: complex
     f200: float
     f011: float
@@ -154,7 +160,6 @@ class FoldNeimarkSacker:
     multipliers: Complexes = field(repr=False)
     others_inside: bool
 
-    kind = "LPNS"
     switchable = NO_CURVES
 
     @property
@@ -207,7 +212,7 @@ class TwoAmplitudes:
     Attributes
     ----------
     kind
-        "PDNS" or "NSNS".
+        Label of the kind.
     coefficients
         p_ij, shape (2, 2): row j is the growth of amplitude j, first that of the flip (PDNS) or of
         the pair with the smaller angle (NSNS); for |q| = 1.
@@ -217,6 +222,8 @@ class TwoAmplitudes:
         All multipliers, shape (dimension,).
     others_inside
         Whether all but the critical multipliers lie inside the unit circle.
+    flips
+        Whether the first critical multiplier is -1: PDNS.
     """
 
     kind: str
@@ -225,6 +232,7 @@ class TwoAmplitudes:
     q2: Complexes = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
+    flips: bool = field(repr=False)
 
     @property
     def ratios(self) -> tuple[float, float]:
@@ -242,7 +250,7 @@ class TwoAmplitudes:
         """What is born."""
         both = (
             "the doubled orbit, the circle, and a doubled circle where both amplitudes live"
-            if self.kind == "PDNS"
+            if self.flips
             else "two circles, and a two-dimensional torus where both amplitudes live"
         )
         more = "" if self.simple else ", which can have a further bifurcation"
@@ -251,28 +259,29 @@ class TwoAmplitudes:
     @property
     def switchable(self) -> tuple[NewCurve, ...]:
         """PDNS: the Neimark-Sacker curve of the doubled orbit."""
-        return (NewCurve("NS", 2),) if self.kind == "PDNS" else NO_CURVES
+        return (NewCurve(NS.label, 2),) if self.flips else NO_CURVES
 
     @property
     def why_not(self) -> str:
         """NSNS: why no curve of periodic orbits begins."""
-        if self.kind == "PDNS":
+        if self.flips:
             return ""
         return (
             "no periodic orbits are born; the curves that begin here are bifurcations of circles."
         )
 
 
-def fold_flip(forms: Forms) -> FoldFlip | Refusal:
+def fold_flip(kind: Kind, forms: Forms) -> FoldFlip | Refusal:
     """Compute (2). Cost: d first and 3 second derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("LPPD", A, (1.0, -1.0))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     (q0, p0), (q1, p1) = ((critical.q.real, critical.p.real) for critical in found)
     a, b = sized(p0, 1.0, at.real(q0, q0)), sized(p0, 1.0, at.real(q1, q1))
     e = sized(p1, 1.0, at.real(q0, q1))  # (2)
     form = FoldFlip(
+        kind=kind.label,
         a=a.value.real,
         b=b.value.real,
         e=e.value.real,
@@ -290,10 +299,10 @@ def fold_flip(forms: Forms) -> FoldFlip | Refusal:
     return degenerate or form
 
 
-def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
+def fold_neimark_sacker(kind: Kind, forms: Forms) -> FoldNeimarkSacker | Refusal:
     """Compute (4). Cost: d first, 22 second and 10 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("LPNS", A, (1.0, None))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     one, pair = found
@@ -306,6 +315,7 @@ def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
     h110 = along(A, pair.on_circle, q2, pair.p, mixed)
     f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
     form = FoldNeimarkSacker(
+        kind=kind.label,
         multiplier=pair.on_circle,
         f200=f200.value.real,
         f011=f011.value.real,
@@ -328,21 +338,21 @@ def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
         ("Re(conj(nu) g110)", growth, g110.scale, UNDECIDED),
     )
     if degenerate is None and not math.isfinite(abs(form.b) + abs(form.c)):
-        return not_smooth("LPNS", "a cubic coefficient", form.multipliers)
+        return not_smooth(kind.label, "a cubic coefficient", form.multipliers)
     return degenerate or form
 
 
-def flip_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
+def flip_neimark_sacker(kind: Kind, forms: Forms) -> TwoAmplitudes | Refusal:
     """Compute (8) of (6). Cost: d first, 22 second and 10 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("PDNS", A, (-1.0, None))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     q1, q2 = found[0].q.real, found[1].q
     h200, h011 = off(A, 1.0, at(q1, q1)).real, off(A, 1.0, at(q2, q2.conj())).real
     h110 = off(A, -found[1].on_circle, at(q1, q2))
     f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
-    return _amplitudes("PDNS", found, (f300, f111), (g210, g021))
+    return _amplitudes(kind, found, (f300, f111), (g210, g021))
 
 
 def _cubic(
@@ -362,16 +372,16 @@ def _cubic(
     return f300, f111, g210, cubic_alone(at, q2, pair.p, h020, h011)
 
 
-def double_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
+def double_neimark_sacker(kind: Kind, forms: Forms) -> TwoAmplitudes | Refusal:
     """Compute (8) of (7). Cost: d first, 42 second and 20 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("NSNS", A, (None, None))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     first, second = found
     f2100, f1011 = _pair_row(at, A, first, second)
     g0021, g1110 = _pair_row(at, A, second, first)
-    return _amplitudes("NSNS", found, (f2100, f1011), (g1110, g0021))
+    return _amplitudes(kind, found, (f2100, f1011), (g1110, g0021))
 
 
 def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tuple[Sized, Sized]:
@@ -385,16 +395,17 @@ def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tup
 
 
 def _amplitudes(
-    kind: str, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
+    kind: Kind, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
 ) -> TwoAmplitudes | Refusal:
     """The amplitude map (8) from the coefficients by rows, or the hypothesis that fails."""
     one, two = found
     bars = one.on_circle.conjugate(), two.on_circle.conjugate()
+    flips = kind.critical[0] is not None
     p = np.array(
         [[(bar * part.value).real for part in row] for bar, row in zip(bars, rows, strict=True)]
     )
     sizes = [max(part.scale for part in row) for row in rows]
-    form = TwoAmplitudes(kind, p, one.q, two.q, one.multipliers, one.others_inside)
+    form = TwoAmplitudes(kind.label, p, one.q, two.q, one.multipliers, one.others_inside, flips)
     checks = [
         (f"p_{i + 1}{j + 1}", float(p[i, j]), sizes[i], UNDECIDED)
         for i in range(2)

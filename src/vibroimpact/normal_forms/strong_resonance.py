@@ -45,13 +45,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS, SN
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
     Critical,
@@ -62,6 +61,7 @@ from vibroimpact.normal_forms.critical import (
     rough_jacobian,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import Kind
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
     NO_CURVES,
@@ -87,6 +87,8 @@ class OneToOne:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     a, b
         a(b - 2a) < 0: the circle of the Neimark-Sacker curve attracts on the centre manifold,
         > 0: it repels.
@@ -98,6 +100,7 @@ class OneToOne:
         Whether all but the two critical multipliers lie inside the unit circle.
     """
 
+    kind: str
     a: float
     b: float
     q0: Floats = field(repr=False)
@@ -105,8 +108,7 @@ class OneToOne:
     multipliers: Complexes = field(repr=False)
     others_inside: bool
 
-    kind = "R1"
-    switchable = (NewCurve("NS", 1),)
+    switchable = (NewCurve(NS.label, 1),)
     why_not = ""
 
     @property
@@ -130,6 +132,8 @@ class OneToTwo:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     c, d
         c > 0: the doubled orbit is a saddle; c < 0: it is none, and a Neimark-Sacker curve of it
         begins. -2 d - 6 c < 0: the circle attracts on the centre manifold.
@@ -141,14 +145,13 @@ class OneToTwo:
         Whether all but the two critical multipliers lie inside the unit circle.
     """
 
+    kind: str
     c: float
     d: float
     q0: Floats = field(repr=False)
     q1: Floats = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
-
-    kind = "R2"
 
     @property
     def scaled(self) -> tuple[float, float]:
@@ -167,7 +170,7 @@ class OneToTwo:
     @property
     def switchable(self) -> tuple[NewCurve, ...]:
         """The Neimark-Sacker curve of the doubled orbit where 4 c < 0."""
-        return (NewCurve("NS", 2),) if self.c < 0.0 else NO_CURVES
+        return (NewCurve(NS.label, 2),) if self.c < 0.0 else NO_CURVES
 
     @property
     def why_not(self) -> str:
@@ -183,6 +186,8 @@ class OneToThree:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     b, c
         b != 0: a saddle orbit of period three lies next to the fixed point.
     q, p
@@ -195,6 +200,7 @@ class OneToThree:
         Whether every multiplier but the pair lies inside the unit circle.
     """
 
+    kind: str
     b: complex
     c: complex
     q: Complexes = field(repr=False)
@@ -204,8 +210,7 @@ class OneToThree:
     multipliers: Complexes = field(repr=False)
     others_inside: bool
 
-    kind = "R3"
-    switchable = (NewCurve("NS", 3, neutral_saddle=True),)
+    switchable = (NewCurve(NS.label, 3, neutral_saddle=True),)
     why_not = ""
 
     @property
@@ -240,6 +245,8 @@ class OneToFour:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     c, d
         The coefficients. The argument of d depends on the phase of q.
     q, p
@@ -252,6 +259,7 @@ class OneToFour:
         Whether every multiplier but the pair lies inside the unit circle.
     """
 
+    kind: str
     c: complex
     d: complex
     q: Complexes = field(repr=False)
@@ -260,8 +268,6 @@ class OneToFour:
     h11: Floats = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
-
-    kind = "R4"
 
     @property
     def scaled(self) -> complex:
@@ -336,7 +342,7 @@ class OneToFour:
     @property
     def switchable(self) -> tuple[NewCurve, ...]:
         """Two fold curves of period four where |A| > 1."""
-        return (NewCurve("SN", 4), NewCurve("SN", 4)) if self.folds_exist else NO_CURVES
+        return (NewCurve(SN.label, 4), NewCurve(SN.label, 4)) if self.folds_exist else NO_CURVES
 
     @property
     def why_not(self) -> str:
@@ -354,52 +360,26 @@ def _verdict(attracts: bool) -> str:
 StrongResonance = OneToOne | OneToTwo | OneToThree | OneToFour
 
 
-def strong_resonance(kind: str, forms: Forms) -> StrongResonance | Refusal:
-    """Compute the critical coefficients at a strong resonance.
-
-    Parameters
-    ----------
-    kind
-        "R1", "R2", "R3" or "R4".
-    forms
-        Forms of the map at its fixed point, at the critical parameters.
-
-    Returns
-    -------
-    OneToOne, OneToTwo, OneToThree, OneToFour or Refusal
-        A refusal where the multipliers are not those of the resonance, or a coefficient vanishes.
-
-    Raises
-    ------
-    InvalidParameterError
-        Another kind.
-
-    Notes
-    -----
-    Cost: d first derivatives; second and third ones R1 2 and 0, R2 5 and 2, R3 and R4 9 and 4.
-    """
-    check_choice("kind", kind, STRONG)
-    return STRONG[kind](forms)
-
-
-def _one_to_one(forms: Forms) -> OneToOne | Refusal:
+def one_to_one(kind: Kind, forms: Forms) -> OneToOne | Refusal:
+    """Compute (2). Cost: d first and 2 second derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = _double("R1", A, 1.0)
+    found = _double(kind.label, A, 1.0)
     if isinstance(found, Refusal):
         return found
     (q0, q1), (p0, p1), rest = found
     b00, b01 = at.real(q0, q0), at.real(q0, q1)
     a, mixed, turned = sized(p0, 2.0, b00), sized(p0, 1.0, b01), sized(p1, 1.0, b00)
     b = (mixed.value + turned.value).real  # (2)
-    form = OneToOne(a.value.real, b, q0, q1, *rest)
+    form = OneToOne(kind.label, a.value.real, b, q0, q1, *rest)
     size = mixed.scale + turned.scale + 2.0 * a.scale
     circle = ("b - 2 a", b - 2.0 * form.a, size, UNDECIDED)
     return vanishing(form, ("a", form.a, a.scale, "no simple fold"), circle) or form
 
 
-def _one_to_two(forms: Forms) -> OneToTwo | Refusal:
+def one_to_two(kind: Kind, forms: Forms) -> OneToTwo | Refusal:
+    """Compute (4). Cost: d first, 5 second and 2 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = _double("R2", A, -1.0)
+    found = _double(kind.label, A, -1.0)
     if isinstance(found, Refusal):
         return found
     (q0, q1), (p0, p1), rest = found
@@ -408,7 +388,9 @@ def _one_to_two(forms: Forms) -> OneToTwo | Refusal:
     cubic = at.real(q0, q0, q0), 3.0 * at.real(q0, h20)
     mixed = at.real(q0, q0, q1), 2.0 * at.real(q0, h11), at.real(q1, h20)
     c, first, second = sized(p0, 6.0, *cubic), sized(p0, 2.0, *mixed), sized(p1, 2.0, *cubic)
-    form = OneToTwo(c.value.real, (first.value + second.value).real, q0, q1, *rest)  # (4)
+    form = OneToTwo(
+        kind.label, c.value.real, (first.value + second.value).real, q0, q1, *rest
+    )  # (4)
     size = 2.0 * (first.scale + second.scale) + 6.0 * c.scale
     circle = ("2 d + 6 c", form.scaled[1], size, UNDECIDED)
     return vanishing(form, ("c", form.c, c.scale, UNDECIDED), circle) or form
@@ -449,20 +431,21 @@ def _double(
     return (q0, q1), (p0, p1 - (p1 @ q1) * p0), rest
 
 
-def _pair(kind: str, A: Floats, target: complex, name: str) -> Critical | Refusal:
+def _pair(kind: Kind, A: Floats, target: complex, name: str) -> Critical | Refusal:
     """The simple critical pair at the resonance ``target``."""
-    critical = critical_multiplier(kind, A, None)
+    critical = critical_multiplier(kind, A)
     if isinstance(critical, Refusal):
         return critical
     if abs(critical.multiplier - target) > ON_CIRCLE:
-        reason = f"{kind} needs nu = {name}; the nearest is {critical.multiplier:.9g}."
-        return Refusal(kind, Status.NOT_CRITICAL, reason, critical.multipliers)
+        reason = f"{kind.label} needs nu = {name}; the nearest is {critical.multiplier:.9g}."
+        return Refusal(kind.label, Status.NOT_CRITICAL, reason, critical.multipliers)
     return critical
 
 
-def _one_to_three(forms: Forms) -> OneToThree | Refusal:
+def one_to_three(kind: Kind, forms: Forms) -> OneToThree | Refusal:
+    """Compute (6). Cost: d first, 9 second and 4 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    critical = _pair("R3", A, CUBE_ROOT, "exp(2 pi i / 3)")
+    critical = _pair(kind, A, CUBE_ROOT, "exp(2 pi i / 3)")
     if isinstance(critical, Refusal):
         return critical
     q, bar = critical.q, critical.q.conj()
@@ -470,7 +453,9 @@ def _one_to_three(forms: Forms) -> OneToThree | Refusal:
     h11 = off(A, 1.0, at(q, bar)).real
     b, c = sized(critical.p, 2.0, at(bar, bar)), cubic_alone(at, q, critical.p, h20, h11)  # (6)
     inside = critical.others_inside
-    form = OneToThree(b.value, c.value, q, critical.p, h20, h11, critical.multipliers, inside)
+    form = OneToThree(
+        kind.label, b.value, c.value, q, critical.p, h20, h11, critical.multipliers, inside
+    )
     size, quadratic = abs(b.value) ** 2, b.scale + sized(critical.p, 2.0, at(q, q)).scale
     no_saddle = vanishing(form, ("b", abs(form.b), quadratic, "no orbit of period three is born"))
     if no_saddle:
@@ -480,15 +465,17 @@ def _one_to_three(forms: Forms) -> OneToThree | Refusal:
     return vanishing(form, real) or form
 
 
-def _one_to_four(forms: Forms) -> OneToFour | Refusal:
+def one_to_four(kind: Kind, forms: Forms) -> OneToFour | Refusal:
+    """Compute (8). Cost: d first, 9 second and 4 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    critical = _pair("R4", A, 1j, "i")
+    critical = _pair(kind, A, 1j, "i")
     if isinstance(critical, Refusal):
         return critical
     q, bar = critical.q, critical.q.conj()
     h20, h11, c = pair_alone(at, A, 1j, q, critical.p)
     d = sized(critical.p, 6.0, at(bar, bar, bar), 3.0 * at(bar, h20.conj()))  # (8)
     form = OneToFour(
+        kind=kind.label,
         c=c.value,
         d=d.value,
         q=q,
@@ -513,11 +500,3 @@ def _one_to_four(forms: Forms) -> OneToFour | Refusal:
         )
         or form
     )
-
-
-STRONG: dict[str, Callable[[Forms], StrongResonance | Refusal]] = {
-    "R1": _one_to_one,
-    "R2": _one_to_two,
-    "R3": _one_to_three,
-    "R4": _one_to_four,
-}

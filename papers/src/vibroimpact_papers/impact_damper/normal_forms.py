@@ -34,10 +34,9 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.closed_forms.bifurcations import Bifurcation
-from vibroimpact.normal_forms import CentreManifold, Multilinear, NeimarkSacker
+from vibroimpact.normal_forms import CentreManifold, Multilinear, NeimarkSacker, normal_form
 from vibroimpact.normal_forms.centre_manifold import centre_manifold
 from vibroimpact.normal_forms.forms import jacobian
-from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
 from vibroimpact.orbits.find import of_symmetric
 from vibroimpact.orbits.maps import SegmentMap, full_map, half_map
 
@@ -159,7 +158,7 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
     """Return the normal form at one Neimark-Sacker point. Cost: some 0.1 s."""
     orbit = of_symmetric(bifurcation.orbit)
     half, full = half_map(orbit, "omega"), full_map(orbit)
-    form = neimark_sacker(half)
+    form = normal_form("NS", half)
     assert isinstance(form, NeimarkSacker), form.reason
     printed = appendix(full)
     return CriticalPoint(
@@ -175,7 +174,7 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
 
 def appendix(forms: SegmentMap) -> Appendix:
     """Return the coefficients (1) of a map at a Neimark-Sacker point."""
-    form, paper = neimark_sacker(forms, parameter=False), centre_manifold(forms)
+    form, paper = normal_form("NS", forms, parameter=False), centre_manifold(forms)
     assert isinstance(form, NeimarkSacker), form.reason
     assert isinstance(paper, CentreManifold), paper.reason
     at, q, bar, H = Multilinear(forms), form.q, form.q.conj(), paper.H
