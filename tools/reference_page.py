@@ -50,10 +50,10 @@ GROUPS = {
         *("save_branch", "load_branch"),
     ],
     "Curves in two parameters": [
-        *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),
+        *("continue_bifurcation", "continue_level", "BifurcationCurve"),
         *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
-        *("bifurcation_atlas", "Atlas", "AtlasPoint"),
-        *("MapPoint", "save_curve", "load_curve"),
+        *("bifurcation_atlas", "Atlas"),
+        *("map_bifurcation", "save_curve", "load_curve"),
     ],
     "Invariant circles": [
         *(
@@ -62,7 +62,6 @@ GROUPS = {
             "switch_circle",
             "Circle",
             "CircleBranch",
-            "CircleEvent",
         ),
         "CircleGuess",
     ],

@@ -45,8 +45,8 @@ def assert_equal(here: vi.BifurcationCurve, there: vi.BifurcationCurve) -> None:
     assert here.ends == there.ends
     assert here.curve.unresolved == there.curve.unresolved
     assert (here.curve.start, here.curve.rejected) == (there.curve.start, there.curve.rejected)
-    assert [(p.name, p.parameter, p.error) for p in here.curve.special] == [
-        (p.name, p.parameter, p.error) for p in there.curve.special
+    assert [(p.test, p.parameter, p.error) for p in here.curve.special] == [
+        (p.test, p.parameter, p.error) for p in there.curve.special
     ]
     np.testing.assert_array_equal(here.problem.scale(), there.problem.scale())
     assert repr(here.problem.equations.system) == repr(there.problem.equations.system)  # type: ignore[attr-defined]
@@ -174,7 +174,7 @@ def test_a_curve_of_a_map_has_a_dataset_and_is_not_saved(tmp_path: Path) -> None
         dimension=2,
         parameters=("a", "b"),
     )
-    start = vi.MapPoint("NS", henon, (2 / 3, 2 / 3), (16 / 9, 4 / 3))  # R3
+    start = vi.map_bifurcation("NS", henon, (2 / 3, 2 / 3), (16 / 9, 4 / 3))  # R3
     found = vi.continue_bifurcation(start, ("a", "b"), ((1.0, 2.5), (1.0, 1.5)))
     data = found.to_dataset()
     np.testing.assert_array_equal(data["value"].sel(parameter="a"), found.values[:, 0])

@@ -210,7 +210,7 @@ def across_at(curve: vi.BifurcationCurve, along: int, value: float) -> float:
     return float(np.polyfit(x[near] / scale, curve.values[near, 1 - along], 6)[-1])
 
 
-def switched(point: vi.CodimensionTwoPoint, **options: Any) -> tuple[vi.BifurcationCurve, ...]:
+def switched(point: vi.BifurcationPoint, **options: Any) -> tuple[vi.BifurcationCurve, ...]:
     found = vi.switch_curve(point, **options)
     assert isinstance(found, tuple), found
     return found
@@ -285,7 +285,7 @@ def test_the_touch_of_doubled_orbits_begins_tangent_to_the_flip(kind: str) -> No
         assert exponent(t[near], size) == pytest.approx(power, abs=off)
 
 
-def _of_other_turn(orbit: vi.Orbit, point: vi.CodimensionTwoPoint) -> float:
+def _of_other_turn(orbit: vi.Orbit, point: vi.BifurcationPoint) -> float:
     """Gap, or closing rate, of the turn that does not touch."""
     turn = len(point.orbit.durations)
     if point.nearest is None:

@@ -78,8 +78,8 @@ def test_every_number_comes_back_to_the_last_bit(broken: vi.Branch, stored: vi.B
 def test_zeros_of_the_test_functions_come_back(broken: vi.Branch, stored: vi.Branch) -> None:
     assert len(stored.curve.special) == len(broken.curve.special) > 0
     for here, there in zip(stored.curve.special, broken.curve.special, strict=True):
-        assert (here.name, here.parameter, here.arclength, here.error, here.crossing) == (
-            there.name, there.parameter, there.arclength, there.error, there.crossing,
+        assert (here.test, here.parameter, here.arclength, here.error, here.crossing) == (
+            there.test, there.parameter, there.arclength, there.error, there.crossing,
         )  # fmt: skip
         np.testing.assert_array_equal(here.z, there.z)
         np.testing.assert_array_equal(here.tangent, there.tangent)

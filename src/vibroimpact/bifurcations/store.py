@@ -23,36 +23,37 @@ from vibroimpact._core.datasets import (
     Format,
     Row,
     Table,
-    reals,
     rows_of_table,
     vectors,
     whole,
-    words,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.bifurcations.augmented import Augmented, Tests
 from vibroimpact.bifurcations.conditions import Condition, Graze, Level
-from vibroimpact.bifurcations.continue_bifurcation import condition_of
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.bifurcations.kinds import TWO
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.bifurcations.tests_along import nothing
+from vibroimpact.bifurcations.special import point_on_curve
+from vibroimpact.bifurcations.tests_along import condition_of, nothing
+from vibroimpact.branches.kinds import EVENTS, kind_of_label
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.store import (
     signature_attributes,
     signature_from,
-    touch_from,
-    touches_table,
+    special_from,
+    special_table,
 )
 from vibroimpact.continuation.store import attributes_of, curve_from, variables_of
 from vibroimpact.machines.json_text import chosen, text_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.normal_forms.kind import Kind
 from vibroimpact.orbits.admissibility import Nearest
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = Format("vibroimpact curve 1", "BifurcationCurve.to_dataset", "save_curve")
-LEVEL = "level"
 
 
 # ---- to a dataset --------------------------------------------------------------------------------
@@ -89,29 +90,13 @@ def _special_table(curve: BifurcationCurve) -> Table:
     points, unknowns = curve.special_points, curve.curve.z.shape[1]
     count = curve.multipliers.shape[1]
     both = ("special", "multiplier")
-    resonances = [p.resonance or (0, 0) for p in points]
-    at = [[p.parameters[name] for name in curve.names] for p in points]
-    return {
-        "special_kind": ("special", words([p.kind for p in points])),
-        "special_label": ("special", words([p.label for p in points])),
-        "special_value": (("special", "parameter"), vectors([np.array(v) for v in at], 2)),
-        "special_error": ("special", reals([p.error for p in points])),
+    at = [np.array([p.parameters[name] for name in curve.names]) for p in points]
+    multipliers = [p.multipliers for p in points]
+    return special_table(points, unknowns) | {
+        "special_value": (("special", "parameter"), vectors(at, 2)),
         "special_admissible": ("special", whole([p.admissible for p in points])),
-        "special_multiplier_real": (both, vectors([p.multipliers.real for p in points], count)),
-        "special_multiplier_imaginary": (
-            both,
-            vectors([p.multipliers.imag for p in points], count),
-        ),
-        "special_turns": ("special", whole([p for p, _ in resonances])),
-        "special_iterates": ("special", whole([q for _, q in resonances])),
-        "special_arclength": ("special", reals([p.arclength for p in points])),
-        "special_z": (("special", "unknown"), vectors([p.z for p in points], unknowns)),
-        "special_tangent": (
-            ("special", "direction"),
-            vectors([p.tangent for p in points], unknowns + 1),
-        ),
-        "special_segment": ("special", whole([p.segment for p in points])),
-        **touches_table([p.nearest for p in points]),
+        "special_multiplier_real": (both, vectors([mu.real for mu in multipliers], count)),
+        "special_multiplier_imaginary": (both, vectors([mu.imag for mu in multipliers], count)),
     }
 
 
@@ -187,7 +172,8 @@ def curve_from_dataset(data: xr.Dataset, system: System | None = None) -> Bifurc
 def _built(data: xr.Dataset, system: System | None) -> BifurcationCurve:
     a = data.attrs
     first, second = map(str, data["parameter"].values)
-    kind = str(a["kind"])
+    signature = signature_from(a)
+    kind = kind_of_label(str(a["kind"]), symmetric=signature.symmetric)
     bounds = (
         (float(a["low"]), float(a["high"])),
         (float(a["second_low"]), float(a["second_high"])),
@@ -195,14 +181,15 @@ def _built(data: xr.Dataset, system: System | None) -> BifurcationCurve:
     own = dict(zip((first, second), json.loads(a["system_values"]), strict=True))
     plane = OrbitPlane(
         chosen(a["system_numbers"], a["system"], own, system, "a curve"),
-        signature_from(a),
+        signature,
         (first, second),
         data["size"].values,
+        EVENTS,
     )
     problem = Augmented(plane, *_condition(kind, plane, a), bounds)
     values = data["value"].values
     return BifurcationCurve(
-        kind=kind,
+        record=kind,
         names=(first, second),
         bounds=bounds,
         values=values,
@@ -217,42 +204,22 @@ def _built(data: xr.Dataset, system: System | None) -> BifurcationCurve:
     )
 
 
-def _condition(kind: str, plane: OrbitPlane, a: Mapping[str, Any]) -> tuple[Condition, Tests]:
-    if kind == LEVEL:
-        return Level(plane, _unknown, float(a["level"])), nothing
+def _condition(kind: Kind, plane: OrbitPlane, a: Mapping[str, Any]) -> tuple[Condition, Tests]:
     touch = json.loads(a["touch"])
     found = condition_of(kind, plane, touch and Nearest(*touch), int(a["segment"]))
-    if found is None:
-        raise ValueError(f"no curve of kind {kind}")
-    return found
+    return found or (Level(plane, _unknown, float(a["level"])), nothing)
 
 
 def _unknown(*_: Any) -> Any:
     raise InvalidParameterError(
-        "function: a file does not hold the function of a level. Follow one of the curve's orbits again with "
-        "continue_level."
+        "function: a file does not hold the function of a level or an event. Follow it again with that function."
     )
 
 
-def _special(row: Row, kind: str, problem: Augmented) -> CodimensionTwoPoint:
-    z, value = row["special_z"], row["special_value"]
-    turns, iterates = int(row["special_turns"]), int(row["special_iterates"])
-    return CodimensionTwoPoint(
-        kind=str(row["special_kind"]),
-        label=str(row["special_label"]),
-        parameters=dict(zip(problem.equations.names, map(float, value), strict=True)),
-        error=float(row["special_error"]),
-        orbit=problem.orbit(z, float(value[1])),
-        curve_kind=kind,
-        multipliers=_complex(row["special_multiplier_real"], row["special_multiplier_imaginary"]),
-        resonance=(turns, iterates) if iterates else None,
-        nearest=touch_from(row),
-        segment=int(row.get("special_segment", -1)),  # older files lack it
-        arclength=float(row["special_arclength"]),
-        z=z,
-        tangent=row["special_tangent"],
-        problem=problem,
-    )
+def _special(row: Row, kind: Kind, problem: Augmented) -> BifurcationPoint:
+    label = str(row["special_kind"])
+    record = TWO.get(label) or kind_of_label(label, symmetric=False)
+    return point_on_curve(kind, problem, special_from(row) | {"record": record})
 
 
 def _complex(real: Any, imaginary: Any) -> Any:

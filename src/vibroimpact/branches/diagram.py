@@ -34,13 +34,15 @@ from vibroimpact._core.checks import (
     check_memory,
 )
 from vibroimpact._core.deferred import deferred
+from vibroimpact.branches.beginning import NoBranch
 from vibroimpact.branches.behind import swept
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.profile import place_of
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
-from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.branches.switch import switch_branch
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.continuation.walk import CurveProgress
@@ -56,7 +58,6 @@ if TYPE_CHECKING:
 
 ProgressCallback = Callable[[str], None]
 
-SWITCHED = ("PD", "BP", "GR", "ZERO")
 NEAR = 1e-7  # of the range: values of the parameter at one junction
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
 VALUE_BYTES = 2**14  # per value of the sweep: some hundred section points, up and down
@@ -297,7 +298,7 @@ class _Junction(NamedTuple):
 
     parameter: float
     loop: Loop
-    touching: bool  # GR or ZERO, not PD or BP
+    touching: bool
 
 
 class _Options(TypedDict):
@@ -379,7 +380,7 @@ class Tree:
         branch = self.branches[number]
         for index, point in enumerate(branch.special_points):
             at = place_of(branch, point)[0]
-            if point.kind in SWITCHED and branch.admissible[max(at - 1, 0) : at + 2].any():
+            if point.record.begins and branch.admissible[max(at - 1, 0) : at + 2].any():
                 yield index
 
     def _known_junction(self, number: int, point: BifurcationPoint) -> bool:
@@ -445,7 +446,7 @@ def _named(how: str) -> str:
 
 def _junction(point: BifurcationPoint) -> _Junction:
     loop = junction_of(point, JUNCTION)
-    return _Junction(point.parameter, loop, point.kind in ("GR", "ZERO"))
+    return _Junction(point.parameter, loop, point.record.touch)
 
 
 def same_branch(found: Branch, known: Branch) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.branch import Branch
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.orbits.find import mirrored as mirror_of
 
 ONE_PER_ORBIT = ("speed", "clearance", "period")
@@ -46,11 +47,6 @@ class BranchProfile(NamedTuple):
     stability: Integers
 
 
-def unknowns_of(point: BifurcationPoint) -> Floats:
-    """Unknowns z of a special point's orbit."""
-    return point.orbit.problem.packed(point.orbit.states, point.orbit.durations)
-
-
 def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
     """(index of the nearest point of the branch, arclength) of a special point.
 
@@ -59,7 +55,7 @@ def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
     """
     sizes = branch.family.scale()
     points = np.column_stack([branch.curve.z, branch.values]) / sizes
-    away = np.append(unknowns_of(point), point.parameter) / sizes - points
+    away = np.append(point.z, point.parameter) / sizes - points
     nearest = int(np.argmin(np.linalg.norm(away, axis=1)))
     tangent = branch.curve.tangent[nearest] / sizes
     step = float(away[nearest] @ tangent) / float(tangent @ tangent)
@@ -76,7 +72,7 @@ def profile(branch: Branch) -> BranchProfile:
     own = np.where(branch.admissible, own, Stability.INADMISSIBLE)
     stability = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
     parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
-    z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
+    z = np.vstack([branch.curve.z, *(point.z[None] for point in found)])[order]
     moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
     return BranchProfile(parameter, z, special[order], _with_short_ends(_between(stability), moves))
 

@@ -22,15 +22,20 @@ from vibroimpact._core.datasets import (
     Table,
     reals,
     rows_of_table,
-    vectors,
     whole,
     words,
 )
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.branches.profile import unknowns_of
-from vibroimpact.compile.prescribed import GAP
-from vibroimpact.continuation.store import attributes_of, curve_from, variables_of
+from vibroimpact.branches.kinds import EVENTS, kind_of_label
+from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.continuation.store import (
+    attributes_of,
+    curve_from,
+    located_from,
+    located_table,
+    variables_of,
+)
 from vibroimpact.machines.json_text import chosen, text_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
@@ -69,27 +74,20 @@ def dataset_of(branch: Branch) -> xr.Dataset:
             "impact_speed": ("point", branch.impact_speed),
             "scale": ("direction", branch.family.scale()),
             **variables_of(curve),
-            **_special_table(branch.special_points, curve.z.shape[1]),
+            **special_table(branch.special_points, curve.z.shape[1]),
         },
         coords={"test": list(curve.tests)},
         attrs=_attributes(branch),
     )
 
 
-def _special_table(points: Sequence[BifurcationPoint], unknowns: int) -> Table:
-    """Special points, one per row."""
+def special_table(points: Sequence[BifurcationPoint], unknowns: int) -> Table:
+    """Special points of a branch or a curve, one per row."""
     return {
         "special_kind": ("special", words([p.kind for p in points])),
         "special_label": ("special", words([p.label for p in points])),
-        "special_value": ("special", reals([p.parameter for p in points])),
-        "special_error": ("special", reals([p.error for p in points])),
-        "special_crossing": ("special", whole([p.crossing for p in points])),
+        **located_table(points, unknowns, "special"),
         "special_segment": ("special", whole([p.segment for p in points])),
-        "special_z": (("special", "unknown"), vectors([unknowns_of(p) for p in points], unknowns)),
-        "special_tangent": (
-            ("special", "direction"),
-            vectors([p.tangent for p in points], unknowns + 1),
-        ),
         **touches_table([p.nearest for p in points]),
     }
 
@@ -168,6 +166,7 @@ def _built(data: xr.Dataset, system: System | None) -> Branch:
         signature_from(a),
         name,
         data["scale"].values,
+        EVENTS,
     )
     bounds = float(a["low"]), float(a["high"])
     real, imaginary = data["multiplier_real"].values, data["multiplier_imaginary"].values
@@ -195,7 +194,7 @@ def signature_from(attributes: Mapping[str, Any]) -> Signature:
         tuple(Stop(int(contact), int(side)) for contact, side in impacts),
         int(attributes["cycles"]),
         bool(attributes["symmetric"]),
-        tuple(Flight(*flight) for flight in json.loads(attributes.get("flights", "[]"))),
+        tuple(Flight(*flight) for flight in json.loads(attributes["flights"])),
     )
 
 
@@ -207,26 +206,31 @@ def touch_from(row: Row) -> Nearest | None:
         int(row["special_gap_side"]),
         int(row["special_gap_segment"]),
         float(row["special_gap_time"]),
-        bool(row.get("special_gap_own", 0)),  # not in files of 0.1
-        int(row.get("special_gap_watch", GAP)),  # not in files of 0.2
+        bool(row["special_gap_own"]),
+        int(row["special_gap_watch"]),
     )
     return nearest if nearest.contact >= 0 else None
 
 
+def special_from(row: Row) -> dict[str, Any]:
+    """Fields of a special point that its row of :func:`special_table` holds."""
+    fields = vars(located_from(row, "special"))
+    segment = int(row["special_segment"])
+    return fields | {
+        "label": str(row["special_label"]), "nearest": touch_from(row), "segment": segment,
+    }  # fmt: skip
+
+
 def _special(row: Row, family: OrbitFamily, bounds: tuple[float, float]) -> BifurcationPoint:
-    value = float(row["special_value"])
+    fields = special_from(row)
+    kind = kind_of_label(str(row["special_kind"]), symmetric=family.signature.symmetric)
     return BifurcationPoint(
-        kind=str(row["special_kind"]),
-        label=str(row["special_label"]),
-        name=family.parameter,
-        parameter=value,
-        error=float(row["special_error"]),
-        orbit=family.orbit(row["special_z"], value),
-        crossing=int(row["special_crossing"]),
-        tangent=row["special_tangent"],
+        record=kind,
+        parameters={family.parameter: fields["parameter"]},
+        orbit=family.orbit(fields["z"], fields["parameter"]),
+        problem=family,
         bounds=bounds,
-        nearest=touch_from(row),
-        segment=int(row["special_segment"]),
+        **fields,
     )
 
 

@@ -15,8 +15,9 @@ from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.branches.kinds import ONE
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.members import RANGE, ranges_of
@@ -30,7 +31,6 @@ EXAMPLE = (
     "--over half_clearance=3:12 --out curve.nc --out curve.svg"
 )
 UNSHOWN = ("kind", "multipliers", "others_inside")  # of a normal form
-WITH_COEFFICIENTS = ("CP", "GPD", "CH", "R1", "R2", "R3", "R4", "LPPD", "LPNS", "PDNS", "NSNS")
 PLANES = (".nc", ".zarr")
 
 Bounds = dict[str, tuple[float, float]]
@@ -70,9 +70,10 @@ def add_behind(parser: argparse._ActionsContainer) -> None:
 def _then(text: str) -> tuple[str, str]:
     """Point and kind."""
     point, _, kind = text.partition("=")
-    if not point or kind not in ("SN", "PD", "BP", "NS"):
+    smooth = [one.label for one in ONE.values() if one.critical]
+    if not point or kind not in smooth:
         raise argparse.ArgumentTypeError(
-            f"{text!r}: must be POINT=KIND, such as R2_1=NS, with a kind SN, PD, BP or NS"
+            f"{text!r}: must be POINT=KIND, such as R2_1=NS, with a kind {', '.join(smooth)}"
         )
     return point, kind
 
@@ -110,7 +111,7 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
     """The curve from the branch, and those through points of the ones before."""
     progress = Progress(2 + len(arguments.then))
     progress.stage("branch")
-    point: BifurcationPoint | CodimensionTwoPoint = branches_of(arguments)[-1][arguments.at]
+    point: BifurcationPoint = branches_of(arguments)[-1][arguments.at]
     curves: list[BifurcationCurve] = []
     for label, kind in [(arguments.at, ""), *arguments.then]:
         if kind:
@@ -124,7 +125,7 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
 
 
 def _followed(
-    point: BifurcationPoint | CodimensionTwoPoint, bounds: Bounds, kind: str, progress: Progress
+    point: BifurcationPoint, bounds: Bounds, kind: str, progress: Progress
 ) -> BifurcationCurve:
     (first, a), (second, b) = bounds.items()
     return continue_bifurcation(
@@ -169,12 +170,11 @@ def described(curve: BifurcationCurve) -> str:
     return "\n".join([repr(curve), *points, *parts, *_si_text(curve)])
 
 
-def _coefficients(point: CodimensionTwoPoint) -> list[str]:
+def _coefficients(point: BifurcationPoint) -> list[str]:
     """Coefficients and what is born, or why there are none; weak resonances and touches have none."""
     form = point.normal_form
     if isinstance(form, Refusal):
-        none = point.kind not in WITH_COEFFICIENTS
-        return [] if none else [f"{point.label}: {form.reason}"]
+        return [] if not point.record.critical else [f"{point.label}: {form.reason}"]
     shown = [
         f"{field.name} = {_number(getattr(form, field.name))}"
         for field in dataclasses.fields(form)
@@ -208,6 +208,6 @@ def _si_text(curve: BifurcationCurve) -> list[str]:
     return [f"  in SI units: {', '.join([ranges, *points])}"]
 
 
-def _place(point: CodimensionTwoPoint, units: Units) -> str:
+def _place(point: BifurcationPoint, units: Units) -> str:
     named = point.parameters.items()
     return f"({', '.join(units.text(units.quantity_of(name), value) for name, value in named)})"

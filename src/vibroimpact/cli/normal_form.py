@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.machines.units import Units, units_of
@@ -27,10 +27,6 @@ from vibroimpact.normal_forms import (
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 
 EXAMPLE = "  vibroimpact normal-form impact-damper/A --range 0.9 1.2 --at NS1"
-BORN = {
-    "PD": "an orbit of twice the period",
-    "BP": "two orbits, mirror images of each other",
-}
 
 Facts = dict[str, Any]
 
@@ -198,9 +194,7 @@ def _pair(value: complex) -> list[float]:
 
 
 def _text(point: BifurcationPoint, facts: Facts) -> str:
-    kind = {"NS": _circle_text, "PD": _flip_text, "SN": _fold_text}
-    flips = facts["kind"] == "BP" and "attracting" in facts
-    words = _flip_text if flips else kind.get(facts["kind"], _crossing_text)
+    words = TEXTS[type(point.normal_form)]
     lines = [
         repr(point),
         f"{facts['orbit']} orbit, {facts['map']} in {', '.join(facts['coordinates'])}",
@@ -234,7 +228,10 @@ def _circle_text(facts: Facts) -> list[str]:
 
 
 def _flip_text(facts: Facts) -> list[str]:
-    born = BORN[facts["kind"]]
+    of_half_map = facts["map"] == "half map"
+    born = (
+        "two orbits, mirror images of each other" if of_half_map else "an orbit of twice the period"
+    )
     return [f"nu = -1, c = {facts['c']:.12g}", _born(born, facts), *_size("w = ", facts)]
 
 
@@ -290,3 +287,8 @@ def _si_text(facts: Facts) -> list[str]:
 
 def _complex(pair: list[float]) -> str:
     return f"{pair[0]:.12g}{pair[1]:+.12g}j"
+
+
+TEXTS = {
+    NeimarkSacker: _circle_text, Flip: _flip_text, Fold: _fold_text, BranchPoint: _crossing_text,
+}  # fmt: skip

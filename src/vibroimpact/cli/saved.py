@@ -13,10 +13,11 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.augmented import Both
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.store import load_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve
 from vibroimpact.bifurcations.tongue import NoTongue
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.curve import add_behind, plane_in
 from vibroimpact.cli.members import RANGE, ranges_of
@@ -31,7 +32,7 @@ class Request(NamedTuple):
 
     targets: list[Path]
     curve: BifurcationCurve
-    point: CodimensionTwoPoint
+    point: BifurcationPoint
     bounds: Both
     behind: xr.Dataset | None
 

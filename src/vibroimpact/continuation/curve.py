@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from vibroimpact._core.labels import counted
@@ -43,14 +43,14 @@ class End:
         return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"
 
 
-@dataclass(frozen=True)
-class SpecialPoint:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LocatedPoint:
     """A zero of a test function on a curve.
 
     Attributes
     ----------
-    name
-        The test function; "SN" (fold) and "BP" (simple branch point) are built in.
+    test
+        The test function; those of folds and simple branch points are built in (panel.py).
     parameter
         Value of the parameter.
     z
@@ -66,10 +66,10 @@ class SpecialPoint:
         +1 where the test function rises with the arclength, -1 where it falls.
     """
 
-    name: str
+    test: str
     parameter: float
-    z: Floats
-    tangent: Floats
+    z: Floats = field(repr=False)
+    tangent: Floats = field(repr=False)
     arclength: float
     error: float
     crossing: int
@@ -138,7 +138,7 @@ class Curve:
     steps: Integers
     panel: Integers
     tests: Mapping[str, Floats]
-    special: tuple[SpecialPoint, ...]
+    special: tuple[LocatedPoint, ...]
     ends: tuple[End, End]
     start: int
     unresolved: tuple[Unresolved, ...]
@@ -147,12 +147,12 @@ class Curve:
     def __len__(self) -> int:
         return len(self.parameter)
 
-    def named(self, name: str) -> Iterator[SpecialPoint]:
+    def named(self, name: str) -> Iterator[LocatedPoint]:
         """The special points of one test function, in order."""
-        return (point for point in self.special if point.name == name)
+        return (point for point in self.special if point.test == name)
 
     def __repr__(self) -> str:
-        found = counted(point.name for point in self.special)
+        found = counted(point.test for point in self.special)
         return (
             f"Curve of {len(self)} points, parameter {self.parameter.min():.8g} to "
             f"{self.parameter.max():.8g}, {found}\n"

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibroimpact._core.datasets import Row, Table, reals, rows_of_table, vectors, whole, words
 from vibroimpact._core.types import Floats
-from vibroimpact.continuation.curve import Curve, End, SpecialPoint, Stopped, Unresolved
+from vibroimpact.continuation.curve import Curve, End, LocatedPoint, Stopped, Unresolved
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,24 +30,34 @@ def variables_of(curve: Curve) -> Table:
         "newton_steps": ("point", curve.steps),
         "panel": ("point", curve.panel),
         "test_function": (("test", "point"), np.array(list(curve.tests.values()))),
-        **_zeros(curve.special, curve.z.shape[1]),
+        **located_table(curve.special, curve.z.shape[1], "zero"),
     }
 
 
-def _zeros(points: Sequence[SpecialPoint], unknowns: int) -> Table:
-    """Zeros of test functions, one per row."""
+def located_table(points: Sequence[LocatedPoint], unknowns: int, dim: str) -> Table:
+    """Located points, one per row."""
     return {
-        "zero_name": ("zero", words([p.name for p in points])),
-        "zero_value": ("zero", reals([p.parameter for p in points])),
-        "zero_error": ("zero", reals([p.error for p in points])),
-        "zero_crossing": ("zero", whole([p.crossing for p in points])),
-        "zero_arclength": ("zero", reals([p.arclength for p in points])),
-        "zero_z": (("zero", "unknown"), vectors([p.z for p in points], unknowns)),
-        "zero_tangent": (
-            ("zero", "direction"),
-            vectors([p.tangent for p in points], unknowns + 1),
-        ),
+        f"{dim}_test": (dim, words([p.test for p in points])),
+        f"{dim}_value": (dim, reals([p.parameter for p in points])),
+        f"{dim}_error": (dim, reals([p.error for p in points])),
+        f"{dim}_crossing": (dim, whole([p.crossing for p in points])),
+        f"{dim}_arclength": (dim, reals([p.arclength for p in points])),
+        f"{dim}_z": ((dim, "unknown"), vectors([p.z for p in points], unknowns)),
+        f"{dim}_tangent": ((dim, "direction"), vectors([p.tangent for p in points], unknowns + 1)),
     }
+
+
+def located_from(row: Row, dim: str) -> LocatedPoint:
+    """Point of a row of :func:`located_table`; of several parameters the last counts."""
+    return LocatedPoint(
+        test=str(row[f"{dim}_test"]),
+        parameter=float(np.ravel(row[f"{dim}_value"])[-1]),
+        z=row[f"{dim}_z"],
+        tangent=row[f"{dim}_tangent"],
+        arclength=float(row[f"{dim}_arclength"]),
+        error=float(row[f"{dim}_error"]),
+        crossing=int(row[f"{dim}_crossing"]),
+    )
 
 
 def attributes_of(curve: Curve) -> dict[str, str | int | float]:
@@ -73,21 +83,9 @@ def curve_from(data: xr.Dataset, parameter: Floats) -> Curve:
         steps=data["newton_steps"].values,
         panel=data["panel"].values,
         tests=dict(zip(map(str, data["test"].values), data["test_function"].values, strict=True)),
-        special=tuple(_zero(row) for row in rows_of_table(data, "zero")),
+        special=tuple(located_from(row, "zero") for row in rows_of_table(data, "zero")),
         ends=(first, last),
         start=int(a["start"]),
         unresolved=tuple(Unresolved(*row) for row in json.loads(a["unresolved"])),
         rejected=int(a["rejected"]),
-    )
-
-
-def _zero(row: Row) -> SpecialPoint:
-    return SpecialPoint(
-        name=str(row["zero_name"]),
-        parameter=float(row["zero_value"]),
-        z=row["zero_z"],
-        tangent=row["zero_tangent"],
-        arclength=float(row["zero_arclength"]),
-        error=float(row["zero_error"]),
-        crossing=int(row["zero_crossing"]),
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.normal_forms.strong_resonance import OneToFour
 from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper.judged import (
@@ -49,7 +49,7 @@ def near_resonance(claim: Claim, evidence: Evidence) -> RuleResult:
     )
 
 
-def _where(true: list[CodimensionTwoPoint], found: Resonances) -> str:
+def _where(true: list[BifurcationPoint], found: Resonances) -> str:
     low, high = found.angles
     if true:
         return "true point" + ("s" if len(true) > 1 else "") + " at (ω, δ) = " + listed(
@@ -88,7 +88,7 @@ def born_at_resonance(claim: Claim, evidence: Evidence) -> RuleResult:
 
 def _quarter_points(
     found: Mapping[str, Resonances],
-) -> list[tuple[str, CodimensionTwoPoint, OneToFour]]:
+) -> list[tuple[str, BifurcationPoint, OneToFour]]:
     """Return every 1:4 of the half map with its set and its normal form."""
     every = ((name, p, p.normal_form) for name, one in found.items() for p in one.strong)
     return [(name, p, form) for name, p, form in every if isinstance(form, OneToFour)]

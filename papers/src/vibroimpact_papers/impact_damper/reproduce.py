@@ -13,9 +13,9 @@ import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.progress import Progress
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.simulation.simulate import simulate
-from vibroimpact.tori.branch import CircleEvent
 from vibroimpact_papers.impact_damper import (
     Claim,
     Panel,
@@ -102,7 +102,7 @@ class Findings:
     families: Mapping[str, Family] = field(default_factory=dict)
     unfolded: tuple[Unfolded, ...] = ()
     spectra: tuple[xr.Dataset, ...] = ()
-    circle_folds: Mapping[str, CircleEvent] = field(default_factory=dict)
+    circle_folds: Mapping[str, BifurcationPoint] = field(default_factory=dict)
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.normal_forms.strong_resonance import OneToOne
 from vibroimpact.tori.circle import Circle
 from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
@@ -101,7 +101,7 @@ def _tongues(one: Resonances, wanted: Sequence[tuple[int, int]]) -> list[str]:
     return [*said, f"No tongue {missing} begins in this plane."] if missing else said
 
 
-def _name(p: CodimensionTwoPoint) -> str:
+def _name(p: BifurcationPoint) -> str:
     return f"1:{p.kind[1:]}"
 
 
@@ -124,7 +124,7 @@ def _points(found: Findings) -> Table:
     return Table(head, rows, caption=caption, stacked=True)
 
 
-def coefficient(p: CodimensionTwoPoint) -> tuple[str, str]:
+def coefficient(p: BifurcationPoint) -> tuple[str, str]:
     """Return the invariant coefficient of a strong resonance, and its modulus."""
     form = p.normal_form
     if isinstance(form, OneToOne):

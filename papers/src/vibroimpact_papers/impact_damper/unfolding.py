@@ -16,8 +16,9 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.closed_forms.symmetric_orbits import (
     SymmetricOrbit,
     half_map_jacobian,
@@ -78,13 +79,13 @@ class Unfolded:
     """
 
     set: str
-    point: CodimensionTwoPoint
+    point: BifurcationPoint
     flow: Flow
     sectors: tuple[Sector, ...]
     born: tuple[Floats, ...] = field(repr=False)
 
 
-def unfolded(chosen: ParameterSet, point: CodimensionTwoPoint) -> Unfolded:
+def unfolded(chosen: ParameterSet, point: BifurcationPoint) -> Unfolded:
     """Return the portraits around a point. Cost: some seconds."""
     form = point.normal_form
     assert isinstance(form, StrongResonance)
