@@ -88,7 +88,9 @@ def test_it_is_followed_in_two_parameters() -> None:
 
 
 def test_a_parameter_that_is_not_followed_is_that_of_the_system() -> None:
-    found = vi.continue_bifurcation(branch()["FAST1"], ("omega", "restitution"), (BOUNDS[0], (0.79, 0.81)))
+    found = vi.continue_bifurcation(
+        branch()["FAST1"], ("omega", "restitution"), (BOUNDS[0], (0.79, 0.81))
+    )
     omega, restitution = found.values[-1]
     orbit = vi.symmetric_orbits(replace(damper(omega), restitution=restitution))[0]
     assert orbit.state.velocity[1] == pytest.approx(-0.74 * 5.0, abs=1e-10)

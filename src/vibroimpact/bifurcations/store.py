@@ -35,7 +35,8 @@ from vibroimpact.bifurcations.kinds import TWO
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.special import point_on_curve
 from vibroimpact.bifurcations.tests_along import condition_of, nothing
-from vibroimpact.branches.kinds import EVENTS, kind_of_label
+from vibroimpact.branches.family import EVENT
+from vibroimpact.branches.kinds import EVENTS, LEVEL, kind_of_label
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.store import (
     signature_attributes,
@@ -117,13 +118,14 @@ def _attributes(curve: BifurcationCurve) -> dict[str, str | int | float]:
 
 
 def _of_condition(condition: Condition) -> dict[str, str | int | float]:
-    """The touch, the segment or the value by which a condition is chosen."""
+    """The touch, the segment, the value or the test function by which a condition is chosen."""
     touch = condition.touch if isinstance(condition, Graze) else None
     level = condition.level if isinstance(condition, Level) else 0.0
     return {
         "touch": json.dumps(touch),
         "segment": int(getattr(condition, "segment", -1)),
         "level": float(level),
+        "own": condition.own,
     }
 
 
@@ -207,7 +209,10 @@ def _built(data: xr.Dataset, system: System | None) -> BifurcationCurve:
 def _condition(kind: Kind, plane: OrbitPlane, a: Mapping[str, Any]) -> tuple[Condition, Tests]:
     touch = json.loads(a["touch"])
     found = condition_of(kind, plane, touch and Nearest(*touch), int(a["segment"]))
-    return found or (Level(plane, _unknown, float(a["level"])), nothing)
+    own = str(a["own"])
+    if not found and kind != LEVEL and own != f"{EVENT} {kind.label}":
+        raise ValueError(f"no curve of kind {kind.label}")
+    return found or (Level(plane, _unknown, float(a["level"]), own), nothing)
 
 
 def _unknown(*_: Any) -> Any:
