@@ -12,15 +12,16 @@ Assumes     what curves and switching assume. Curves that none of this reaches (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, check_flag, check_function, check_kind
+from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import (
@@ -49,8 +50,6 @@ if TYPE_CHECKING:
 
 CHORD = 0.1  # (1)
 SAME = 1e-6  # (2)
-
-AtlasProgress = Callable[[int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +173,7 @@ def bifurcation_atlas(
     levels: int = 1,
     most: int = 40,
     steps: Steps | None = None,
-    progress: AtlasProgress | None = None,
+    progress: ProgressOption = False,
 ) -> Atlas:
     """Follow all curves of bifurcations that can be reached from an orbit.
 
@@ -194,7 +193,8 @@ def bifurcation_atlas(
     steps
         Step lengths of the curves, number of points of each.
     progress
-        Called after every curve with the number of curves so far and a description of the last.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every curve, which it describes.
 
     Returns
     -------
@@ -227,20 +227,17 @@ def bifurcation_atlas(
     check_flag("touches", touches)
     check_count("levels", levels, 0)
     check_count("most", most, 1)
-    check_function("progress", progress)
+    check_progress(progress)
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
-    search = _Search(names, inside, touches, most, steps, progress or _quiet)
     complete = True
-    try:
-        search.from_orbit(start)
-        search.level(levels)
-    except (KeyboardInterrupt, _Enough):
-        complete = False
+    with Reporter(progress, "atlas") as report:
+        search = _Search(names, inside, touches, most, steps, report)
+        try:
+            search.from_orbit(start)
+            search.level(levels)
+        except (KeyboardInterrupt, _Enough):
+            complete = False
     return Atlas(names, inside, tuple(search.curves), tuple(search.failures), complete)
-
-
-def _quiet(curves: int, last: str) -> None:
-    """Report nothing."""
 
 
 class _Enough(Exception):  # noqa: N818 - it ends a search
@@ -256,7 +253,7 @@ class _Search:
     touches: bool
     most: int
     steps: Steps | None
-    progress: AtlasProgress
+    report: Reporter
     curves: list[BifurcationCurve] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     done: int = 0  # curves whose points have been followed to other curves of the same orbit,
@@ -340,7 +337,9 @@ class _Search:
 
     def _add(self, curve: BifurcationCurve) -> None:
         self.curves.append(curve)
-        self.progress(len(self.curves), f"{curve.kind} of {_symbol(curve)}, {len(curve)} points")
+        count = len(self.curves)
+        last = f"{curve.kind} of {_symbol(curve)}, {len(curve)} points"
+        self.report.say(f"{count} curves, {last}", count)
         uninterrupted(curve.curve)
         if len(self.curves) >= self.most:
             raise _Enough

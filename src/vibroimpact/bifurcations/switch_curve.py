@@ -30,6 +30,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact.bifurcations.augmented import Augmented, Both, is_inside
 from vibroimpact.bifurcations.continue_bifurcation import (
     Start,
@@ -50,7 +51,7 @@ from vibroimpact.bifurcations.tests_along import on_multipliers
 from vibroimpact.branches.kinds import ONE
 from vibroimpact.branches.point import BifurcationPoint, NotFound, check_point
 from vibroimpact.continuation import Steps, Stopped
-from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.kind import Kind
 from vibroimpact.normal_forms.special_points import NewCurve
@@ -67,7 +68,7 @@ class Options(NamedTuple):
 
     bounds: Both
     steps: Steps | None
-    progress: CurveProgress | None
+    report: Reporter
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,7 +81,7 @@ def switch_curve(
     bounds: Both | None = None,
     *,
     steps: Steps | None = None,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> tuple[BifurcationCurve | NoCurve, ...] | NoCurve:
     """Follow the curves of bifurcations that begin at a point of codimension two.
 
@@ -124,7 +125,8 @@ def switch_curve(
         return NoCurve(point, form.reason)
     if not form.switchable:
         return NoCurve(point, form.why_not)
-    found = tuple(_curves(point, form, Options(inside, steps, progress)))
+    with Reporter(progress, f"curves from {point.label}") as report:
+        found = tuple(_curves(point, form, Options(inside, steps, report)))
     missing = [curve for curve in found if isinstance(curve, NoCurve)]
     return found if len(missing) < len(found) else missing[0]
 
@@ -146,11 +148,12 @@ def _curves(
 def _of_same_orbit(
     point: BifurcationPoint, kind: str, options: Options
 ) -> BifurcationCurve | NoCurve:
-    bounds, steps, progress = options
+    bounds, steps, report = options
     names = point.problem.equations.names
     try:
         return continue_bifurcation(
-            point, names, bounds, kind=kind, steps=steps, progress=progress
+            point, names, bounds, kind=kind, steps=steps,
+            progress=lambda told: report.say(told.text, told.done),
         )  # fmt: skip
     except InvalidParameterError as error:
         return NoCurve(point, f"the curve of {kind} could not be followed: {error}")
@@ -203,9 +206,11 @@ def _leading_back(
     origin: Solution, kind: Kind, born: Born, options: Options
 ) -> BifurcationCurve | str:
     """The curve through a start, or why it is none that begins at the point (1)."""
-    bounds, steps, progress = options
+    bounds, steps, report = options
     try:
-        curve = emanating(kind, origin, born, bounds, steps, progress)
+        curve = emanating(
+            kind, origin, born, bounds, steps, report.counted("points", origin.equations.names[1])
+        )
         if any(end.reason is Stopped.INTERRUPTED for end in curve.ends):
             return curve
         if not all(is_inside(a, bounds) for a in curve.values.tolist()):
@@ -252,10 +257,12 @@ def _at_touch(
         return _of_same_orbit(point, new.kind, options)
     if new.period == 2:
         return _beginning(point, new, options, partial(doubled_touch, point))
-    bounds, steps, progress = options
+    bounds, steps, report = options
     try:
         start = _beside_touch(point, ONE[new.kind])
-        return followed(start, bounds, steps=steps, progress=progress)
+        return followed(
+            start, bounds, steps=steps, progress=report.counted("points", start.equations.names[1])
+        )
     except (InvalidParameterError, LinAlgError) as error:
         return NoCurve(point, f"the curve of {new} could not be followed: {error}")
 

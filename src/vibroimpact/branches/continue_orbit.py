@@ -10,6 +10,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_flag, range_of, vector
 from vibroimpact._core.labels import numbered
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.checks import check_parameter
@@ -22,7 +23,7 @@ from vibroimpact.branches.vanishing import passed_over, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import AT_START, CurveProgress, check_steps
+from vibroimpact.continuation.walk import AT_START, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
@@ -41,7 +42,7 @@ def continue_orbit(
     tangent: Floats | None = None,
     events: Mapping[str, Function] | None = None,
     stop_when: StopWhen | None = None,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
 
@@ -72,7 +73,8 @@ def continue_orbit(
         ``branch.curve.ends``. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
         ``vi.stop.unstable(multipliers=...)``.
     progress
-        Called after every panel with the number of points and the parameter.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every panel of points.
 
     Returns
     -------
@@ -127,10 +129,12 @@ def continue_orbit(
     )
     for label, kind in family.events.items():
         checked_value(f"events[{label!r}]", kind.function, family.arguments(z, value))
-    curve = continue_curve(
-        family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
-        stop_when=stop_rule(stop_when, family, (low, high)), progress=progress,
-    )  # fmt: skip
+    with Reporter(progress, "branch") as report:
+        curve = continue_curve(
+            family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
+            stop_when=stop_rule(stop_when, family, (low, high)),
+            progress=report.counted("points", parameter),
+        )  # fmt: skip
     return branch_of(family, curve, (low, high))
 
 
