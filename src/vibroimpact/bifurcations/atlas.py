@@ -40,7 +40,7 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
@@ -286,7 +286,7 @@ class _Search:
         if len(self.curves) > self.switched:
             self.level(left - 1)
 
-    def _follow(self, point: BifurcationPoint, kind: Kind) -> None:
+    def _follow(self, point: BifurcationPoint, kind: PointKind) -> None:
         """Follow one kind of curve through a point, unless there is one."""
         wanted = kind.of_map(symmetric=point.orbit.symmetric)
         followed = wanted.critical or (self.touches and wanted.touch and wanted.begins)

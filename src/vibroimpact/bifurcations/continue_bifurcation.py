@@ -46,7 +46,7 @@ from vibroimpact.continuation.curve import End, Unresolved
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.normal_forms.kind import Kind, Kinds
+from vibroimpact.normal_forms.kind import PointKind, PointKinds
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
@@ -56,7 +56,7 @@ STEPS = Steps(first=0.02, largest=0.5, points=600)
 class Start(NamedTuple):
     """Bifurcation, or a guess of one, from which its curve is followed."""
 
-    kind: Kind
+    kind: PointKind
     equations: Equations
     condition: Condition
     tests: Tests
@@ -212,7 +212,7 @@ def followed(
     return curve_of(start.kind, problem, curve)
 
 
-def curve_of(kind: Kind, problem: Augmented, curve: Curve) -> BifurcationCurve:
+def curve_of(kind: PointKind, problem: Augmented, curve: Curve) -> BifurcationCurve:
     """Curve of bifurcations from a continued curve."""
     refused = getattr(problem.equations, "refused", "")
     before, after = (_explained(end, problem, refused) for end in curve.ends)
@@ -292,14 +292,14 @@ def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> Start:
     return Start(wanted, equations, *on_multipliers(wanted, equations), point.orbit.x, a)
 
 
-def _events_at(point: BifurcationPoint) -> Kinds:
+def _events_at(point: BifurcationPoint) -> PointKinds:
     """Kinds with test functions of their own on the branch or curve of a point."""
     equations = getattr(point.problem, "equations", point.problem)
-    events: Kinds = equations.events
+    events: PointKinds = equations.events
     return events
 
 
-def _kind_at(point: BifurcationPoint, kind: str) -> Kind:
+def _kind_at(point: BifurcationPoint, kind: str) -> PointKind:
     """Kind of the curve that is wanted, refused where there is none."""
     own = point.curve or point.record
     if kind and kind != own.label:
@@ -319,7 +319,9 @@ def _kind_at(point: BifurcationPoint, kind: str) -> Kind:
     return wanted
 
 
-def _condition(kind: Kind, point: BifurcationPoint, plane: OrbitPlane) -> tuple[Condition, Tests]:
+def _condition(
+    kind: PointKind, point: BifurcationPoint, plane: OrbitPlane
+) -> tuple[Condition, Tests]:
     if kind == GR and point.curve is None and point.orbit.rateless:
         raise InvalidParameterError(
             f"point = {point.label}: a flight of the orbit vanishes there, and its equations are singular. "
@@ -346,7 +348,7 @@ def names_of_two(parameters: Any) -> tuple[str, str]:
 
 
 def _of_orbit(
-    orbit: Orbit, names: tuple[str, str], bounds: Any, events: Kinds
+    orbit: Orbit, names: tuple[str, str], bounds: Any, events: PointKinds
 ) -> tuple[OrbitPlane, Floats, Pair]:
     a = (parameter_value(orbit.system, names[0]), parameter_value(orbit.system, names[1]))
     for name, value, pair in zip(names, a, _pairs(bounds), strict=True):

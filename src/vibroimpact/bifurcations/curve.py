@@ -15,7 +15,7 @@ from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.bifurcations.tests_along import COSINE
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve, End
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +51,7 @@ class BifurcationCurve:
         Its equations.
     """
 
-    record: Kind
+    record: PointKind
     names: tuple[str, str]
     bounds: tuple[Bounds, Bounds]
     values: Floats

@@ -21,7 +21,7 @@ from vibroimpact.bifurcations.tests_along import nothing, on_multipliers
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve, LocatedPoint, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 
 NEAR = "the point at which the curve begins is near"
 SHARE = 0.5  # of the distance at which it was found
@@ -63,7 +63,7 @@ class Slice:
 
 
 def emanating(
-    kind: Kind, origin: Solution, born: Born, bounds: tuple[Bounds, Bounds],
+    kind: PointKind, origin: Solution, born: Born, bounds: tuple[Bounds, Bounds],
     steps: Steps | None, progress: CurveProgress | None, share: float = SHARE,
 ) -> BifurcationCurve:  # fmt: skip
     """Curve of orbits of a multiple period that are born at a point, from one of them.

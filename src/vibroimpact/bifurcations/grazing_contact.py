@@ -51,7 +51,7 @@ from vibroimpact.branches.verify import CRITICAL as AT_CRITICAL
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.model.mechanism import accelerations
 from vibroimpact.normal_forms.critical import Refusal, Status
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import NewCurve
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.newton import scale_of
@@ -159,8 +159,8 @@ class _At(NamedTuple):
 class Touching(NamedTuple):
     """The orbit at a special point of a curve."""
 
-    kind: Kind
-    curve: Kind
+    kind: PointKind
+    curve: PointKind
     orbit: Orbit
     plane: OrbitPlane
     z: Floats
@@ -185,7 +185,7 @@ def touching(point: BifurcationPoint) -> Touching:
 
 
 def touch_condition(
-    plane: OrbitPlane, kind: Kind, nearest: Nearest | None, segment: int
+    plane: OrbitPlane, kind: PointKind, nearest: Nearest | None, segment: int
 ) -> Condition:
     """Condition of the curve of a touch."""
     if kind == GR:
@@ -194,7 +194,7 @@ def touch_condition(
     return ClosingRate(plane, segment)
 
 
-def grazing_contact(_kind: Kind, at: BifurcationPoint) -> GrazingContact | Refusal:
+def grazing_contact(_kind: PointKind, at: BifurcationPoint) -> GrazingContact | Refusal:
     """How the curve of a special point at a touch meets the curve of the touch."""
     point = touching(at)
     plane, z, a = point.plane, point.z, point.a
@@ -250,7 +250,7 @@ def _rates(plane: OrbitPlane, condition: Condition, z: Floats, a: Pair) -> Float
 
 
 def opening(
-    plane: OrbitPlane, z: Floats, a: Pair, kind: Kind, nearest: Nearest | None, segment: int
+    plane: OrbitPlane, z: Floats, a: Pair, kind: PointKind, nearest: Nearest | None, segment: int
 ) -> Floats:
     """Derivatives of the gap at a touch, or of the speed of an impact."""
     if kind == ZERO:
@@ -381,7 +381,7 @@ def _beyond(
     return (side, side), count, why, ()
 
 
-def _are_critical(kind: Kind, mu: Complexes) -> bool:
+def _are_critical(kind: PointKind, mu: Complexes) -> bool:
     """Whether multipliers are those of a kind, or undetermined (5)."""
     if np.all(np.isnan(mu)):
         return True

@@ -12,14 +12,14 @@ from vibroimpact.bifurcations.grazing_contact import grazing_contact
 from vibroimpact.bifurcations.starting_orbits import doubled_orbit, folds_of_four, saddles_of_three
 from vibroimpact.branches.kinds import GR, SIM, STICKING, ZERO
 from vibroimpact.normal_forms.codimension_two import TWO as OF_MAPS
-from vibroimpact.normal_forms.kind import Kind, by_label
+from vibroimpact.normal_forms.kind import PointKind, by_label
 
 BEGINS = {
     "R2": doubled_orbit, "R3": saddles_of_three, "R4": folds_of_four, "GPD": doubled_orbit, "LPPD": doubled_orbit,
     "PDNS": doubled_orbit,
 }  # fmt: skip
-CROSSING = Kind("BP", "curves cross", "two curves of this kind cross", codimension=2)
-WEAK = Kind(
+CROSSING = PointKind("BP", "curves cross", "two curves of this kind cross", codimension=2)
+WEAK = PointKind(
     "WEAK", "weak resonance", "weak resonance: a tongue of locked orbits begins", codimension=2
 )
 TWO = by_label((
@@ -31,7 +31,7 @@ TWO = by_label((
 ))  # fmt: skip
 
 
-def with_multipliers(*critical: float | None) -> Kind:
+def with_multipliers(*critical: float | None) -> PointKind:
     """The kind with these critical multipliers; of a single one, or pair, that where a coefficient vanishes."""
     return next(
         kind

@@ -14,7 +14,7 @@ from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.compile.prescribed import Prescribed, compile_prescribed
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
-from vibroimpact.normal_forms.kind import Kinds
+from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import later, mirrored
 from vibroimpact.orbits.newton import rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
@@ -42,7 +42,7 @@ class OrbitPlane(OrbitFamily):
         signature: Signature,
         names: tuple[str, str],
         sizes: Floats,
-        events: Kinds,
+        events: PointKinds,
     ) -> None:
         super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
@@ -54,7 +54,7 @@ class OrbitPlane(OrbitFamily):
         self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
 
     @classmethod
-    def around_orbit(cls, orbit: Orbit, names: tuple[str, str], events: Kinds) -> OrbitPlane:
+    def around_orbit(cls, orbit: Orbit, names: tuple[str, str], events: PointKinds) -> OrbitPlane:
         """Plane through an orbit, which gives the sizes."""
         z = orbit.problem.packed(orbit.states, orbit.durations)
         sizes = scale_of(OrbitProblem(orbit.system, orbit.signature, ""), z)

@@ -31,7 +31,7 @@ from vibroimpact.branches.verify import CRITICAL
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.panel import BRANCH_POINT
 from vibroimpact.continuation.panel import FOLD as TURN
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.orbit import Orbit
 
 AT_TOUCH = 1e-6  # of the closing rates over their saturation: zeros are located to 1e-10, double ones to 1e-8
@@ -42,7 +42,7 @@ _Fields = dict[str, Any]  # of a special point; its place is that of a located p
 
 
 def special_points(
-    kind: Kind, problem: Augmented, curve: Curve, orbits: list[Any]
+    kind: PointKind, problem: Augmented, curve: Curve, orbits: list[Any]
 ) -> tuple[list[BifurcationPoint], list[Unresolved]]:
     """Special points of a curve in order, and parts that may hide one."""
     found: list[_Fields] = []
@@ -59,7 +59,7 @@ def special_points(
     return points, doubtful
 
 
-def point_on_curve(kind: Kind, problem: Augmented, fields: _Fields) -> BifurcationPoint:
+def point_on_curve(kind: PointKind, problem: Augmented, fields: _Fields) -> BifurcationPoint:
     """Special point of a curve of a kind, from the fields that are its own."""
     _, _, a = problem.parts(fields["z"], fields["parameter"])
     return BifurcationPoint(
@@ -68,7 +68,7 @@ def point_on_curve(kind: Kind, problem: Augmented, fields: _Fields) -> Bifurcati
     )  # fmt: skip
 
 
-def _zeros(kind: Kind, problem: Augmented, curve: Curve) -> Iterator[_Fields | Unresolved]:
+def _zeros(kind: PointKind, problem: Augmented, curve: Curve) -> Iterator[_Fields | Unresolved]:
     for point in curve.special:
         if point.test in (BOUND, TURN):
             continue
@@ -77,28 +77,28 @@ def _zeros(kind: Kind, problem: Augmented, curve: Curve) -> Iterator[_Fields | U
         if not of_orbit and abs(problem.equations.weight(z, a)) <= AT_TOUCH:
             continue
         solution = problem.orbit(point.z, point.parameter)
-        named: Kind | str = ""
+        named: PointKind | str = ""
         if isinstance(solution, Orbit) and not solution.converged:
             named = f"the orbit there is not solved for: {solution.status}"
         elif of_orbit:
             named, segment = _of_orbit(problem, point.test)
         else:
             named = _named(kind, point.test, problem.equations.multipliers(z, a))
-        if isinstance(named, Kind):
+        if isinstance(named, PointKind):
             yield vars(point) | {"record": named, "segment": segment}
         elif named:
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
             yield Unresolved(point.test, after - 1, after, named)
 
 
-def _of_orbit(problem: Augmented, name: str) -> tuple[Kind, int]:
+def _of_orbit(problem: Augmented, name: str) -> tuple[PointKind, int]:
     """Kind of a zero of a test function of the orbit itself, and the number of its segment."""
     assert isinstance(problem.equations, OrbitPlane)
     met, segment = kind_of_test(problem.equations, name)
     return TWO.get(met.label, met), segment
 
 
-def _named(kind: Kind, name: str, mu: Complexes) -> Kind | str:
+def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
     """Kind of a zero, or the reason why it is none of a curve; empty where it is no bifurcation."""
     if name == BRANCH_POINT:
         return CROSSING
@@ -120,7 +120,7 @@ def _named(kind: Kind, name: str, mu: Complexes) -> Kind | str:
     return with_multipliers(critical, None) if rest[i].imag else ""
 
 
-def _on_torus(name: str, mu: Complexes) -> Kind | str:
+def _on_torus(name: str, mu: Complexes) -> PointKind | str:
     i, j = critical_pair(mu)
     kappa = float((mu[i] + mu[j]).real) / 2.0
     if abs(mu[i] * mu[j] - 1.0) > CRITICAL:
@@ -140,7 +140,7 @@ def _on_torus(name: str, mu: Complexes) -> Kind | str:
     return with_multipliers(None, None) if rest[k].imag else ""
 
 
-def _also(mu: Complexes, value: float, critical: float | None) -> Kind | str:
+def _also(mu: Complexes, value: float, critical: float | None) -> PointKind | str:
     """Kind where another multiplier is critical, too, if one is."""
     return (
         with_multipliers(critical, value)

@@ -40,7 +40,7 @@ from vibroimpact.bifurcations.unfold import Centre, centre
 from vibroimpact.branches.kinds import NS, ONE, SN
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.newton import equilibrated
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, OneToFour, OneToThree
 
 INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
@@ -98,7 +98,9 @@ def saddles_of_three(
         yield from _corrected_from(manifold, points, da, NS)
 
 
-def _corrected_from(manifold: Centre, points: Complexes, da: Floats, kind: Kind) -> Iterator[Born]:
+def _corrected_from(
+    manifold: Centre, points: Complexes, da: Floats, kind: PointKind
+) -> Iterator[Born]:
     """The bifurcation next to an orbit of the normal form, at constant distance."""
     origin = Solution(manifold.equations, manifold.z, manifold.a)
     equations = manifold.equations.repeated(len(points))

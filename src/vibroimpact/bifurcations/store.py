@@ -48,7 +48,7 @@ from vibroimpact.continuation.store import attributes_of, curve_from, variables_
 from vibroimpact.machines.json_text import chosen, text_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.admissibility import Nearest
 
 if TYPE_CHECKING:
@@ -206,7 +206,7 @@ def _built(data: xr.Dataset, system: System | None) -> BifurcationCurve:
     )
 
 
-def _condition(kind: Kind, plane: OrbitPlane, a: Mapping[str, Any]) -> tuple[Condition, Tests]:
+def _condition(kind: PointKind, plane: OrbitPlane, a: Mapping[str, Any]) -> tuple[Condition, Tests]:
     touch = json.loads(a["touch"])
     found = condition_of(kind, plane, touch and Nearest(*touch), int(a["segment"]))
     own = str(a["own"])
@@ -221,7 +221,7 @@ def _unknown(*_: Any) -> Any:
     )
 
 
-def _special(row: Row, kind: Kind, problem: Augmented) -> BifurcationPoint:
+def _special(row: Row, kind: PointKind, problem: Augmented) -> BifurcationPoint:
     label = str(row["special_kind"])
     record = TWO.get(label) or kind_of_label(label, symmetric=False)
     return point_on_curve(kind, problem, special_from(row) | {"record": record})

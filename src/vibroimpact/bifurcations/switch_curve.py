@@ -53,7 +53,7 @@ from vibroimpact.branches.point import BifurcationPoint, NotFound, check_point
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import NewCurve
 
 SIZES = tuple(0.01 * 0.4**k for k in range(10))  # distances in the order in which they are tried
@@ -203,7 +203,7 @@ def _nothing(point: BifurcationPoint, new: NewCurve, refused: Counter[str]) -> N
 
 
 def _leading_back(
-    origin: Solution, kind: Kind, born: Born, options: Options
+    origin: Solution, kind: PointKind, born: Born, options: Options
 ) -> BifurcationCurve | str:
     """The curve through a start, or why it is none that begins at the point (1)."""
     bounds, steps, report = options
@@ -267,7 +267,7 @@ def _at_touch(
         return NoCurve(point, f"the curve of {new} could not be followed: {error}")
 
 
-def _beside_touch(point: BifurcationPoint, kind: Kind) -> Start:
+def _beside_touch(point: BifurcationPoint, kind: PointKind) -> Start:
     """Start of the other one of SN and PD, or of the same kind of orbits with one impact more or fewer."""
     here = touching(point)
     if point.curve and kind.label == point.curve.label:

@@ -40,7 +40,7 @@ from vibroimpact.normal_forms.codimension_two import TWO
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.flip_fold import Flip, flip
 from vibroimpact.normal_forms.forms import InSizes
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
 from vibroimpact.orbits.admissibility import Nearest
 
@@ -142,7 +142,7 @@ class AtPair:
         return found.d.real if isinstance(found, NeimarkSacker) else math.nan
 
 
-def on_multipliers(kind: Kind, equations: Equations) -> tuple[Condition, Tests]:
+def on_multipliers(kind: PointKind, equations: Equations) -> tuple[Condition, Tests]:
     """Condition and test functions of a smooth kind of codimension one."""
     (critical,) = kind.critical
     if critical is None:
@@ -153,7 +153,7 @@ def on_multipliers(kind: Kind, equations: Equations) -> tuple[Condition, Tests]:
 
 
 def condition_of(
-    kind: Kind, plane: OrbitPlane, touch: Nearest | None, segment: int
+    kind: PointKind, plane: OrbitPlane, touch: Nearest | None, segment: int
 ) -> tuple[Condition, Tests] | None:
     """Condition and test functions of a kind, from its record: of a touch with the stop, of a test with its segment."""
     if kind.critical:

@@ -39,7 +39,7 @@ from vibroimpact.model.elements import Friction, FrictionState, SoftStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System
-from vibroimpact.normal_forms.kind import Kinds
+from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.orbits.multipliers import Pencil, pencil_of
@@ -85,7 +85,12 @@ class OrbitFamily(OrbitProblem):
     """
 
     def __init__(
-        self, system: System, signature: Signature, parameter: str, sizes: Floats, events: Kinds
+        self,
+        system: System,
+        signature: Signature,
+        parameter: str,
+        sizes: Floats,
+        events: PointKinds,
     ) -> None:
         super().__init__(system, signature, parameter)
         self.events = events
@@ -106,7 +111,7 @@ class OrbitFamily(OrbitProblem):
         parameter: str,
         start: Floats,
         span: float,
-        events: Kinds,
+        events: PointKinds,
     ) -> OrbitFamily:
         """Family through an orbit z, which gives the sizes, over a range of length ``span``."""
         sizes = scale_of(OrbitProblem(system, signature, parameter), start)

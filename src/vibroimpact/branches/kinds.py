@@ -17,7 +17,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.beginning import branching, doubled, grown, shrunk
 from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK, OrbitFamily
 from vibroimpact.normal_forms import codimension_one as maps
-from vibroimpact.normal_forms.kind import Kind, by_label
+from vibroimpact.normal_forms.kind import PointKind, by_label
 
 Function = Callable[[Any, Any, Any], Any]
 """g(states, durations, parameters): arrays of numbers, shapes (m, 2n + 1) and (m,), and parameters by name."""
@@ -26,35 +26,35 @@ SN, NS = maps.SN, maps.NS
 BREAKING = replace(maps.BREAKING, begins=branching)
 PD = replace(maps.PD, begins=doubled, in_half_map=BREAKING)
 BP = replace(maps.BP, begins=branching, in_half_map=BREAKING)
-GR = Kind(
+GR = PointKind(
     "GR", "grazing", "grazing: a stop is touched between the impacts", touch=True, begins=grown,
     of_element="grazing: a limit of an element is only touched",
 )  # fmt: skip
-ZERO = Kind(
+ZERO = PointKind(
     "ZERO", "zero impact speed", "zero impact speed: an impact becomes a touch", touch=True, test=SPEED, begins=shrunk,
     of_element="zero rate: a limit of an element is only touched",
 )  # fmt: skip
-SIM = Kind(
+SIM = PointKind(
     "SIM", "two impacts at once", "two impacts at once: beyond it they change order", touch=True, test=FLIGHT,
     of_element="two events at once: beyond it their sequence is another",
 )  # fmt: skip
-STICKING = Kind(
+STICKING = PointKind(
     "STICK", "onset of sticking", "onset of sticking: a plastic impact no longer opens at once", test=STICK,
     of_element="onset of sticking: friction no longer reverses at once",
 )  # fmt: skip
-LEVEL = Kind("level", "level of a function", "level: a function keeps its value")
+LEVEL = PointKind("level", "level of a function", "level: a function keeps its value")
 ONE = by_label((SN, PD, NS, BP, GR, ZERO, SIM, STICKING, LEVEL))
 
 OF_TESTS = {kind.test: kind for kind in ONE.values() if kind.test}
 EVENTS = by_label(kind for kind in ONE.values() if kind.function)
 
 
-def kind_of_event(label: str, function: Function | None = None) -> Kind:
+def kind_of_event(label: str, function: Function | None = None) -> PointKind:
     """Kind of the zeros of a user's test function; of a file, which does not hold it, without the function."""
-    return Kind(label, label, f"{label} is zero", function=function)
+    return PointKind(label, label, f"{label} is zero", function=function)
 
 
-def events_of(given: Mapping[str, Function] | None) -> dict[str, Kind]:
+def events_of(given: Mapping[str, Function] | None) -> dict[str, PointKind]:
     """Kinds with a test function of their own: those of the table, and a user's by their labels.
 
     Raises
@@ -76,7 +76,7 @@ def events_of(given: Mapping[str, Function] | None) -> dict[str, Kind]:
     return EVENTS | {label: kind_of_event(label, function) for label, function in given.items()}
 
 
-def kind_of_test(family: OrbitFamily, name: str) -> tuple[Kind, int]:
+def kind_of_test(family: OrbitFamily, name: str) -> tuple[PointKind, int]:
     """Kind of the zeros of a test function, and the number of the segment or -1."""
     word, _, rest = name.partition(" ")
     if word == EVENT:
@@ -84,7 +84,7 @@ def kind_of_test(family: OrbitFamily, name: str) -> tuple[Kind, int]:
     return OF_TESTS[word].of_map(symmetric=family.signature.symmetric), int(rest) if rest else -1
 
 
-def kind_of_label(label: str, *, symmetric: bool) -> Kind:
+def kind_of_label(label: str, *, symmetric: bool) -> PointKind:
     """Kind of a special point of a branch of (symmetric) orbits, by its label."""
     found = ONE.get(label) or kind_of_event(label)
     return found.of_map(symmetric=symmetric)

@@ -12,14 +12,14 @@ from vibroimpact._core.types import Complexes
 from vibroimpact.compile.prescribed import GAP
 from vibroimpact.continuation import LocatedPoint
 from vibroimpact.normal_forms.critical import Refusal, Status
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.orbit import Orbit
 
 TOUCHED = 1e-7  # relative: overlap at a touch, where square roots halve the digits
 
 
-def is_motion(solution: Any, record: Kind) -> bool:
+def is_motion(solution: Any, record: PointKind) -> bool:
     """Whether a solution is a motion of the machine; at a touch, apart from rounding there."""
     if not record.touch:
         return bool(getattr(solution, "admissible", True))  # fixed points of maps always are
@@ -69,13 +69,13 @@ class BifurcationPoint(LocatedPoint):
         Where it is one of an impact or a flight: the number of the solved impact or flight; else -1.
     """
 
-    record: Kind
+    record: PointKind
     label: str
     parameters: Mapping[str, float]
     orbit: Any
     problem: Any = field(repr=False)
     bounds: Any
-    curve: Kind | None = None
+    curve: PointKind | None = None
     nearest: Nearest | None = None
     segment: int = -1
 

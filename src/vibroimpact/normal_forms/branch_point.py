@@ -37,7 +37,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.terms import along, sized
 
 FOLD = "the parameter acts along q (<p, F_p> is not zero): a fold, not a branch point."
@@ -129,7 +129,7 @@ class BranchPoint:
         return self.e
 
 
-def branch_point(kind: Kind, forms: Forms) -> BranchPoint | Refusal:
+def branch_point(kind: PointKind, forms: Forms) -> BranchPoint | Refusal:
     """Compute the normal form at a branch point with multiplier +1.
 
     Parameters
@@ -168,7 +168,7 @@ def branch_point(kind: Kind, forms: Forms) -> BranchPoint | Refusal:
 
 
 def _coefficients(
-    kind: Kind, at: Multilinear, A: Floats, critical: Critical, push: Floats
+    kind: PointKind, at: Multilinear, A: Floats, critical: Critical, push: Floats
 ) -> tuple[BranchPoint, float, tuple[float, float]]:
     """Normal form, and the sizes of the terms of a, and of b^2 - 4 a c and e."""
     q, p = critical.q.real, critical.p.real

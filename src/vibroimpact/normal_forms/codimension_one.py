@@ -10,11 +10,11 @@ from vibroimpact.normal_forms.branch_point import branch_point
 from vibroimpact.normal_forms.critical import NormalForm, Refusal
 from vibroimpact.normal_forms.flip_fold import flip, fold
 from vibroimpact.normal_forms.forms import Forms, check_forms, jacobian
-from vibroimpact.normal_forms.kind import Kind, by_label
+from vibroimpact.normal_forms.kind import PointKind, by_label
 from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
 
 
-def _branch_point(kind: Kind, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:
+def _branch_point(kind: PointKind, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:
     """Flip of a half map (multiplier -1), or branch point of any other map (multiplier +1)."""
     if _nearer_to_flip(forms):
         return flip(BREAKING, forms, parameter=parameter)
@@ -35,20 +35,20 @@ def _nearer_to_flip(forms: Forms) -> bool:
     return bool(np.min(np.abs(nus + 1.0)) < np.min(np.abs(nus - 1.0)))
 
 
-SN = Kind("SN", "fold", "fold: two orbits meet", critical=(1.0,), test="SN", normal_form=fold)
-BREAKING = Kind(
+SN = PointKind("SN", "fold", "fold: two orbits meet", critical=(1.0,), test="SN", normal_form=fold)
+BREAKING = PointKind(
     "BP", "symmetry breaking", "symmetry breaking: two mirror images are born", critical=(-1.0,),
     normal_form=_branch_point,
 )  # fmt: skip
-BP = Kind(
+BP = PointKind(
     "BP", "branch point", "branch point: two branches cross", critical=(1.0,), test="BP",
     normal_form=_branch_point, in_half_map=BREAKING,
 )  # fmt: skip
-PD = Kind(
+PD = PointKind(
     "PD", "period doubling", "period doubling", critical=(-1.0,), test="flip", normal_form=flip,
     in_half_map=BREAKING,
 )  # fmt: skip
-NS = Kind(
+NS = PointKind(
     "NS", "Neimark-Sacker", "Neimark-Sacker: a circle is born", critical=(None,), test="torus",
     normal_form=neimark_sacker,
 )  # fmt: skip

@@ -15,7 +15,7 @@ from vibroimpact.normal_forms.interactions import (
     fold_flip,
     fold_neimark_sacker,
 )
-from vibroimpact.normal_forms.kind import Kind, by_label
+from vibroimpact.normal_forms.kind import PointKind, by_label
 from vibroimpact.normal_forms.special_points import CodimensionTwo
 from vibroimpact.normal_forms.strong_resonance import (
     one_to_four,
@@ -24,7 +24,7 @@ from vibroimpact.normal_forms.strong_resonance import (
     one_to_two,
 )
 
-_Two = partial(Kind, codimension=2)
+_Two = partial(PointKind, codimension=2)
 TWO = by_label((
     _Two("CP", "cusp", "cusp: two folds meet", critical=(1.0,), normal_form=cusp),
     _Two("GPD", "generalised flip", "generalised flip: a fold of the doubled orbits begins", critical=(-1.0,),

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 
 ON_CIRCLE = 1e-6
 """A multiplier with ||nu| - 1| up to this counts as critical.
@@ -129,7 +129,7 @@ class Critical:
         return bool(np.all(np.abs(self.others) < 1.0))
 
 
-def critical_multiplier(of: Kind, A: Floats) -> Critical | Refusal:
+def critical_multiplier(of: PointKind, A: Floats) -> Critical | Refusal:
     """Find the critical multiplier of a Jacobian.
 
     Parameters

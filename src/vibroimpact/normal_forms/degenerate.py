@@ -27,7 +27,7 @@ from vibroimpact.normal_forms.codimension_one import NS, PD, SN
 from vibroimpact.normal_forms.critical import Refusal, Status, not_smooth
 from vibroimpact.normal_forms.flip_fold import Flip, flip_coefficient
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, ns_coefficient
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
@@ -180,7 +180,7 @@ class Chenciner:
         )
 
 
-def cusp(kind: Kind, forms: Forms) -> Cusp | Refusal:
+def cusp(kind: PointKind, forms: Forms) -> Cusp | Refusal:
     """Compute the normal form (1). Cost: d first, 2 second and 1 third derivative."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)
@@ -208,7 +208,7 @@ def cusp(kind: Kind, forms: Forms) -> Cusp | Refusal:
     return vanishing(form, ("c", form.c, c.scale, "the cubic term does not decide")) or form
 
 
-def generalised_flip(kind: Kind, forms: Forms) -> GeneralisedFlip | Refusal:
+def generalised_flip(kind: PointKind, forms: Forms) -> GeneralisedFlip | Refusal:
     """Check that c of (2) vanishes. Cost: d first, 2 second and 1 third derivative."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)
@@ -229,7 +229,7 @@ def generalised_flip(kind: Kind, forms: Forms) -> GeneralisedFlip | Refusal:
     )
 
 
-def chenciner(kind: Kind, forms: Forms) -> Chenciner | Refusal:
+def chenciner(kind: PointKind, forms: Forms) -> Chenciner | Refusal:
     """Check that Re(d) of (3) vanishes. Cost: d first, 9 second and 4 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)

@@ -37,7 +37,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.terms import off, sized
 from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
@@ -168,7 +168,7 @@ class Fold:
         return given("drive", self.drive)
 
 
-def flip(kind: Kind, forms: Forms, *, parameter: bool = True) -> Flip | Refusal:
+def flip(kind: PointKind, forms: Forms, *, parameter: bool = True) -> Flip | Refusal:
     """Compute the normal form at a multiplier -1.
 
     Parameters
@@ -205,7 +205,7 @@ def flip(kind: Kind, forms: Forms, *, parameter: bool = True) -> Flip | Refusal:
 
 
 def flip_coefficient(
-    kind: Kind, at: Multilinear, A: Floats, critical: Critical
+    kind: PointKind, at: Multilinear, A: Floats, critical: Critical
 ) -> tuple[Flip, float]:
     """Normal form without the parameter, and the size of the terms of c."""
     q, p = critical.q.real, critical.p.real
@@ -215,7 +215,7 @@ def flip_coefficient(
     return Flip(kind.label, c.value.real, q, p, h2, multipliers, inside, None), c.scale
 
 
-def fold(kind: Kind, forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
+def fold(kind: PointKind, forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
     """Compute the normal form at a multiplier +1.
 
     Parameters

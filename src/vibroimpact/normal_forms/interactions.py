@@ -57,7 +57,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.codimension_one import NS
 from vibroimpact.normal_forms.critical import Critical, Refusal, not_smooth
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import (
     NO_CURVES,
     NewCurve,
@@ -271,7 +271,7 @@ class TwoAmplitudes:
         )
 
 
-def fold_flip(kind: Kind, forms: Forms) -> FoldFlip | Refusal:
+def fold_flip(kind: PointKind, forms: Forms) -> FoldFlip | Refusal:
     """Compute (2). Cost: d first and 3 second derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)
@@ -299,7 +299,7 @@ def fold_flip(kind: Kind, forms: Forms) -> FoldFlip | Refusal:
     return degenerate or form
 
 
-def fold_neimark_sacker(kind: Kind, forms: Forms) -> FoldNeimarkSacker | Refusal:
+def fold_neimark_sacker(kind: PointKind, forms: Forms) -> FoldNeimarkSacker | Refusal:
     """Compute (4). Cost: d first, 22 second and 10 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)
@@ -342,7 +342,7 @@ def fold_neimark_sacker(kind: Kind, forms: Forms) -> FoldNeimarkSacker | Refusal
     return degenerate or form
 
 
-def flip_neimark_sacker(kind: Kind, forms: Forms) -> TwoAmplitudes | Refusal:
+def flip_neimark_sacker(kind: PointKind, forms: Forms) -> TwoAmplitudes | Refusal:
     """Compute (8) of (6). Cost: d first, 22 second and 10 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)
@@ -372,7 +372,7 @@ def _cubic(
     return f300, f111, g210, cubic_alone(at, q2, pair.p, h020, h011)
 
 
-def double_neimark_sacker(kind: Kind, forms: Forms) -> TwoAmplitudes | Refusal:
+def double_neimark_sacker(kind: PointKind, forms: Forms) -> TwoAmplitudes | Refusal:
     """Compute (8) of (7). Cost: d first, 42 second and 20 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers(kind, A)
@@ -395,7 +395,7 @@ def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tup
 
 
 def _amplitudes(
-    kind: Kind, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
+    kind: PointKind, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
 ) -> TwoAmplitudes | Refusal:
     """The amplitude map (8) from the coefficients by rows, or the hypothesis that fails."""
     one, two = found

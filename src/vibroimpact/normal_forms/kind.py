@@ -8,7 +8,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Kind:
+class PointKind:
     """Kind of special point; two are equal where label and name are.
 
     Attributes
@@ -55,20 +55,20 @@ class Kind:
     touch: bool = field(default=False, compare=False)
     normal_form: Callable[..., Any] | None = field(default=None, compare=False)
     resonance: tuple[int, int] | None = field(default=None, compare=False)
-    curves: tuple[Kind, ...] = field(default=(), compare=False)
+    curves: tuple[PointKind, ...] = field(default=(), compare=False)
     begins: Callable[..., Any] | None = field(default=None, compare=False)
-    in_half_map: Kind | None = field(default=None, compare=False)
+    in_half_map: PointKind | None = field(default=None, compare=False)
     of_element: str = field(default="", compare=False)
 
-    def of_map(self, *, symmetric: bool) -> Kind:
+    def of_map(self, *, symmetric: bool) -> PointKind:
         """The kind for the map that an orbit is solved by: the half map of a symmetric one."""
         return self.in_half_map if symmetric and self.in_half_map else self
 
 
-Kinds = dict[str, Kind]
+PointKinds = dict[str, PointKind]
 """Kinds by their labels."""
 
 
-def by_label(kinds: Iterable[Kind]) -> Kinds:
+def by_label(kinds: Iterable[PointKind]) -> PointKinds:
     """Table of kinds."""
     return {kind.label: kind for kind in kinds}

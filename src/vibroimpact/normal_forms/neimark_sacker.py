@@ -42,7 +42,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.resonance import (
     Resonance,
     nearest_resonance,
@@ -206,7 +206,9 @@ class NeimarkSacker:
         return "\n".join(lines + [f"  warning: {sentence}" for sentence in self.warnings])
 
 
-def neimark_sacker(kind: Kind, forms: Forms, *, parameter: bool = True) -> NeimarkSacker | Refusal:
+def neimark_sacker(
+    kind: PointKind, forms: Forms, *, parameter: bool = True
+) -> NeimarkSacker | Refusal:
     """Compute the normal form at a Neimark-Sacker point.
 
     Parameters
@@ -246,7 +248,7 @@ def neimark_sacker(kind: Kind, forms: Forms, *, parameter: bool = True) -> Neima
 
 
 def ns_coefficient(
-    kind: Kind, at: Multilinear, A: Floats, critical: Critical
+    kind: PointKind, at: Multilinear, A: Floats, critical: Critical
 ) -> tuple[NeimarkSacker, float]:
     """Normal form without the parameter, and the size of the terms of d."""
     nu = critical.on_circle
@@ -282,7 +284,7 @@ def _resonant_radii(at: Multilinear, h20: Complexes, critical: Critical) -> dict
     }
 
 
-def _resonant(kind: Kind, critical: Critical, resonance: Resonance) -> Refusal:
+def _resonant(kind: PointKind, critical: Critical, resonance: Resonance) -> Refusal:
     reason = (
         f"nu = {critical.multiplier:.9g} is the strong resonance {resonance.p}:{resonance.q} "
         f"(|nu^{resonance.q} - 1| = {resonance.distance:.2g}): the normal form divides by zero. "

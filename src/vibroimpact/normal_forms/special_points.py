@@ -38,7 +38,7 @@ from vibroimpact.normal_forms.critical import (
     rough_jacobian,
     zero,
 )
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 
 AT_THE_POINT = math.sqrt(ON_CIRCLE)
 """Largest deviation of what the square root of an error moves: see Tolerance above."""
@@ -103,7 +103,7 @@ def vanishing(form: NormalForm, *checks: tuple[str, float, float, str]) -> Refus
     return next((r for r in refused if r is not None), None)
 
 
-def critical_multipliers(of: Kind, A: Floats) -> tuple[Critical, ...] | Refusal:
+def critical_multipliers(of: PointKind, A: Floats) -> tuple[Critical, ...] | Refusal:
     """Find several critical multipliers of a Jacobian.
 
     Parameters

@@ -61,7 +61,7 @@ from vibroimpact.normal_forms.critical import (
     rough_jacobian,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
     NO_CURVES,
@@ -360,7 +360,7 @@ def _verdict(attracts: bool) -> str:
 StrongResonance = OneToOne | OneToTwo | OneToThree | OneToFour
 
 
-def one_to_one(kind: Kind, forms: Forms) -> OneToOne | Refusal:
+def one_to_one(kind: PointKind, forms: Forms) -> OneToOne | Refusal:
     """Compute (2). Cost: d first and 2 second derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = _double(kind.label, A, 1.0)
@@ -376,7 +376,7 @@ def one_to_one(kind: Kind, forms: Forms) -> OneToOne | Refusal:
     return vanishing(form, ("a", form.a, a.scale, "no simple fold"), circle) or form
 
 
-def one_to_two(kind: Kind, forms: Forms) -> OneToTwo | Refusal:
+def one_to_two(kind: PointKind, forms: Forms) -> OneToTwo | Refusal:
     """Compute (4). Cost: d first, 5 second and 2 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = _double(kind.label, A, -1.0)
@@ -431,7 +431,7 @@ def _double(
     return (q0, q1), (p0, p1 - (p1 @ q1) * p0), rest
 
 
-def _pair(kind: Kind, A: Floats, target: complex, name: str) -> Critical | Refusal:
+def _pair(kind: PointKind, A: Floats, target: complex, name: str) -> Critical | Refusal:
     """The simple critical pair at the resonance ``target``."""
     critical = critical_multiplier(kind, A)
     if isinstance(critical, Refusal):
@@ -442,7 +442,7 @@ def _pair(kind: Kind, A: Floats, target: complex, name: str) -> Critical | Refus
     return critical
 
 
-def one_to_three(kind: Kind, forms: Forms) -> OneToThree | Refusal:
+def one_to_three(kind: PointKind, forms: Forms) -> OneToThree | Refusal:
     """Compute (6). Cost: d first, 9 second and 4 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     critical = _pair(kind, A, CUBE_ROOT, "exp(2 pi i / 3)")
@@ -465,7 +465,7 @@ def one_to_three(kind: Kind, forms: Forms) -> OneToThree | Refusal:
     return vanishing(form, real) or form
 
 
-def one_to_four(kind: Kind, forms: Forms) -> OneToFour | Refusal:
+def one_to_four(kind: PointKind, forms: Forms) -> OneToFour | Refusal:
     """Compute (8). Cost: d first, 9 second and 4 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     critical = _pair(kind, A, 1j, "i")

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from vibroimpact.machines.units import Quantity, Units
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
 
 COLOUR = "#7A5A3A"  # of curves of other kinds
@@ -29,12 +29,12 @@ LOOKS = {
 """Looks by the label of the kind."""
 
 
-def look_of(kind: Kind) -> Look:
+def look_of(kind: PointKind) -> Look:
     """Look of a kind; one of its own for all that are not listed."""
     return LOOKS.get(kind.label, Look())
 
 
-def in_order(kinds: Iterable[Kind]) -> list[Kind]:
+def in_order(kinds: Iterable[PointKind]) -> list[PointKind]:
     """Kinds once each, in the order of a legend: that of the looks, others last."""
     order = [*LOOKS]
     return sorted(
@@ -58,7 +58,7 @@ def parameter_label(name: str, of: Units | None = None) -> str:
     return of.label(text, of.quantity_of(name)) if of else text
 
 
-def marker_of(kind: Kind) -> dict[str, Any]:
+def marker_of(kind: PointKind) -> dict[str, Any]:
     """Marker of a special point."""
     return {
         "linestyle": "none", "marker": look_of(kind).marker, "markersize": 4.5, "zorder": 4,

@@ -24,7 +24,7 @@ from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.branches.kinds import SN
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.machines.units import Units, units_of
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import in_order, look_of, parameter_label
 from vibroimpact.plotting.labels import Labels
@@ -221,12 +221,12 @@ def _curve(ax: Axes, curve: BifurcationCurve, view: _View, *, halo: bool) -> Non
         ax.plot(across, up, dash_capstyle="butt", **_look(curve.record, part.meaning))
 
 
-def _look(kind: Kind, meaning: Meaning) -> dict[str, Any]:
+def _look(kind: PointKind, meaning: Meaning) -> dict[str, Any]:
     """Line of a kind of curve; bifurcations lie above the others."""
     return {"color": look_of(kind).colour, "zorder": 3.0 - 0.1 * meaning} | LINES[meaning]
 
 
-def _marker(kind: Kind) -> dict[str, Any]:
+def _marker(kind: PointKind) -> dict[str, Any]:
     """Marker of a point: black where it is one of maps, white where the orbit touches or curves cross."""
     weak, filled = kind == WEAK, bool(kind.critical)
     return {
@@ -242,7 +242,7 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], view: _View) -
     """Mark the points, one where several curves pass, and label them, the most important first."""
     labels = Labels(ax)
     span = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
-    seen: list[tuple[Kind, Floats]] = []
+    seen: list[tuple[PointKind, Floats]] = []
     every = [(curve, point) for curve in curves for point in curve.special_points]
     for curve, point in sorted(every, key=lambda pair: _rank(pair[1])):
         values = np.array([[point.parameters[name] for name in curve.names]])

@@ -13,7 +13,7 @@ from vibroimpact._core.checks import check_choice, check_flag, check_kind, refus
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.profile import Stability
 from vibroimpact.machines.units import Units, units_of
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import marker_of, parameter_label
 from vibroimpact.plotting.branches import LINES, WORDS
@@ -177,7 +177,7 @@ def _runs(mask: Any) -> list[tuple[int, int]]:
 
 
 def _marks(ax: Axes, response: Response, axes: _Axes) -> None:
-    known: set[Kind] = set()
+    known: set[PointKind] = set()
     for curve in response.curves:
         for point, value in zip(curve.special_points, curve.special_values, strict=True):
             if not point.admissible:

@@ -13,7 +13,7 @@ from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.kinds import NS, PD, SN
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.tori.circle import Circle
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def _of_circles(kind: Kind, meaning: str) -> Kind:
+def _of_circles(kind: PointKind, meaning: str) -> PointKind:
     """Kind of special point of a family of circles: of a normal multiplier where that of orbits is of a multiplier."""
     return replace(kind, meaning=meaning, normal_form=None, begins=None, in_half_map=None)
 

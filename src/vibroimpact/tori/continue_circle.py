@@ -40,7 +40,7 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.normal_forms.kind import Kind
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.problem import asymmetry
 from vibroimpact.tori.branch import BREAKING, OF_CIRCLES, CircleBranch, CircleEnd, CircleStop
 from vibroimpact.tori.circle import Circle
@@ -401,7 +401,7 @@ def _events(family: _Family, before: Circle, after: Circle) -> list[BifurcationP
     ]  # fmt: skip
 
 
-def _kind(circle: Circle, number: int | None) -> Kind:
+def _kind(circle: Circle, number: int | None) -> PointKind:
     """Kind where a normal exponent vanishes, or those of a pair."""
     bundle = Bundle.PAIR if number is None else circle.bundles[number]
     kind = OF_CIRCLES[{Bundle.POSITIVE: 1.0, Bundle.PAIR: None}.get(bundle, -1.0)]

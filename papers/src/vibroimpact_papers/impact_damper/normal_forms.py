@@ -159,7 +159,7 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
     orbit = of_symmetric(bifurcation.orbit)
     half, full = half_map(orbit, "omega"), full_map(orbit)
     form = normal_form("NS", half)
-    assert isinstance(form, NeimarkSacker), form.reason
+    assert isinstance(form, NeimarkSacker), form
     printed = appendix(full)
     return CriticalPoint(
         set=name,
@@ -175,7 +175,7 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
 def appendix(forms: SegmentMap) -> Appendix:
     """Return the coefficients (1) of a map at a Neimark-Sacker point."""
     form, paper = normal_form("NS", forms, parameter=False), centre_manifold(forms)
-    assert isinstance(form, NeimarkSacker), form.reason
+    assert isinstance(form, NeimarkSacker), form
     assert isinstance(paper, CentreManifold), paper.reason
     at, q, bar, H = Multilinear(forms), form.q, form.q.conj(), paper.H
     inverse = np.linalg.inv(H)
