@@ -13,7 +13,6 @@ a = 0: omega_d T = pi.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from typing import Any, NamedTuple
@@ -175,12 +174,6 @@ def test_the_gap_of_the_motion_without_impacts_changes_as_its_amplitude() -> Non
         # relative to the residual of a solution, 1e-10
         assert free_gap_rate(plane, z, a, 0) == pytest.approx(-slope, rel=1e-8)
         assert free_gap_rate(plane, z, a, 1) == pytest.approx(1.0, rel=1e-8)
-
-
-def test_without_the_number_of_the_impact_the_reason_is_given() -> None:
-    refused = vi.switch_curve(dataclasses.replace(fold()["ZERO_1"], segment=-1))
-    assert isinstance(refused, vi.NoCurve)
-    assert "does not say which impact" in refused.reason
 
 
 # ---- the impact damper ---------------------------------------------------------------------------

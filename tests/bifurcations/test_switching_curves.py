@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.bifurcations import switch_curve as module
+from vibroimpact.bifurcations.starting_orbits import folds_of_four
 
 R = -0.1
 BOUNDS = ((-3.0, 6.0), (-2.5, 2.5))
@@ -85,14 +86,14 @@ def test_folds_of_period_four_begin_in_the_directions_of_the_normal_form() -> No
     assert taken == {0, 1}
 
 
-def test_a_fold_that_is_not_found_is_a_reason_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = module.folds_of_four
+def test_a_fold_that_is_not_found_is_a_reason_in_its_place() -> None:
+    point = torus()["R4_1"]
 
     def first_alone(point: Any, which: int, *rest: Any) -> Any:
-        return found(point, which, *rest) if which == 0 else iter(())
+        return folds_of_four(point, which, *rest) if which == 0 else iter(())
 
-    monkeypatch.setattr(module, "folds_of_four", first_alone)
-    curve, missing = vi.switch_curve(torus()["R4_1"], steps=vi.Steps(points=6))  # type: ignore[misc]
+    alone = replace(point, record=replace(point.record, begins=first_alone))
+    curve, missing = vi.switch_curve(alone, steps=vi.Steps(points=6))  # type: ignore[misc]
     assert isinstance(curve, vi.BifurcationCurve)
     assert isinstance(missing, vi.NoCurve)
     assert "there is no start within the bounds (10 times)" in missing.reason

@@ -60,6 +60,9 @@ class PointKind:
     in_half_map: PointKind | None = field(default=None, compare=False)
     of_element: str = field(default="", compare=False)
 
+    def __str__(self) -> str:
+        return self.label
+
     def of_map(self, *, symmetric: bool) -> PointKind:
         """The kind for the map that an orbit is solved by: the half map of a symmetric one."""
         return self.in_half_map if symmetric and self.in_half_map else self
