@@ -37,7 +37,6 @@ from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.kinds import BP
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.kind import PointKind
@@ -165,7 +164,7 @@ def _symbol(curve: BifurcationCurve) -> str:
 
 
 def bifurcation_atlas(
-    orbit: Orbit | SymmetricOrbit,
+    orbit: Orbit,
     parameters: tuple[str, str],
     bounds: tuple[Bounds, Bounds],
     *,

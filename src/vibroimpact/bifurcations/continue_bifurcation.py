@@ -40,7 +40,6 @@ from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import OrbitFamily, lossless
 from vibroimpact.branches.kinds import BP, EVENTS, GR, LEVEL, NS, ONE, Function, checked_value
 from vibroimpact.branches.point import BifurcationPoint, is_motion
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.curve import End, Unresolved
 from vibroimpact.continuation.walk import check_steps
@@ -137,7 +136,7 @@ def continue_bifurcation(
 
 
 def continue_level(
-    orbit: Orbit | SymmetricOrbit,
+    orbit: Orbit,
     function: Function,
     parameters: tuple[str, str],
     bounds: tuple[Bounds, Bounds],
