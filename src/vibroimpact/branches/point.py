@@ -132,7 +132,9 @@ class BifurcationPoint(LocatedPoint):
         """Normal form, of the half map for a symmetric orbit; or a refusal with the reason."""
         record = self.record
         if record.normal_form is None:
-            reason = f"{self.kind} ({self.meaning}): no normal form is known of this kind."
+            rough = not record.function and self.curve is None
+            why = "the map is not smooth there" if rough else "no normal form is known of this kind"
+            reason = f"{self.kind} ({self.meaning}): {why}."
             return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
         smooth = bool(record.critical)
         given = self.problem.forms(self.z, self.parameter) if smooth else self
