@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.kinds import NS, PD, SN
 from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.continuation.curve import End
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.tori.circle import Circle
 
@@ -35,30 +35,6 @@ OF_CIRCLES = {
 """Kinds by the normal multiplier that is critical, -1 also for one of modulus 1 of a one-sided direction."""
 
 
-class CircleStop(StrEnum):
-    """Reasons for the end of a family of circles."""
-
-    RANGE = "the parameter reached the end of its range"
-    BORN = "the circle shrinks to a periodic orbit (Neimark-Sacker)"
-    BREAKING = "the circle loses its smoothness"
-    STEP = "the step fell below its minimum"
-    POINTS = "the number of points was reached"
-    INTERRUPTED = "it was interrupted"
-    NOT_FOLLOWED = "it was not followed in this direction"
-
-
-@dataclass(frozen=True)
-class CircleEnd:
-    """One end of a family: the reason, details, and for BORN the parameter at the bifurcation."""
-
-    reason: CircleStop
-    detail: str = ""
-    parameter: float | None = None
-
-    def __str__(self) -> str:
-        return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"
-
-
 @dataclass(frozen=True, eq=False)
 class CircleBranch:
     """Family of invariant circles with one signature along a parameter.
@@ -74,7 +50,7 @@ class CircleBranch:
     special_points
         :class:`~vibroimpact.BifurcationPoint` in order along the family, whose ``orbit`` is the circle there.
     ends
-        :class:`CircleEnd` before the first and after the last circle.
+        :class:`End` before the first and after the last circle.
     start
         Index of the circle it was started from.
     """
@@ -83,7 +59,7 @@ class CircleBranch:
     bounds: tuple[float, float]
     circles: tuple[Circle, ...] = field(repr=False)
     special_points: tuple[BifurcationPoint, ...]
-    ends: tuple[CircleEnd, CircleEnd]
+    ends: tuple[End, End]
     start: int
 
     def __len__(self) -> int:
