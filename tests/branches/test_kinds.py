@@ -97,13 +97,15 @@ def test_a_parameter_that_is_not_followed_is_that_of_the_system() -> None:
 
 
 def test_a_file_keeps_the_points_without_the_function(tmp_path: Path) -> None:
-    vi.save_branch(branch(), tmp_path / "branch.nc")
-    point = vi.load_branch(tmp_path / "branch.nc")["FAST1"]
+    vi.save(branch(), tmp_path / "branch.nc")
+    loaded = vi.load(tmp_path / "branch.nc")
+    point = loaded["FAST1"]
     assert point.parameter == branch()["FAST1"].parameter
-    with pytest.raises(InvalidParameterError, match="no curve of kind FAST starts there"):
+    assert "event FAST" not in loaded.family.touches(point.z, point.parameter)
+    with pytest.raises(InvalidParameterError, match="is code, which the file does not hold"):
         vi.continue_bifurcation(point, PLANE, BOUNDS)
-    vi.save_curve(curve(), tmp_path / "curve.nc")
-    there = vi.load_curve(tmp_path / "curve.nc")
+    vi.save(curve(), tmp_path / "curve.nc")
+    there = vi.load(tmp_path / "curve.nc")
     assert there.kind == "FAST"
     assert there.values.tobytes() == curve().values.tobytes()
 
@@ -149,10 +151,11 @@ def test_few_places_outside_the_tables_name_a_kind() -> None:
     assert len(outside) <= 8, outside
 
 
-RECORD = """TOY = PointKind(
-    "TOY", "toy speed", "toy: the particle leaves with 3.7",
-    function=lambda states, _durations, _parameters: states[0, 3] + 3.7,
-)
+RECORD = """def toy(states, _durations, _parameters):
+    return states[0, 3] + 3.7
+
+
+TOY = PointKind("TOY", "toy speed", "toy: the particle leaves with 3.7", function=toy)
 ONE = by_label((TOY, """
 CHILD = """
 import json
@@ -161,9 +164,9 @@ import vibroimpact as vi
 damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.05)
 branch = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (1.05, 1.15))
 curve = vi.continue_bifurcation(branch["TOY1"], ("omega", "half_clearance"), ((1.05, 1.15), (4.8, 5.2)))
-vi.save_branch(branch, "branch.nc")
-vi.save_curve(curve, "curve.nc")
-point, again = vi.load_branch("branch.nc")["TOY1"], vi.load_curve("curve.nc")
+vi.save(branch, "branch.nc")
+vi.save(curve, "curve.nc")
+point, again = vi.load("branch.nc")["TOY1"], vi.load("curve.nc")
 legends = [[text.get_text() for text in drawn.plot().get_legend().get_texts()] for drawn in (branch, again)]
 print(json.dumps({
     "value": point.parameter, "meaning": repr(point), "curve": again.values.tolist(), "kind": again.kind,

@@ -53,6 +53,7 @@ from vibroimpact.orbits.problem import (
     latest,
     least_cycles,
 )
+from vibroimpact.results.tree import Missing
 
 SATURATION = 0.05  # rho_ref, relative to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
@@ -93,7 +94,9 @@ class OrbitFamily(OrbitProblem):
         events: PointKinds,
     ) -> None:
         super().__init__(system, signature, parameter)
-        self.events = events
+        self.events = {  # a file does not hold functions of the user's
+            label: kind for label, kind in events.items() if not isinstance(kind.function, Missing)
+        }
         self._sizes = sizes
         self._kept_segments: dict[tuple[bytes, Value], Linearised] = {}
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}

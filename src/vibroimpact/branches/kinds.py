@@ -49,11 +49,6 @@ OF_TESTS = {kind.test: kind for kind in ONE.values() if kind.test}
 EVENTS = by_label(kind for kind in ONE.values() if kind.function)
 
 
-def kind_of_event(label: str, function: Function | None = None) -> PointKind:
-    """Kind of the zeros of a user's test function; of a file, which does not hold it, without the function."""
-    return PointKind(label, label, f"{label} is zero", function=function)
-
-
 def events_of(given: Mapping[str, Function] | None) -> dict[str, PointKind]:
     """Kinds with a test function of their own: those of the table, and a user's by their labels.
 
@@ -73,7 +68,10 @@ def events_of(given: Mapping[str, Function] | None) -> dict[str, PointKind]:
             )
         if not callable(function):
             raise refusal(f"events[{label!r}]", function, "a function of an orbit")
-    return EVENTS | {label: kind_of_event(label, function) for label, function in given.items()}
+    return EVENTS | {
+        label: PointKind(label, label, f"{label} is zero", function=function)
+        for label, function in given.items()
+    }
 
 
 def kind_of_test(family: OrbitFamily, name: str) -> tuple[PointKind, int]:
@@ -82,12 +80,6 @@ def kind_of_test(family: OrbitFamily, name: str) -> tuple[PointKind, int]:
     if word == EVENT:
         return family.events[rest], -1
     return OF_TESTS[word].of_map(symmetric=family.signature.symmetric), int(rest) if rest else -1
-
-
-def kind_of_label(label: str, *, symmetric: bool) -> PointKind:
-    """Kind of a special point of a branch of (symmetric) orbits, by its label."""
-    found = ONE.get(label) or kind_of_event(label)
-    return found.of_map(symmetric=symmetric)
 
 
 def checked_value(name: str, function: Any, arguments: tuple[Any, Any, Any]) -> float:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from vibroimpact.machines.units import Quantity, Units
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
+from vibroimpact.response.band import Band
 
 COLOUR = "#7A5A3A"  # of curves of other kinds
 
@@ -56,6 +57,11 @@ def parameter_label(name: str, of: Units | None = None) -> str:
     own = of.parameters.get(name, Quantity()).label if of else ""
     text = own or PARAMETERS.get(name) or name.replace("$", r"\$")
     return of.label(text, of.quantity_of(name)) if of else text
+
+
+def band_label(band: Band, of: Units) -> str:
+    """Label of the parameter of a band, in the unit of the band."""
+    return "forcing frequency $f$ [Hz]" if band.unit else parameter_label(band.parameter, of)
 
 
 def marker_of(kind: PointKind) -> dict[str, Any]:
